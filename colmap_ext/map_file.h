@@ -1,0 +1,29 @@
+// COLMAP's depth and normal maps: ASCII header `W&H&C&`, then little-endian float32, planar by channel.
+// Depth is camera z, <= 0 is invalid; normals are unit vectors in the camera frame.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "phi/backend.h"
+
+namespace colmap_ext {
+
+struct MapSize {
+  int width = 0, height = 0, channels = 0;
+};
+
+// Size from the header alone, checked against the file's length. Throws phi::InputError naming the file.
+MapSize ReadMapSize(const std::filesystem::path& path);
+
+phi::Array2D<float> ReadDepthMap(const std::filesystem::path& path);
+phi::Array2D<phi::Vec3f> ReadNormalMap(const std::filesystem::path& path);
+phi::PlaneMap ReadPlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path);
+
+// All writers write a temporary file beside `path` and rename it: nothing half-written has a final name.
+void WriteDepthMap(const std::filesystem::path& path, const phi::Array2D<float>& depth);
+void WriteNormalMap(const std::filesystem::path& path, const phi::Array2D<phi::Vec3f>& normals);
+void WritePlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path,
+                   const phi::PlaneMap& map);
+
+}  // namespace colmap_ext

@@ -1,0 +1,66 @@
+// COLMAP's sparse models: cameras, images and points3D as .bin (preferred) or .txt, COLMAP 3.8 to 4.x.
+// rigs.* and frames.* (COLMAP 3.12 and later) may be present and are not needed: poses in images.* suffice.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace colmap_ext {
+
+inline constexpr std::uint64_t kInvalidPoint3D = ~std::uint64_t{0};
+
+struct SparseCamera {
+  std::uint32_t camera_id = 0;
+  int model_id = 1;             // COLMAP's number; 0 = SIMPLE_PINHOLE, 1 = PINHOLE
+  std::uint64_t width = 0, height = 0;
+  std::vector<double> params;   // COLMAP's order
+};
+
+struct Observation {
+  double x = 0, y = 0;          // pixels, K's coordinates
+  std::uint64_t point3D_id = kInvalidPoint3D;
+};
+
+struct SparseImage {
+  std::uint32_t image_id = 0;
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // cam_from_world
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // cam_from_world
+  std::uint32_t camera_id = 0;
+  std::string name;             // relative to images/, UTF-8
+  std::vector<Observation> observations;
+};
+
+struct TrackElement {
+  std::uint32_t image_id = 0, observation_index = 0;
+};
+
+struct SparsePoint {
+  std::uint64_t point3D_id = 0;
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  std::array<std::uint8_t, 3> rgb{};
+  double error = -1;            // mean reprojection error, pixels of the model's images; < 0 = unknown
+  std::vector<TrackElement> track;
+};
+
+struct SparseModel {
+  std::map<std::uint32_t, SparseCamera> cameras;  // by camera_id
+  std::vector<SparseImage> images;  // in the file's order: this order is the image index of .vis files
+  std::vector<SparsePoint> points;  // in the file's order
+};
+
+// The name of COLMAP's camera model, or "unknown camera model N".
+std::string CameraModelName(int model_id);
+
+// Throws phi::InputError naming the file and the position where it broke off.
+SparseModel ReadSparseModel(const std::filesystem::path& folder);
+void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);
+void WriteSparseModelText(const SparseModel& model, const std::filesystem::path& folder);
+
+}  // namespace colmap_ext

@@ -1,0 +1,98 @@
+// The interface behind which the CPU and the CUDA backends meet: whole images in, whole maps out.
+//
+// Implementations are safe to call from several threads at once (the scheduler runs two images per device so that
+// uploads, kernels and downloads overlap). All inputs are at one working resolution per view. Errors are phi::Error.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phi/base/array2d.h"
+#include "phi/geometry/camera.h"
+#include "phi/geometry/plane_hypothesis.h"
+#include "phi/options.h"
+
+namespace phi {
+
+using GrayImage = Array2D<std::uint8_t>;
+using CostMap = Array2D<float>;     // aggregated matching cost, [0, 2]
+using Mask = Array2D<std::uint8_t>; // 0 or 255
+
+// One image of the scene at its working resolution (after --PatchMatchStereo.max_image_size).
+struct SceneView {
+  std::string name;            // COLMAP's image name, may hold subfolders
+  std::uint32_t image_id = 0;  // COLMAP's image id: keys the random numbers
+  Camera camera;
+};
+
+struct ViewImage {
+  const SceneView* view = nullptr;
+  std::shared_ptr<const GrayImage> image;
+};
+
+struct ViewMap {
+  const SceneView* view = nullptr;
+  std::shared_ptr<const PlaneMap> map;  // may be null: that view takes no part
+};
+
+// A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world units.
+struct SparseObservation {
+  float u = 0, v = 0, depth = 0;
+};
+
+struct EstimationInput {
+  ViewImage reference;
+  std::vector<ViewImage> sources;         // best first
+  std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
+  float depth_min = 0, depth_max = 0;     // robust range of the scene in this view, world units
+  // Second and later estimations start from `initial` and may use the sources' maps as geometric guidance.
+  std::shared_ptr<const PlaneMap> initial;
+  std::vector<std::shared_ptr<const PlaneMap>> source_maps;  // empty, or parallel to sources
+};
+
+struct EstimationResult {
+  PlaneMap map;
+  CostMap cost;
+};
+
+struct FilterInput {
+  ViewMap reference;
+  std::vector<ViewMap> sources;
+  std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
+  std::shared_ptr<const Mask> filled;   // null, or 255 where depth was inferred (max_cost does not apply there)
+};
+
+struct InferenceInput {
+  ViewImage reference;
+  std::vector<ViewImage> sources;
+  std::shared_ptr<const PlaneMap> measured;  // after the first filter
+};
+
+// Energies of the field in Eq. 6 and 7's negative logarithms; 0 where no field was solved.
+struct FieldStatistics {
+  std::int64_t num_nodes = 0;
+  double energy = 0, lower_bound = 0, min_cost_energy = 0;
+};
+
+struct InferenceResult {
+  PlaneMap map;  // measured pixels unchanged, holes filled where a hypothesis was chosen
+  Mask filled;   // 255 = inferred
+  FieldStatistics statistics;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string Name() const = 0;  // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
+  virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
+  virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
+  virtual PlaneMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
+  virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
+                                const InferenceOptions& options) = 0;
+};
+
+std::unique_ptr<Backend> MakeCpuBackend(int num_threads);  // num_threads <= 0: all
+
+}  // namespace phi
