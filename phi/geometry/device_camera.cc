@@ -39,7 +39,7 @@ RelativeView MakeRelativeView(const Camera& reference, const Camera& source) {
   RelativeView view;
   view.rotation = ToFloat(rotation);
   view.translation = ToFloat(translation);
-  view.a = ToFloat(k_source * rotation * CalibrationMatrix(reference.pinhole).inverse());
+  view.a = ToFloat(Eigen::Matrix3d(k_source * rotation * CalibrationMatrix(reference.pinhole).inverse()));
   view.b = ToFloat(Eigen::Vector3d(k_source * translation));
   view.source = MakeRayModel(source.pinhole);
   return view;
