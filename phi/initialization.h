@@ -1,0 +1,60 @@
+// From sparse points to initial depths (paper section B): which points of a view may initialise depth, the
+// robust depth range of the view, and for each cell of pixels the range of the nearest point in each of its
+// four quadrants.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/base/array2d.h"
+#include "phi/sparse_scene.h"
+
+namespace phi {
+
+// Depths in world units; both 0: unknown.
+struct DepthRange {
+  float min = 0, max = 0;
+};
+
+// What an estimation needs of the sparse points (see EstimationInput).
+struct SparseDepth {
+  std::vector<SparseObservation> points;  // reliable points, in pixels of the working resolution
+  DepthRange range;                       // robust range of the view, never unknown
+};
+
+// Safe to call from several threads at once. `views` and `scene` must outlive it.
+class SparseDepthSource {
+ public:
+  SparseDepthSource(const std::vector<SceneView>& views, const SparseScene& scene);
+  SparseDepth ForView(int view) const;
+
+  // floor(v - 1) of the paper, v the scene's mean track length: a reliable point is seen by at least so many
+  // views.
+  int min_track_length() const { return min_track_length_; }
+
+ private:
+  std::vector<SparseObservation> PointsOf(int view, bool reliable_only) const;
+
+  const std::vector<SceneView>& views_;
+  const SparseScene& scene_;
+  VisiblePoints visible_points_;
+  std::vector<std::uint8_t> reliable_;  // by point
+  int min_track_length_ = 0;
+};
+
+// For a view whose own points do not tell: from the scene's points that lie in the view's frustum, else from
+// the distances to the neighbouring cameras.
+DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene,
+                                      int view);
+
+// Depth range of the nearest points, one in each quadrant and none farther than width / 10. One range for
+// each cell of kDepthRangeCell x kDepthRangeCell pixels, exact at the cell's centre. Unknown where fewer than
+// two points are near: there the view's robust range applies.
+inline constexpr int kDepthRangeCell = 4;
+using DepthRangeMap = Array2D<DepthRange>;  // element (x / kDepthRangeCell, y / kDepthRangeCell)
+
+// Does not depend on the order of the points.
+DepthRangeMap NearestPointDepthRanges(const std::vector<SparseObservation>& points, int width, int height);
+
+}  // namespace phi

@@ -1,0 +1,47 @@
+// Source views for each reference view (paper section A, Eq. 1 to 3).
+//
+// A source view must see the same surface (shared sparse points), from far enough away that depth shows (tau,
+// the triangulation angle) and from near enough that the surface looks the same (score zeta).
+#pragma once
+
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/options.h"
+#include "phi/sparse_scene.h"
+
+namespace phi {
+
+struct SourceView {
+  int view = 0;                    // index into the scene's views
+  double score = 0;                // zeta of Eq. 3, smaller is better
+  int num_shared_points = 0;       // N_A; 0: selected by the cameras alone
+  double triangulation_angle = 0;  // degrees, median over the shared points
+  double displacement = 0;         // tau of Eq. 2, pixels of the source view at its working resolution
+};
+
+// Selections do not depend on the order of the views: ties go to the smaller image id. Safe to call from
+// several threads at once. `views` and `scene` must outlive the selector.
+class ViewSelector {
+ public:
+  ViewSelector(const std::vector<SceneView>& views, const SparseScene& scene,
+               const ViewSelectionOptions& options);
+
+  // At most max_num_views views, best first. Empty only when no other camera looks at what the reference
+  // sees.
+  std::vector<SourceView> Select(int reference, int max_num_views) const;
+
+ private:
+  const std::vector<SceneView>& views_;
+  const SparseScene& scene_;
+  ViewSelectionOptions options_;
+  VisiblePoints visible_points_;
+  std::vector<Eigen::Vector3d> centers_;  // world
+};
+
+// Select(reference, options.num_source_views) for every view, in parallel.
+std::vector<std::vector<SourceView>> SelectSourceViews(const std::vector<SceneView>& views,
+                                                       const SparseScene& scene,
+                                                       const ViewSelectionOptions& options);
+
+}  // namespace phi
