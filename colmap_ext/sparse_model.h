@@ -12,19 +12,21 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "colmap_ext/problem_list.h"
+
 namespace colmap_ext {
 
 inline constexpr std::uint64_t kInvalidPoint3D = ~std::uint64_t{0};
 
 struct SparseCamera {
   std::uint32_t camera_id = 0;
-  int model_id = 1;             // COLMAP's number; 0 = SIMPLE_PINHOLE, 1 = PINHOLE
+  int model_id = 1;  // COLMAP's number; 0 = SIMPLE_PINHOLE, 1 = PINHOLE
   std::uint64_t width = 0, height = 0;
-  std::vector<double> params;   // COLMAP's order
+  std::vector<double> params;  // COLMAP's order
 };
 
 struct Observation {
-  double x = 0, y = 0;          // pixels, K's coordinates
+  double x = 0, y = 0;  // pixels, K's coordinates
   std::uint64_t point3D_id = kInvalidPoint3D;
 };
 
@@ -33,7 +35,7 @@ struct SparseImage {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // cam_from_world
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // cam_from_world
   std::uint32_t camera_id = 0;
-  std::string name;             // relative to images/, UTF-8
+  std::string name;  // relative to images/, UTF-8
   std::vector<Observation> observations;
 };
 
@@ -45,7 +47,7 @@ struct SparsePoint {
   std::uint64_t point3D_id = 0;
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
   std::array<std::uint8_t, 3> rgb{};
-  double error = -1;            // mean reprojection error, pixels of the model's images; < 0 = unknown
+  double error = -1;  // mean reprojection error, pixels of the model's images; < 0 = unknown
   std::vector<TrackElement> track;
 };
 
@@ -58,8 +60,12 @@ struct SparseModel {
 // The name of COLMAP's camera model, or "unknown camera model N".
 std::string CameraModelName(int model_id);
 
-// Throws phi::InputError naming the file and the position where it broke off.
-SparseModel ReadSparseModel(const std::filesystem::path& folder);
+// Throws phi::InputError naming the file and the byte (.bin) or line (.txt) at fault. With `problems`, what
+// can be stepped over (a camera without size, an image whose camera is missing) is left out of the model and
+// listed instead.
+SparseModel ReadSparseModel(const std::filesystem::path& folder, ProblemList* problems = nullptr);
+
+// Both make three files. Throw phi::Error when they cannot be written.
 void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);
 void WriteSparseModelText(const SparseModel& model, const std::filesystem::path& folder);
 

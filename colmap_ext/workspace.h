@@ -6,8 +6,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/problem_list.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/backend.h"
 
@@ -19,17 +22,21 @@ inline constexpr std::string_view kMeasured = "measured";
 inline constexpr std::string_view kGeometric = "geometric";
 
 struct WorkspaceOptions {
-  std::filesystem::path path;      // --workspace_path
-  std::string format = "COLMAP";   // --workspace_format; PMVS is refused in one sentence
-  int max_image_size = -1;         // --PatchMatchStereo.max_image_size: longest side of the working resolution, pixels; <= 0 = full
+  std::filesystem::path path;     // --workspace_path
+  std::string format = "COLMAP";  // --workspace_format; PMVS is refused in one sentence
+  int max_image_size =
+      -1;  // --PatchMatchStereo.max_image_size: longest side of the working resolution, pixels; <= 0 = full
 };
 
 // Reads the sparse model at construction; images and maps on request. Safe for concurrent const calls.
 class Workspace {
  public:
-  explicit Workspace(const WorkspaceOptions& options);
+  // Throws phi::InputError at the first problem, or lists what can be stepped over: `problems`, if not null.
+  // Views whose camera is at fault have a camera of size 0 then.
+  explicit Workspace(const WorkspaceOptions& options, ProblemList* problems = nullptr);
 
   const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path StereoFolder() const { return path_ / "stereo"; }
   const SparseModel& model() const { return model_; }
   // Parallel to model().images: names, ids and cameras at the working resolution.
   const std::vector<phi::SceneView>& views() const { return views_; }
@@ -41,14 +48,24 @@ class Workspace {
   std::filesystem::path CostMapPath(int image, std::string_view kind) const;
   std::filesystem::path FilledMaskPath(int image) const;
 
-  // 8-bit gray at the working resolution. Throws phi::InputError naming the file when it is missing, damaged, or its
-  // size disagrees with its camera.
+  // 8-bit gray at the working resolution. Throws phi::InputError naming the file when it is missing, damaged,
+  // or its size disagrees with its camera.
   std::shared_ptr<const phi::GrayImage> ReadGray(int image) const;
+  // Colours for a map of width x height pixels, whatever the working resolution. Throws as ReadGray.
+  ColorImage ReadColor(int image, int width, int height) const;
 
  private:
+  // The image at its camera's full size.
+  template <typename Image>
+  Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&)) const;
+
   std::filesystem::path path_;
   SparseModel model_;
   std::vector<phi::SceneView> views_;
+  std::unordered_map<std::string, int> index_by_name_;
 };
+
+// The camera of an image that was resized as COLMAP does for max_image_size; <= 0: unchanged.
+phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size);
 
 }  // namespace colmap_ext

@@ -1,0 +1,207 @@
+#include "colmap_ext/map_file.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <fstream>
+#include <span>
+#include <string>
+
+#include "colmap_ext/atomic_file.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+static_assert(std::endian::native == std::endian::little, "COLMAP's maps are little-endian");
+
+// The longest header that fits: three decimal ints and three separators.
+constexpr std::size_t kMaxHeaderBytes = 3 * 11;
+constexpr int kMaxSide = 1 << 20;
+
+std::uint64_t DataBytes(const MapSize& size) {
+  return std::uint64_t{sizeof(float)} * size.width * size.height * size.channels;
+}
+
+std::string SizeText(const MapSize& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height) + "x" + std::to_string(size.channels);
+}
+
+// Parses `W&H&C&`; returns the header's length in bytes, or 0 when it is malformed.
+std::size_t ParseHeader(std::string_view text, MapSize* size) {
+  const char* next = text.data();
+  const char* const end = text.data() + text.size();
+  for (int* value : {&size->width, &size->height, &size->channels}) {
+    const auto [rest, error] = std::from_chars(next, end, *value);
+    if (error != std::errc() || rest == end || *rest != '&') return 0;
+    if (*value < 1 || *value > kMaxSide) return 0;
+    next = rest + 1;
+  }
+  return static_cast<std::size_t>(next - text.data());
+}
+
+// An open map, positioned at the first value.
+class MapReader {
+ public:
+  explicit MapReader(const fs::path& path) : path_(path), file_(path, std::ios::binary) {
+    std::error_code error;
+    const std::uintmax_t file_bytes = fs::file_size(path, error);
+    if (!file_ || error) {
+      throw phi::InputError(path.string() + ": cannot read this map: " +
+                            (error ? error.message() : std::string("it cannot be opened")));
+    }
+    std::array<char, kMaxHeaderBytes> header{};
+    file_.read(header.data(), header.size());
+    const std::size_t header_bytes =
+        ParseHeader({header.data(), static_cast<std::size_t>(file_.gcount())}, &size_);
+    if (header_bytes == 0) {
+      throw phi::InputError(path.string() +
+                            ": this is no COLMAP map: it must start with WIDTH&HEIGHT&CHANNELS&; delete it "
+                            "and compute it again");
+    }
+    const std::uint64_t expected = header_bytes + DataBytes(size_);
+    if (file_bytes != expected) {
+      throw phi::InputError(path.string() + ": the file has " + std::to_string(file_bytes) +
+                            " bytes, but its header says " + SizeText(size_) + ", that is " +
+                            std::to_string(expected) + " bytes; delete it and compute it again");
+    }
+    file_.clear();
+    file_.seekg(static_cast<std::streamoff>(header_bytes));
+  }
+
+  const MapSize& size() const { return size_; }
+
+  void ExpectChannels(int channels, const char* kind) const {
+    if (size_.channels == channels) return;
+    throw phi::InputError(path_.string() + ": a " + kind + " has " + std::to_string(channels) +
+                          " channel(s), this file is " + SizeText(size_));
+  }
+
+  void Read(std::span<float> values) {
+    file_.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size_bytes()));
+    if (!file_) throw phi::InputError(path_.string() + ": reading broke off; check the disk");
+  }
+
+  // Calls consume(row, values) for each row of the next channel.
+  template <typename Consume>
+  void ReadChannel(const Consume& consume) {
+    row_.resize(size_.width);
+    for (int y = 0; y < size_.height; ++y) {
+      Read(row_);
+      consume(y, row_.data());
+    }
+  }
+
+ private:
+  fs::path path_;
+  std::ifstream file_;
+  MapSize size_;
+  std::vector<float> row_;
+};
+
+class MapWriter {
+ public:
+  MapWriter(const fs::path& path, const MapSize& size) : size_(size), file_(path) {
+    if (size.width < 1 || size.height < 1)
+      throw phi::InputError(path.string() + ": the map to write is empty");
+    file_.Write(std::to_string(size.width) + "&" + std::to_string(size.height) + "&" +
+                std::to_string(size.channels) + "&");
+  }
+
+  // Calls value(x, y) for each pixel of the next channel.
+  template <typename Value>
+  void WriteChannel(const Value& value) {
+    row_.resize(size_.width);
+    for (int y = 0; y < size_.height; ++y) {
+      for (int x = 0; x < size_.width; ++x) row_[x] = value(x, y);
+      file_.Write(row_.data(), row_.size() * sizeof(float));
+    }
+  }
+
+  void Commit() { file_.Commit(); }
+
+ private:
+  MapSize size_;
+  AtomicFile file_;
+  std::vector<float> row_;
+};
+
+constexpr std::array<float phi::Vec3f::*, 3> kComponents = {&phi::Vec3f::x, &phi::Vec3f::y, &phi::Vec3f::z};
+
+}  // namespace
+
+MapSize ReadMapSize(const fs::path& path) { return MapReader(path).size(); }
+
+phi::Array2D<float> ReadDepthMap(const fs::path& path) {
+  MapReader reader(path);
+  reader.ExpectChannels(1, "depth map");
+  phi::Array2D<float> depth(reader.size().width, reader.size().height);
+  reader.Read({depth.data(), depth.size()});
+  return depth;
+}
+
+phi::Array2D<phi::Vec3f> ReadNormalMap(const fs::path& path) {
+  MapReader reader(path);
+  reader.ExpectChannels(3, "normal map");
+  phi::Array2D<phi::Vec3f> normals(reader.size().width, reader.size().height);
+  for (const auto component : kComponents) {
+    reader.ReadChannel([&](int y, const float* row) {
+      for (int x = 0; x < normals.width(); ++x) normals(x, y).*component = row[x];
+    });
+  }
+  return normals;
+}
+
+phi::PlaneMap ReadPlaneMap(const fs::path& depth_path, const fs::path& normal_path) {
+  MapReader depth(depth_path), normal(normal_path);
+  depth.ExpectChannels(1, "depth map");
+  normal.ExpectChannels(3, "normal map");
+  const MapSize size = depth.size();
+  if (normal.size().width != size.width || normal.size().height != size.height) {
+    throw phi::InputError(normal_path.string() + ": the normal map is " + SizeText(normal.size()) +
+                          " but the depth map " + depth_path.string() + " is " + SizeText(size) +
+                          "; delete both and compute them again");
+  }
+  phi::PlaneMap map(size.width, size.height);
+  depth.ReadChannel([&](int y, const float* row) {
+    for (int x = 0; x < size.width; ++x) map(x, y).depth = row[x];
+  });
+  for (const auto component : kComponents) {
+    normal.ReadChannel([&](int y, const float* row) {
+      for (int x = 0; x < size.width; ++x) map(x, y).normal.*component = row[x];
+    });
+  }
+  return map;
+}
+
+void WriteDepthMap(const fs::path& path, const phi::Array2D<float>& depth) {
+  MapWriter writer(path, {depth.width(), depth.height(), 1});
+  writer.WriteChannel([&](int x, int y) { return depth(x, y); });
+  writer.Commit();
+}
+
+void WriteNormalMap(const fs::path& path, const phi::Array2D<phi::Vec3f>& normals) {
+  MapWriter writer(path, {normals.width(), normals.height(), 3});
+  for (const auto component : kComponents) {
+    writer.WriteChannel([&](int x, int y) { return normals(x, y).*component; });
+  }
+  writer.Commit();
+}
+
+void WritePlaneMap(const fs::path& depth_path, const fs::path& normal_path, const phi::PlaneMap& map) {
+  MapWriter normal(normal_path, {map.width(), map.height(), 3});
+  for (const auto component : kComponents) {
+    normal.WriteChannel([&](int x, int y) { return map(x, y).normal.*component; });
+  }
+  MapWriter depth(depth_path, {map.width(), map.height(), 1});
+  depth.WriteChannel([&](int x, int y) { return map(x, y).depth; });
+  // Depth last: whoever finds a depth map finds its normals too.
+  normal.Commit();
+  depth.Commit();
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,182 @@
+#include "colmap_ext/sparse_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "colmap_ext/sparse_model_builder.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CameraModel {
+  int id;
+  std::string_view name;
+  std::size_t num_params;
+};
+
+constexpr CameraModel kCameraModels[] = {
+    {0, "SIMPLE_PINHOLE", 3},
+    {1, "PINHOLE", 4},
+    {2, "SIMPLE_RADIAL", 4},
+    {3, "RADIAL", 5},
+    {4, "OPENCV", 8},
+    {5, "OPENCV_FISHEYE", 8},
+    {6, "FULL_OPENCV", 12},
+    {7, "FOV", 5},
+    {8, "SIMPLE_RADIAL_FISHEYE", 4},
+    {9, "RADIAL_FISHEYE", 5},
+    {10, "THIN_PRISM_FISHEYE", 12},
+    {11, "RAD_TAN_THIN_PRISM_FISHEYE", 16},
+    {12, "SIMPLE_DIVISION", 4},
+    {13, "DIVISION", 5},
+    {14, "SIMPLE_FISHEYE", 3},
+    {15, "FISHEYE", 4},
+    {16, "EUCM", 6},
+    {17, "EQUIRECTANGULAR", 2},
+};
+
+constexpr std::uint64_t kMaxImageSide = 1 << 20;  // pixels; more is damage
+
+const CameraModel* FindCameraModel(int model_id) {
+  for (const CameraModel& model : kCameraModels) {
+    if (model.id == model_id) return &model;
+  }
+  return nullptr;
+}
+
+bool HasAllFiles(const fs::path& folder, const char* extension) {
+  for (const char* stem : {"cameras", "images", "points3D"}) {
+    if (!fs::exists(folder / (std::string(stem) + extension))) return false;
+  }
+  return true;
+}
+
+[[noreturn]] void ThrowNoModel(const fs::path& folder) {
+  std::string message =
+      folder.string() + ": no sparse model here (cameras, images and points3D as .bin or .txt)";
+  if (HasAllFiles(folder / "0", ".bin") || HasAllFiles(folder / "0", ".txt")) {
+    message += "; there is one in " + (folder / "0").string() +
+               ", as mapper leaves it: run colmap image_undistorter on it and use its output as workspace";
+  } else {
+    message += "; give the folder that colmap image_undistorter wrote";
+  }
+  throw phi::InputError(message);
+}
+
+bool AllFinite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+std::string CameraProblem(const SparseCamera& camera) {
+  const auto num_params = NumCameraParams(camera.model_id);
+  if (num_params && camera.params.size() != *num_params) {
+    return "has " + std::to_string(camera.params.size()) + " parameters, but " +
+           CameraModelName(camera.model_id) + " needs " + std::to_string(*num_params);
+  }
+  if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide ||
+      camera.height > kMaxImageSide) {
+    return "has an impossible size of " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+           " pixels";
+  }
+  if (!AllFinite(camera.params)) return "has a parameter that is not a finite number";
+  return "";
+}
+
+}  // namespace
+
+std::string ModelPosition::Text() const {
+  return file->string() + ": " + unit + " " + std::to_string(number) + ": ";
+}
+
+std::string CameraModelName(int model_id) {
+  const CameraModel* model = FindCameraModel(model_id);
+  return model ? std::string(model->name) : "unknown camera model " + std::to_string(model_id);
+}
+
+std::optional<std::size_t> NumCameraParams(int model_id) {
+  const CameraModel* model = FindCameraModel(model_id);
+  return model ? std::optional(model->num_params) : std::nullopt;
+}
+
+std::optional<int> CameraModelIdFromName(std::string_view name) {
+  for (const CameraModel& model : kCameraModels) {
+    if (model.name == name) return model.id;
+  }
+  return std::nullopt;
+}
+
+void SparseModelBuilder::Report(const ModelPosition& position, const std::string& message) {
+  ReportProblem(problems_, position.Text() + message);
+}
+
+void SparseModelBuilder::AddCamera(SparseCamera camera, const ModelPosition& position) {
+  const std::string who = "camera " + std::to_string(camera.camera_id) + " ";
+  if (const std::string problem = CameraProblem(camera); !problem.empty()) {
+    Report(position, who + problem);
+  } else if (!model_.cameras.emplace(camera.camera_id, std::move(camera)).second) {
+    Report(position, who + "appears twice");
+  }
+}
+
+std::string SparseModelBuilder::ImageProblem(const SparseImage& image) const {
+  if (image.name.empty()) return "has no name";
+  if (num_observations_.contains(image.image_id)) return "has an id that another image has too";
+  if (!model_.cameras.contains(image.camera_id)) {
+    return "uses camera " + std::to_string(image.camera_id) + ", which is not among the cameras";
+  }
+  const double norm = image.rotation.norm();
+  if (!std::isfinite(norm) || norm < 1e-6) return "has a rotation that is no quaternion";
+  if (!image.translation.allFinite()) return "has a translation that is not finite";
+  return "";
+}
+
+void SparseModelBuilder::AddImage(SparseImage image, const ModelPosition& position) {
+  if (const std::string problem = ImageProblem(image); !problem.empty()) {
+    Report(position, "image " + std::to_string(image.image_id) + " '" + image.name + "' " + problem);
+    dropped_images_.insert(image.image_id);
+    return;
+  }
+  num_observations_.emplace(image.image_id, image.observations.size());
+  model_.images.push_back(std::move(image));
+}
+
+std::string SparseModelBuilder::PointProblem(const SparsePoint& point) const {
+  if (!point.xyz.allFinite()) return "has a position that is not finite";
+  for (const TrackElement& element : point.track) {
+    const auto found = num_observations_.find(element.image_id);
+    if (found == num_observations_.end()) {
+      if (dropped_images_.contains(element.image_id)) continue;
+      return "was seen in image " + std::to_string(element.image_id) + ", which is not among the images";
+    }
+    if (element.observation_index >= found->second) {
+      return "is observation " + std::to_string(element.observation_index) + " of image " +
+             std::to_string(element.image_id) + ", which has only " + std::to_string(found->second);
+    }
+  }
+  return "";
+}
+
+void SparseModelBuilder::AddPoint(SparsePoint point, const ModelPosition& position) {
+  if (const std::string problem = PointProblem(point); !problem.empty()) {
+    Report(position, "point " + std::to_string(point.point3D_id) + " " + problem);
+    return;
+  }
+  if (!dropped_images_.empty()) {
+    std::erase_if(point.track,
+                  [&](const TrackElement& e) { return !num_observations_.contains(e.image_id); });
+  }
+  model_.points.push_back(std::move(point));
+}
+
+SparseModel ReadSparseModel(const fs::path& folder, ProblemList* problems) {
+  if (HasAllFiles(folder, ".bin")) return ReadSparseModelBinary(folder, problems);
+  if (HasAllFiles(folder, ".txt")) return ReadSparseModelText(folder, problems);
+  ThrowNoModel(folder);
+}
+
+}  // namespace colmap_ext

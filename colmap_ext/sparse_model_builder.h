@@ -1,0 +1,59 @@
+// Internal to the sparse model's readers: puts records together and checks each against those before it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "colmap_ext/problem_list.h"
+#include "colmap_ext/sparse_model.h"
+
+namespace colmap_ext {
+
+// Where a record begins.
+struct ModelPosition {
+  const std::filesystem::path* file = nullptr;
+  const char* unit = "byte";  // or "line"
+  std::uint64_t number = 0;
+
+  std::string Text() const;
+};
+
+// Number of parameters of COLMAP's camera models; nothing for unknown ones.
+std::optional<std::size_t> NumCameraParams(int model_id);
+std::optional<int> CameraModelIdFromName(std::string_view name);
+
+class SparseModelBuilder {
+ public:
+  explicit SparseModelBuilder(ProblemList* problems) : problems_(problems) {}
+
+  // In this order: all cameras, all images, all points.
+  void AddCamera(SparseCamera camera, const ModelPosition& position);
+  void AddImage(SparseImage image, const ModelPosition& position);
+  void AddPoint(SparsePoint point, const ModelPosition& position);
+  void ReserveImages(std::size_t count) { model_.images.reserve(count); }
+  void ReservePoints(std::size_t count) { model_.points.reserve(count); }
+  void Report(const ModelPosition& position, const std::string& message);
+
+  SparseModel Finish() { return std::move(model_); }
+
+ private:
+  std::string ImageProblem(const SparseImage& image) const;
+  std::string PointProblem(const SparsePoint& point) const;
+
+  ProblemList* problems_;
+  SparseModel model_;
+  std::unordered_map<std::uint32_t, std::size_t> num_observations_;  // by image id
+  std::unordered_set<std::uint32_t> dropped_images_;                 // reported already: their tracks are not
+};
+
+SparseModel ReadSparseModelBinary(const std::filesystem::path& folder, ProblemList* problems);
+SparseModel ReadSparseModelText(const std::filesystem::path& folder, ProblemList* problems);
+
+}  // namespace colmap_ext

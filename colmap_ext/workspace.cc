@@ -1,0 +1,188 @@
+#include "colmap_ext/workspace.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSimplePinhole = 0;  // parameters f, cx, cy
+constexpr int kPinhole = 1;        // parameters fx, fy, cx, cy
+
+std::string Lowercase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+void CheckOptions(const WorkspaceOptions& options) {
+  const std::string format = Lowercase(options.format);
+  if (format == "pmvs") {
+    throw phi::UsageError(
+        "--workspace_format PMVS is not supported: run colmap image_undistorter with --output_type COLMAP "
+        "and use "
+        "that workspace");
+  }
+  if (format != "colmap") throw phi::UsageError("--workspace_format " + options.format + ": must be COLMAP");
+  if (!fs::is_directory(options.path)) {
+    throw phi::InputError(
+        options.path.string() +
+        ": --workspace_path must be an existing folder, as colmap image_undistorter writes it");
+  }
+  if (!fs::is_directory(options.path / "sparse")) {
+    throw phi::InputError(
+        options.path.string() +
+        ": has no folder 'sparse'; --workspace_path must be what colmap image_undistorter wrote");
+  }
+}
+
+// Empty, or what is wrong with the camera.
+std::string PinholeProblem(const SparseCamera& camera) {
+  const std::string who = "camera " + std::to_string(camera.camera_id);
+  if (camera.model_id != kSimplePinhole && camera.model_id != kPinhole) {
+    return who + " is " + CameraModelName(camera.model_id) +
+           ", but dense stereo needs SIMPLE_PINHOLE or PINHOLE; run colmap image_undistorter";
+  }
+  const double fx = camera.params[0], fy = camera.model_id == kPinhole ? camera.params[1] : fx;
+  if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive";
+  return "";
+}
+
+phi::Pinhole MakePinhole(const SparseCamera& camera) {
+  const bool simple = camera.model_id == kSimplePinhole;
+  const std::vector<double>& p = camera.params;
+  return {static_cast<int>(camera.width),
+          static_cast<int>(camera.height),
+          p[0],
+          simple ? p[0] : p[1],
+          simple ? p[1] : p[2],
+          simple ? p[2] : p[3]};
+}
+
+// Image names become file names below images/ and stereo/.
+std::string NameProblem(const std::string& name) {
+  const fs::path path(name);
+  if (path.is_absolute()) return "is an absolute path";
+  if (std::find(path.begin(), path.end(), "..") != path.end()) return "leads out of the workspace";
+  if (path.filename().empty()) return "ends in a slash";
+  if (name.find_first_of("\r\n") != std::string::npos) return "holds a line break";
+  return "";
+}
+
+std::set<std::uint32_t> ReportCameras(const SparseModel& model, const fs::path& folder,
+                                      ProblemList* problems) {
+  std::set<std::uint32_t> refused;
+  for (const auto& [id, camera] : model.cameras) {
+    const std::string problem = PinholeProblem(camera);
+    if (problem.empty()) continue;
+    refused.insert(id);
+    ReportProblem(problems, folder.string() + ": " + problem);
+  }
+  return refused;
+}
+
+}  // namespace
+
+phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size) {
+  if (max_image_size <= 0 || std::max(full.width, full.height) <= max_image_size) return full;
+  // Single precision, because COLMAP rounds the size so.
+  const float factor = std::min(static_cast<float>(max_image_size) / static_cast<float>(full.width),
+                                static_cast<float>(max_image_size) / static_cast<float>(full.height));
+  phi::Pinhole small;
+  small.width = std::max(1, static_cast<int>(std::round(static_cast<float>(full.width) * factor)));
+  small.height = std::max(1, static_cast<int>(std::round(static_cast<float>(full.height) * factor)));
+  const double scale_x = static_cast<double>(small.width) / full.width;
+  const double scale_y = static_cast<double>(small.height) / full.height;
+  small.fx = full.fx * scale_x;
+  small.cx = full.cx * scale_x;
+  small.fy = full.fy * scale_y;
+  small.cy = full.cy * scale_y;
+  return small;
+}
+
+Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems) : path_(options.path) {
+  CheckOptions(options);
+  const fs::path sparse = path_ / "sparse";
+  model_ = ReadSparseModel(sparse, problems);
+  if (model_.images.empty()) ReportProblem(problems, sparse.string() + ": the sparse model has no images");
+  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, sparse, problems);
+
+  views_.reserve(model_.images.size());
+  for (const SparseImage& image : model_.images) {
+    if (const std::string problem = NameProblem(image.name); !problem.empty()) {
+      ReportProblem(problems,
+                    sparse.string() + ": the image name '" + image.name + "' " + problem + "; rename it");
+    }
+    if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
+      ReportProblem(problems, sparse.string() + ": two images are named '" + image.name + "'");
+    }
+    phi::SceneView view;
+    view.name = image.name;
+    view.image_id = image.image_id;
+    if (!refused_cameras.contains(image.camera_id)) {
+      view.camera.pinhole =
+          DownsizedPinhole(MakePinhole(model_.cameras.at(image.camera_id)), options.max_image_size);
+    }
+    view.camera.pose.rotation = image.rotation.normalized().toRotationMatrix();
+    view.camera.pose.translation = image.translation;
+    views_.push_back(std::move(view));
+  }
+}
+
+int Workspace::FindImage(std::string_view name) const {
+  const auto found = index_by_name_.find(std::string(name));
+  return found == index_by_name_.end() ? -1 : found->second;
+}
+
+fs::path Workspace::ImagePath(int image) const { return path_ / "images" / views_[image].name; }
+
+fs::path Workspace::DepthMapPath(int image, std::string_view kind) const {
+  return StereoFolder() / "depth_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
+}
+
+fs::path Workspace::NormalMapPath(int image, std::string_view kind) const {
+  return StereoFolder() / "normal_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
+}
+
+fs::path Workspace::CostMapPath(int image, std::string_view kind) const {
+  return StereoFolder() / "cost_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
+}
+
+fs::path Workspace::FilledMaskPath(int image) const {
+  return StereoFolder() / "filled_masks" / (views_[image].name + ".png");
+}
+
+template <typename Image>
+Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&)) const {
+  const fs::path path = ImagePath(image);
+  Image pixels = read(path);
+  const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
+  const auto width = static_cast<std::uint64_t>(pixels.width()),
+             height = static_cast<std::uint64_t>(pixels.height());
+  if (width != camera.width || height != camera.height) {
+    throw phi::InputError(
+        path.string() + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
+        " pixels but its camera " + std::to_string(camera.camera_id) + " is " + std::to_string(camera.width) +
+        "x" + std::to_string(camera.height) +
+        "; put back the image that colmap image_undistorter wrote (to work at a lower resolution, "
+        "use --PatchMatchStereo.max_image_size)");
+  }
+  return pixels;
+}
+
+std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {
+  const phi::Pinhole& working = views_[image].camera.pinhole;
+  return std::make_shared<const phi::GrayImage>(
+      Resize(ReadFullSize(image, &ReadGrayImage), working.width, working.height));
+}
+
+ColorImage Workspace::ReadColor(int image, int width, int height) const {
+  return Resize(ReadFullSize(image, &ReadColorImage), width, height);
+}
+
+}  // namespace colmap_ext
