@@ -41,6 +41,7 @@ struct FilterOptions {
   double max_normal_error = 30;          // --PhiStereo.filter_max_normal_error, degrees
   double min_triangulation_angle = 0;    // --PatchMatchStereo.filter_min_triangulation_angle, degrees; 0 = off
   double max_cost = 2;                   // 1 - --PatchMatchStereo.filter_min_ncc; 2 = off; never applied to filled pixels
+  Formulas formulas = Formulas::kRobust;
   std::string Check() const;
 };
 

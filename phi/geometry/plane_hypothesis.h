@@ -18,6 +18,9 @@ struct alignas(16) PlaneHypothesis {
 
 using PlaneMap = Array2D<PlaneHypothesis>;
 
+// Steeper hypotheses than about 85 degrees have windows of a fraction of a pixel in depth: never a measurement.
+PHI_HD bool FacesCamera(Vec3f normal, Vec3f ray) { return Dot(normal, ray) < -0.08f * Norm(ray); }
+
 // Coefficients q of inverse depth, per pixel coordinate of K: 1 / z = q . (u, v, 1). (u, v): the hypothesis's pixel.
 PHI_HD Vec3f InverseDepthCoefficients(const RayModel& k, float u, float v, const PlaneHypothesis& h) {
   const float offset = h.depth * Dot(h.normal, k.Ray(u, v));

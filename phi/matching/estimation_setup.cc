@@ -1,0 +1,69 @@
+#include "phi/matching/estimation_setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "phi/base/error.h"
+
+namespace phi {
+namespace {
+
+// The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is about
+// f_source * baseline * change, where the baseline is taken across the line of sight.
+float InverseDepthPerPixel(const EstimationInput& input, const std::vector<RelativeView>& views) {
+  std::vector<double> per_pixel;
+  for (const RelativeView& view : views) {
+    const double across = std::hypot(view.translation.x, view.translation.y);
+    const double along = 0.2 * std::abs(view.translation.z);  // forward motion moves pixels off the centre only
+    const double baseline = std::max({across, along, 1e-6 * input.depth_max});
+    per_pixel.push_back(1.0 / (view.source.fx * baseline));
+  }
+  std::nth_element(per_pixel.begin(), per_pixel.begin() + per_pixel.size() / 2, per_pixel.end());
+  return static_cast<float>(per_pixel[per_pixel.size() / 2]);
+}
+
+void CheckInput(const EstimationInput& input) {
+  const std::string image = "image '" + input.reference.view->name + "', estimation: ";
+  if (input.sources.empty()) {
+    throw InputError(image + "no source view; list some in stereo/patch-match.cfg or add images that overlap");
+  }
+  if (input.sources.size() > static_cast<std::size_t>(kMaxSourceViews)) {
+    throw InputError(image + std::to_string(input.sources.size()) + " source views, but at most " +
+                     std::to_string(kMaxSourceViews) + " are supported; use '__auto__, " +
+                     std::to_string(kMaxSourceViews) + "' in stereo/patch-match.cfg");
+  }
+  if (!(input.depth_min > 0) || !(input.depth_max > input.depth_min)) {
+    throw InputError(image + "the depth range [" + std::to_string(input.depth_min) + ", " +
+                     std::to_string(input.depth_max) +
+                     "] is empty; set --PatchMatchStereo.depth_min and --PatchMatchStereo.depth_max");
+  }
+}
+
+}  // namespace
+
+std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input) {
+  std::vector<RelativeView> views;
+  for (const ViewImage& source : input.sources) {
+    views.push_back(MakeRelativeView(input.reference.view->camera, source.view->camera));
+  }
+  return views;
+}
+
+EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options) {
+  CheckInput(input);
+  EstimationParameters p;
+  p.reference = MakeRayModel(input.reference.view->camera.pinhole);
+  p.window.samples_per_side = options.SamplesPerSide();
+  p.window.step = static_cast<float>(options.window_step);
+  p.key = {options.seed, input.reference.view->image_id};
+  p.depth_min = input.depth_min;
+  p.depth_max = input.depth_max;
+  p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
+  p.num_views = static_cast<int>(input.sources.size());
+  p.num_iterations = options.num_iterations;
+  p.paper = options.formulas == Formulas::kPaper;
+  return p;
+}
+
+}  // namespace phi

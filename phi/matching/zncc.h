@@ -1,0 +1,99 @@
+// Matching cost of a plane hypothesis over a dilated window (paper Eq. 4): C = 1 - ZNCC, in [0, 2].
+//
+// This is the readable reference. phi/cpu and cuda/ hold faster forms, which are tested against it.
+#pragma once
+
+#include <cstdint>
+
+#include "phi/base/array2d.h"
+#include "phi/base/hd.h"
+#include "phi/base/vec.h"
+
+namespace phi {
+
+inline constexpr float kMaxCost = 2.0f;  // C_max = 1 - Z_min with Z_min = -1: also 'no match possible'
+
+// Below this variance (squared grey levels) a window has no structure that survives 8-bit quantisation, whose own
+// variance is 1/12.
+inline constexpr float kMinVariance = 0.04f;
+
+// (2 * samples_per_side + 1)^2 samples, `step` pixels apart.
+struct MatchingWindow {
+  int samples_per_side = 5;  // r_now
+  float step = 1.4f;         // r_orig / r_now, pixels
+
+  PHI_HD int NumSamples() const { return (2 * samples_per_side + 1) * (2 * samples_per_side + 1); }
+  PHI_HD float Radius() const { return samples_per_side * step; }
+};
+
+// Bilinear interpolation at (u, v) in K's coordinates (pixel centres at half-integers), clamped to the border.
+struct GraySampler {
+  ArrayView2D<const std::uint8_t> image;
+
+  PHI_HD float operator()(float u, float v) const {
+    const float x = Clamp(u - 0.5f, 0.0f, static_cast<float>(image.width - 1));
+    const float y = Clamp(v - 0.5f, 0.0f, static_cast<float>(image.height - 1));
+    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+    const int x1 = x0 + 1 < image.width ? x0 + 1 : x0, y1 = y0 + 1 < image.height ? y0 + 1 : y0;
+    const float fx = x - x0, fy = y - y0;
+    const float top = image(x0, y0) + fx * (float(image(x1, y0)) - float(image(x0, y0)));
+    const float bottom = image(x0, y1) + fx * (float(image(x1, y1)) - float(image(x0, y1)));
+    return top + fy * (bottom - top);
+  }
+};
+
+// ZNCC from sums of samples that were shifted by a common value close to their mean (so that single precision suffices).
+struct ZnccSums {
+  float r = 0, rr = 0;          // reference
+  float s = 0, ss = 0, rs = 0;  // source, product
+
+  PHI_HD float Cost(float num_samples) const {
+    const float inverse = 1.0f / num_samples;
+    const float var_r = (rr - r * r * inverse) * inverse;
+    const float var_s = (ss - s * s * inverse) * inverse;
+    if (!(var_r >= kMinVariance) || !(var_s >= kMinVariance)) return kMaxCost;
+    const float covariance = (rs - r * s * inverse) * inverse;
+    return Clamp(1.0f - covariance / sqrtf(var_r * var_s), 0.0f, kMaxCost);
+  }
+};
+
+// Applies a homography; z <= 0 means behind the source camera.
+PHI_HD Vec3f Transform(const Mat3f& h, float u, float v) { return h * Vec3f{u, v, 1.0f}; }
+
+// True when the window's four corners fall inside the source image: then, both being convex, all of its samples do.
+PHI_HD bool WindowIsInside(const Mat3f& h, float u, float v, float radius, int width, int height) {
+  for (int corner = 0; corner < 4; ++corner) {
+    const Vec3f p = Transform(h, u + (corner & 1 ? radius : -radius), v + (corner & 2 ? radius : -radius));
+    if (!(p.z > 0)) return false;
+    const float su = p.x / p.z, sv = p.y / p.z;
+    if (!(su >= 0.5f && sv >= 0.5f && su <= width - 0.5f && sv <= height - 0.5f)) return false;
+  }
+  return true;
+}
+
+// C(x, j) for the window around (u, v) and the homography source_from_reference. kMaxCost where the warped window
+// leaves the source image or either window has no texture.
+template <class Sampler>
+PHI_HD float ZnccCost(const Sampler& reference, const Sampler& source, int source_width, int source_height,
+                      const MatchingWindow& window, float u, float v, const Mat3f& h) {
+  if (!WindowIsInside(h, u, v, window.Radius(), source_width, source_height)) return kMaxCost;
+  const int n = window.samples_per_side;
+  const float shift = reference(u, v);
+  ZnccSums sums;
+  for (int row = -n; row <= n; ++row) {
+    for (int column = -n; column <= n; ++column) {
+      const float ru = u + column * window.step, rv = v + row * window.step;
+      const Vec3f p = Transform(h, ru, rv);
+      const float r = reference(ru, rv) - shift;
+      const float s = source(p.x / p.z, p.y / p.z) - shift;
+      sums.r += r;
+      sums.rr += r * r;
+      sums.s += s;
+      sums.ss += s * s;
+      sums.rs += r * s;
+    }
+  }
+  return sums.Cost(static_cast<float>(window.NumSamples()));
+}
+
+}  // namespace phi
