@@ -1,7 +1,8 @@
 // The interface behind which the CPU and the CUDA backends meet: whole images in, whole maps out.
 //
-// Implementations are safe to call from several threads at once (the scheduler runs two images per device so that
-// uploads, kernels and downloads overlap). All inputs are at one working resolution per view. Errors are phi::Error.
+// Implementations are safe to call from several threads at once (the scheduler runs two images per device so
+// that uploads, kernels and downloads overlap). All inputs are at one working resolution per view. Errors are
+// phi::Error.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@
 namespace phi {
 
 using GrayImage = Array2D<std::uint8_t>;
-using CostMap = Array2D<float>;     // aggregated matching cost, [0, 2]
-using Mask = Array2D<std::uint8_t>; // 0 or 255
+using CostMap = Array2D<float>;      // aggregated matching cost, [0, 2]
+using Mask = Array2D<std::uint8_t>;  // 0 or 255
 
 // One image of the scene at its working resolution (after --PatchMatchStereo.max_image_size).
 struct SceneView {
@@ -37,7 +38,8 @@ struct ViewMap {
   std::shared_ptr<const PlaneMap> map;  // may be null: that view takes no part
 };
 
-// A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world units.
+// A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world
+// units.
 struct SparseObservation {
   float u = 0, v = 0, depth = 0;
 };
@@ -61,7 +63,8 @@ struct FilterInput {
   ViewMap reference;
   std::vector<ViewMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
-  std::shared_ptr<const Mask> filled;   // null, or 255 where depth was inferred (max_cost does not apply there)
+  std::shared_ptr<const Mask>
+      filled;  // null, or 255 where depth was inferred (max_cost does not apply there)
 };
 
 struct InferenceInput {
@@ -85,7 +88,7 @@ struct InferenceResult {
 class Backend {
  public:
   virtual ~Backend() = default;
-  virtual std::string Name() const = 0;  // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
+  virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
   virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
   virtual PlaneMap Filter(const FilterInput& input, const FilterOptions& options) = 0;

@@ -32,8 +32,8 @@ int StereoOptions::SamplesPerSide() const {
 
 std::string ViewSelectionOptions::Check() const {
   return Rules()
-      .Require(num_source_views >= 1 && num_source_views <= 32, "--PhiStereo.num_source_views", num_source_views,
-               "between 1 and 32")
+      .Require(num_source_views >= 1 && num_source_views <= 32, "--PhiStereo.num_source_views",
+               num_source_views, "between 1 and 32")
       .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,
                "--PatchMatchStereo.min_triangulation_angle", min_triangulation_angle, "in [0, 90) degrees")
       .message();
@@ -43,10 +43,10 @@ std::string StereoOptions::Check() const {
   return Rules()
       .Require(window_radius >= 1 && window_radius <= 32, "--PatchMatchStereo.window_radius", window_radius,
                "between 1 and 32 pixels")
-      .Require(window_step >= 1 && window_step <= window_radius, "--PatchMatchStereo.window_step", window_step,
-               "between 1 and window_radius pixels")
-      .Require(num_iterations >= 1 && num_iterations <= 100, "--PatchMatchStereo.num_iterations", num_iterations,
-               "between 1 and 100")
+      .Require(window_step >= 1 && window_step <= window_radius, "--PatchMatchStereo.window_step",
+               window_step, "between 1 and window_radius pixels")
+      .Require(num_iterations >= 1 && num_iterations <= 100, "--PatchMatchStereo.num_iterations",
+               num_iterations, "between 1 and 100")
       .message();
 }
 
@@ -61,13 +61,15 @@ std::string FilterOptions::Check() const {
       .Require(max_normal_error > 0 && max_normal_error <= 180, "--PhiStereo.filter_max_normal_error",
                max_normal_error, "in (0, 180] degrees")
       .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,
-               "--PatchMatchStereo.filter_min_triangulation_angle", min_triangulation_angle, "in [0, 90) degrees")
+               "--PatchMatchStereo.filter_min_triangulation_angle", min_triangulation_angle,
+               "in [0, 90) degrees")
       .message();
 }
 
 std::string InferenceOptions::Check() const {
   return Rules()
-      .Require(num_passes >= 1 && num_passes <= 1000, "--PhiInference.num_passes", num_passes, "between 1 and 1000")
+      .Require(num_passes >= 1 && num_passes <= 1000, "--PhiInference.num_passes", num_passes,
+               "between 1 and 1000")
       .Require(kappa1 > 0, "kappa1", kappa1, "positive")
       .Require(kappa2 > 0, "kappa2", kappa2, "positive")
       .Require(truncation > 0 && truncation <= 1, "--PhiInference.truncation", truncation, "in (0, 1]")

@@ -1,5 +1,6 @@
-// Options of every stage, with units and defaults. Names in comments are those of the command line, so that an error
-// message can quote them. Each Check() returns an empty string, or one sentence naming option, value and rule.
+// Options of every stage, with units and defaults. Names in comments are those of the command line, so that
+// an error message can quote them. Each Check() returns an empty string, or one sentence naming option, value
+// and rule.
 #pragma once
 
 #include <cstdint>
@@ -7,26 +8,27 @@
 
 namespace phi {
 
-// robust: the project's choices where the paper's formulas fail. paper: the paper's literal formulas (for ablations).
+// robust: the project's choices where the paper's formulas fail. paper: the paper's literal formulas (for
+// ablations).
 enum class Formulas { kRobust, kPaper };
 enum class Quality { kStandard, kFast };
 
 struct ViewSelectionOptions {
-  int num_source_views = 8;            // --PhiStereo.num_source_views: most views that __auto__ selects
-  double displacement_epsilon = 0.002; // eps of Eq. 1, relative depth change
-  double min_displacement = 0.1;       // t_tau of Eq. 2, pixels at the working resolution
-  double min_triangulation_angle = 1;  // --PatchMatchStereo.min_triangulation_angle, degrees
+  int num_source_views = 8;             // --PhiStereo.num_source_views: most views that __auto__ selects
+  double displacement_epsilon = 0.002;  // eps of Eq. 1, relative depth change
+  double min_displacement = 0.1;        // t_tau of Eq. 2, pixels at the working resolution
+  double min_triangulation_angle = 1;   // --PatchMatchStereo.min_triangulation_angle, degrees
   Formulas formulas = Formulas::kRobust;
   std::string Check() const;
 };
 
 struct StereoOptions {
-  double window_radius = 7;       // --PatchMatchStereo.window_radius: r_orig, pixels
-  double window_step = 1.4;       // --PatchMatchStereo.window_step: r_orig / r_now, pixels between samples
-  int num_iterations = 8;         // --PatchMatchStereo.num_iterations
-  Formulas formulas = Formulas::kRobust;   // --PhiStereo.formulas
-  Quality quality = Quality::kStandard;    // --PhiStereo.quality
-  std::uint32_t seed = 0;         // --default_random_seed
+  double window_radius = 7;  // --PatchMatchStereo.window_radius: r_orig, pixels
+  double window_step = 1.4;  // --PatchMatchStereo.window_step: r_orig / r_now, pixels between samples
+  int num_iterations = 8;    // --PatchMatchStereo.num_iterations
+  Formulas formulas = Formulas::kRobust;  // --PhiStereo.formulas
+  Quality quality = Quality::kStandard;   // --PhiStereo.quality
+  std::uint32_t seed = 0;                 // --default_random_seed
 
   // r_now: samples on each side of the centre; the window has (2 r_now + 1)^2 samples.
   int SamplesPerSide() const;
@@ -35,12 +37,12 @@ struct StereoOptions {
 
 // Geometric consistency (paper section D).
 struct FilterOptions {
-  int min_num_consistent = 2;            // --PatchMatchStereo.filter_min_num_consistent, source views
-  double max_reprojection_error = 1;     // --PatchMatchStereo.filter_geom_consistency_max_cost, pixels
+  int min_num_consistent = 2;              // --PatchMatchStereo.filter_min_num_consistent, source views
+  double max_reprojection_error = 1;       // --PatchMatchStereo.filter_geom_consistency_max_cost, pixels
   double max_relative_depth_error = 0.01;  // --PhiStereo.filter_max_relative_depth_error
-  double max_normal_error = 30;          // --PhiStereo.filter_max_normal_error, degrees
-  double min_triangulation_angle = 0;    // --PatchMatchStereo.filter_min_triangulation_angle, degrees; 0 = off
-  double max_cost = 2;                   // 1 - --PatchMatchStereo.filter_min_ncc; 2 = off; never applied to filled pixels
+  double max_normal_error = 30;            // --PhiStereo.filter_max_normal_error, degrees
+  double min_triangulation_angle = 0;  // --PatchMatchStereo.filter_min_triangulation_angle, degrees; 0 = off
+  double max_cost = 2;  // 1 - --PatchMatchStereo.filter_min_ncc; 2 = off; never applied to filled pixels
   Formulas formulas = Formulas::kRobust;
   std::string Check() const;
 };

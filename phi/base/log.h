@@ -1,4 +1,5 @@
-// A small log sink. The library logs through it; the application decides where the lines go (stderr by default).
+// A small log sink. The library logs through it; the application decides where the lines go (stderr by
+// default).
 #pragma once
 
 #include <functional>

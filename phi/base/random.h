@@ -1,7 +1,8 @@
-// Counter-based random numbers (Philox4x32-10, Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
+// Counter-based random numbers (Philox4x32-10, Salmon et al., "Parallel random numbers: as easy as 1, 2, 3",
+// SC 2011).
 //
-// A draw is a pure function of (seed, image id, pixel, iteration, draw), so results do not depend on the number of
-// threads, on tiles, on GPUs or on the order in which pixels are visited.
+// A draw is a pure function of (seed, image id, pixel, iteration, draw), so results do not depend on the
+// number of threads, on tiles, on GPUs or on the order in which pixels are visited.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,8 @@ PHI_HD std::uint32_t MulHigh32(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint32_t>((static_cast<std::uint64_t>(a) * b) >> 32);
 }
 
-// Four independent 32-bit words for one pixel. `pixel` is y * width + x; `draw` numbers the calls within an iteration.
+// Four independent 32-bit words for one pixel. `pixel` is y * width + x; `draw` numbers the calls within an
+// iteration.
 PHI_HD Random4 Philox(RandomKey key, std::uint64_t pixel, std::uint32_t iteration, std::uint32_t draw) {
   std::uint32_t c0 = static_cast<std::uint32_t>(pixel), c1 = static_cast<std::uint32_t>(pixel >> 32);
   std::uint32_t c2 = iteration, c3 = draw;

@@ -8,14 +8,15 @@
 namespace phi {
 
 struct ConsistencyThresholds {
-  float max_reprojection_error = 1;       // pixels in the reference image
-  float max_relative_depth_error = 0.01f; // of the depth in the source camera
-  float min_normal_cosine = 0.8660254f;   // normals compared in the reference frame
-  float max_ray_cosine = 1;               // cosine of the smallest triangulation angle that counts; 1 = any
-  bool paper = false;                     // absolute depth difference below 0.02 instead of the relative one
+  float max_reprojection_error = 1;        // pixels in the reference image
+  float max_relative_depth_error = 0.01f;  // of the depth in the source camera
+  float min_normal_cosine = 0.8660254f;    // normals compared in the reference frame
+  float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
+  bool paper = false;                      // absolute depth difference below 0.02 instead of the relative one
 };
 
-// Depth of `map` at (u, v): bilinear where the four taps agree within 1 %, else the nearest pixel's. 0 = none.
+// Depth of `map` at (u, v): bilinear where the four taps agree within 1 %, else the nearest pixel's. 0 =
+// none.
 PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v) {
   const int nearest_x = static_cast<int>(floorf(u)), nearest_y = static_cast<int>(floorf(v));
   if (!map.Contains(nearest_x, nearest_y)) return 0;
@@ -25,7 +26,8 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   if (!map.Contains(x0, y0) || !map.Contains(x0 + 1, y0 + 1) || !(nearest > 0)) return nearest;
   const float d00 = map(x0, y0).depth, d10 = map(x0 + 1, y0).depth;
   const float d01 = map(x0, y0 + 1).depth, d11 = map(x0 + 1, y0 + 1).depth;
-  const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)), highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
+  const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
+              highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
   if (!(lowest > 0) || highest - lowest > 0.01f * highest) return nearest;
   const float fx = x - x0, fy = y - y0;
   const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
@@ -33,8 +35,9 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
 }
 
 // True when `h` at the reference pixel (u, v) and the source map describe the same surface.
-PHI_HD bool IsConsistent(const RayModel& reference, const RelativeView& view, float u, float v, const PlaneHypothesis& h,
-                         ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
+PHI_HD bool IsConsistent(const RayModel& reference, const RelativeView& view, float u, float v,
+                         const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
+                         const ConsistencyThresholds& t) {
   const Vec3f x_reference = h.depth * reference.Ray(u, v);
   const Vec3f x_source = view.rotation * x_reference + view.translation;
   if (!(x_source.z > 0)) return false;

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "phi/geometry/camera.h"
+#include "phi/matching/zncc.h"
+
 namespace phi {
 
 ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
@@ -15,6 +18,33 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
                          : 1.0f;
   t.paper = options.formulas == Formulas::kPaper;
   return t;
+}
+
+FilterContext::FilterContext(const FilterInput& input, const FilterOptions& options)
+    : reference(MakeRayModel(input.reference.view->camera.pinhole)),
+      thresholds(MakeConsistencyThresholds(options)),
+      min_num_consistent(options.min_num_consistent),
+      max_cost(static_cast<float>(options.max_cost)),
+      map(input.reference.map->view()) {
+  if (input.cost != nullptr && options.max_cost < kMaxCost) cost = input.cost->view();
+  if (input.filled != nullptr) filled = input.filled->view();
+  for (const ViewMap& source : input.sources) {
+    if (source.map == nullptr) continue;
+    views.push_back(MakeRelativeView(input.reference.view->camera, source.view->camera));
+    source_maps.push_back(source.map->view());
+  }
+}
+
+bool FilterContext::Keeps(int x, int y) const {
+  const PlaneHypothesis& h = map(x, y);
+  if (!(h.depth > 0)) return false;
+  const bool inferred = filled.data != nullptr && filled(x, y) != 0;
+  if (cost.data != nullptr && !inferred && cost(x, y) > max_cost) return false;
+  int num_consistent = 0;
+  for (std::size_t j = 0; j < views.size() && num_consistent < min_num_consistent; ++j) {
+    num_consistent += IsConsistent(reference, views[j], x + 0.5f, y + 0.5f, h, source_maps[j], thresholds);
+  }
+  return num_consistent >= min_num_consistent;
 }
 
 }  // namespace phi

@@ -1,4 +1,5 @@
-// Pinhole cameras. Frames: world -> camera by cam_from_world, x right, y down, z forward (COLMAP's convention).
+// Pinhole cameras. Frames: world -> camera by cam_from_world, x right, y down, z forward (COLMAP's
+// convention).
 //
 // Pixels: array element (column, row) has its centre at (column + 0.5, row + 0.5) in K's coordinates.
 #pragma once

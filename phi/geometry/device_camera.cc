@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "phi/geometry/camera.h"
+
 namespace phi {
 namespace {
 
@@ -26,15 +28,19 @@ Eigen::Matrix3d CalibrationMatrix(const Pinhole& p) {
 }  // namespace
 
 RayModel MakeRayModel(const Pinhole& p) {
-  return {static_cast<float>(p.fx), static_cast<float>(p.fy), static_cast<float>(p.cx), static_cast<float>(p.cy),
-          p.width, p.height};
+  return {static_cast<float>(p.fx),
+          static_cast<float>(p.fy),
+          static_cast<float>(p.cx),
+          static_cast<float>(p.cy),
+          p.width,
+          p.height};
 }
 
 RelativeView MakeRelativeView(const Camera& reference, const Camera& source) {
   const Eigen::Matrix3d rotation = source.pose.rotation * reference.pose.rotation.transpose();
-  // From the centres' difference: with a far world origin, subtracting the translations would lose digits twice.
-  const Eigen::Vector3d translation =
-      source.pose.rotation * (reference.pose.Center() - source.pose.Center());
+  // From the centres' difference: with a far world origin, subtracting the translations would lose digits
+  // twice.
+  const Eigen::Vector3d translation = source.pose.rotation * (reference.pose.Center() - source.pose.Center());
   const Eigen::Matrix3d k_source = CalibrationMatrix(source.pinhole);
   RelativeView view;
   view.rotation = ToFloat(rotation);

@@ -1,11 +1,13 @@
-// What a pixel's code needs of cameras: plain floats, relative to the reference camera, so that world coordinates of
-// any size (geo-registered scenes) never reach single precision.
+// What a pixel's code needs of cameras: plain floats, relative to the reference camera, so that world
+// coordinates of any size (geo-registered scenes) never reach single precision.
 #pragma once
 
 #include "phi/base/vec.h"
-#include "phi/geometry/camera.h"
 
 namespace phi {
+
+struct Pinhole;
+struct Camera;
 
 // Reference intrinsics. Rays have z = 1, so X = depth * ray.
 struct RayModel {
@@ -17,13 +19,14 @@ struct RayModel {
 };
 
 // Source camera relative to the reference camera. With q the plane's inverse-depth coefficients (see
-// plane_hypothesis.h), the homography that takes a reference pixel (u, v, 1) to the source image is a + b * q^T.
+// plane_hypothesis.h), the homography that takes a reference pixel (u, v, 1) to the source image is a + b *
+// q^T.
 struct RelativeView {
-  Mat3f rotation;        // source_from_reference
-  Vec3f translation;     // source_from_reference, world units
-  Mat3f a;               // K_source * rotation * K_reference^-1
-  Vec3f b;               // K_source * translation
-  RayModel source;       // intrinsics of the source image
+  Mat3f rotation;     // source_from_reference
+  Vec3f translation;  // source_from_reference, world units
+  Mat3f a;            // K_source * rotation * K_reference^-1
+  Vec3f b;            // K_source * translation
+  RayModel source;    // intrinsics of the source image
 };
 
 RayModel MakeRayModel(const Pinhole& pinhole);

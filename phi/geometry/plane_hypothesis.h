@@ -1,7 +1,7 @@
 // A pixel's plane hypothesis, and its inverse-depth form.
 //
-// The plane through X = depth * ray with normal n satisfies n . X = const, so along any pixel (u, v) inverse depth is
-// affine: 1 / z(u, v) = q . (u, v, 1) with q = K^-T n / (depth * n . ray).
+// The plane through X = depth * ray with normal n satisfies n . X = const, so along any pixel (u, v) inverse
+// depth is affine: 1 / z(u, v) = q . (u, v, 1) with q = K^-T n / (depth * n . ray).
 #pragma once
 
 #include "phi/base/array2d.h"
@@ -10,7 +10,8 @@
 
 namespace phi {
 
-// normal: unit, reference camera frame, facing the camera (normal . ray < 0). depth: camera z, > 0; <= 0 = none.
+// normal: unit, reference camera frame, facing the camera (normal . ray < 0). depth: camera z, > 0; <= 0 =
+// none.
 struct alignas(16) PlaneHypothesis {
   Vec3f normal;
   float depth = 0;
@@ -18,10 +19,12 @@ struct alignas(16) PlaneHypothesis {
 
 using PlaneMap = Array2D<PlaneHypothesis>;
 
-// Steeper hypotheses than about 85 degrees have windows of a fraction of a pixel in depth: never a measurement.
+// Steeper hypotheses than about 85 degrees have windows of a fraction of a pixel in depth: never a
+// measurement.
 PHI_HD bool FacesCamera(Vec3f normal, Vec3f ray) { return Dot(normal, ray) < -0.08f * Norm(ray); }
 
-// Coefficients q of inverse depth, per pixel coordinate of K: 1 / z = q . (u, v, 1). (u, v): the hypothesis's pixel.
+// Coefficients q of inverse depth, per pixel coordinate of K: 1 / z = q . (u, v, 1). (u, v): the hypothesis's
+// pixel.
 PHI_HD Vec3f InverseDepthCoefficients(const RayModel& k, float u, float v, const PlaneHypothesis& h) {
   const float offset = h.depth * Dot(h.normal, k.Ray(u, v));
   const float s = 1.0f / offset;
@@ -29,7 +32,8 @@ PHI_HD Vec3f InverseDepthCoefficients(const RayModel& k, float u, float v, const
   return {qx, qy, s * h.normal.z - qx * k.cx - qy * k.cy};
 }
 
-// Depth at (u, v) of the plane that `h` at (u0, v0) describes. Not positive where the plane is behind the camera.
+// Depth at (u, v) of the plane that `h` at (u0, v0) describes. Not positive where the plane is behind the
+// camera.
 PHI_HD float PlaneDepthAt(const RayModel& k, const PlaneHypothesis& h, float u0, float v0, float u, float v) {
   return h.depth * Dot(h.normal, k.Ray(u0, v0)) / Dot(h.normal, k.Ray(u, v));
 }

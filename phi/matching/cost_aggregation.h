@@ -1,7 +1,8 @@
 // From one cost per source view to one cost per pixel.
 //
 // paper:  Eq. 5, the harmonic mean over the views that see the window.
-// robust: joint view selection. A view's weight at a pixel follows from how well the neighbouring hypotheses match in
+// robust: joint view selection. A view's weight at a pixel follows from how well the neighbouring hypotheses
+// match in
 //         it, and from whether the neighbouring pixels use it; the cost is the weighted mean.
 #pragma once
 

@@ -1,11 +1,13 @@
-// What one pixel does in the estimation (paper section C): initialise, then per iteration propagate and refine.
+// What one pixel does in the estimation (paper section C): initialise, then per iteration propagate and
+// refine.
 //
 // `Context` is the view policy of a backend. It provides
 //   const EstimationParameters& parameters
 //   EstimationState state
-//   Patch LoadPatch(x, y)                                reference samples, whatever form the backend keeps them in
-//   void Costs(const Patch&, x, y, const PlaneHypothesis&, float* costs)   one cost per source view
-// The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
+//   Patch LoadPatch(x, y)                                reference samples, whatever form the backend keeps
+//   them in void Costs(const Patch&, x, y, const PlaneHypothesis&, float* costs)   one cost per source view
+// The pixels of one colour read only the state of the other colour and their own, so all of them may run at
+// once.
 #pragma once
 
 #include <cstdint>
@@ -27,11 +29,11 @@ struct EstimationParameters {
   RayModel reference;
   MatchingWindow window;
   RandomKey key;
-  float depth_min = 0, depth_max = 0;   // world units
-  float inverse_depth_per_pixel = 0;    // change of 1 / z that moves a match by one pixel (median of the views)
+  float depth_min = 0, depth_max = 0;  // world units
+  float inverse_depth_per_pixel = 0;  // change of 1 / z that moves a match by one pixel (median of the views)
   int num_views = 0;
   int num_iterations = 8;
-  bool paper = false;                   // Formulas::kPaper
+  bool paper = false;  // Formulas::kPaper
 
   PHI_HD RefinementRange Range(int iteration) const;
 };
@@ -75,9 +77,10 @@ struct Candidate {
   float cost = kMaxCost;
 };
 
-// The hypothesis of pixel (x + dx, y + dy), moved to (x, y) along its plane. False when it leaves its domain there.
-PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis& from, PixelOffset offset, int x, int y,
-                           PlaneHypothesis* moved) {
+// The hypothesis of pixel (x + dx, y + dy), moved to (x, y) along its plane. False when it leaves its domain
+// there.
+PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis& from, PixelOffset offset,
+                           int x, int y, PlaneHypothesis* moved) {
   const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
   moved->normal = from.normal;
   moved->depth =
@@ -85,8 +88,8 @@ PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis&
   return moved->depth >= p.depth_min && moved->depth <= p.depth_max && FacesCamera(from.normal, ray);
 }
 
-PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHypothesis& hypothesis, float cost,
-                       std::uint32_t selected, const float* costs, int num_views) {
+PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHypothesis& hypothesis,
+                       float cost, std::uint32_t selected, const float* costs, int num_views) {
   state.plane(x, y) = hypothesis;
   state.cost(x, y) = cost;
   state.selected_views(x, y) = selected;
@@ -95,7 +98,8 @@ PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHy
 
 // The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where
 // `range_min` is 0 (too few points).
-PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, float range_min, float range_max, int x, int y) {
+PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, float range_min, float range_max, int x,
+                                       int y) {
   const bool near = range_min > 0;
   const float lo = Clamp(near ? range_min : p.depth_min, p.depth_min, p.depth_max);
   const float hi = Clamp(near ? range_max : p.depth_max, p.depth_min, p.depth_max);
@@ -114,7 +118,8 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   WriteState(context.state, x, y, hypothesis, cost, selected, costs, p.num_views);
 }
 
-// Weights of the views at (x, y) from the candidates' costs and the neighbours' selection; returns the new selection.
+// Weights of the views at (x, y) from the candidates' costs and the neighbours' selection; returns the new
+// selection.
 template <int kViews>
 PHI_HD std::uint32_t SelectViews(const EstimationState& state, int num_views, int x, int y, int iteration,
                                  const float (*costs)[kViews], int num_candidates, float* weights) {
@@ -122,7 +127,8 @@ PHI_HD std::uint32_t SelectViews(const EstimationState& state, int num_views, in
   int num_masks = 0;
   const PixelOffset neighbours[4] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
   for (const PixelOffset& o : neighbours) {
-    if (state.plane.Contains(x + o.dx, y + o.dy)) masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
+    if (state.plane.Contains(x + o.dx, y + o.dy))
+      masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
   }
   const float tau = GoodCostThreshold(iteration);
   for (int j = 0; j < num_views; ++j) {
@@ -188,7 +194,8 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   float refined_costs[2][kViews];
   int slot = 0;
   for (int variant = 1; variant <= 3; ++variant) {
-    const PlaneHypothesis h = {variant & 2 ? disturbed.normal : old.normal, variant & 1 ? disturbed.depth : old.depth};
+    const PlaneHypothesis h = {variant & 2 ? disturbed.normal : old.normal,
+                               variant & 1 ? disturbed.depth : old.depth};
     context.Costs(patch, x, y, h, refined_costs[slot]);
     const float cost = aggregate(refined_costs[slot]);
     if (cost < best_cost) {

@@ -9,13 +9,14 @@
 namespace phi {
 namespace {
 
-// The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is about
-// f_source * baseline * change, where the baseline is taken across the line of sight.
+// The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is
+// about f_source * baseline * change, where the baseline is taken across the line of sight.
 float InverseDepthPerPixel(const EstimationInput& input, const std::vector<RelativeView>& views) {
   std::vector<double> per_pixel;
   for (const RelativeView& view : views) {
     const double across = std::hypot(view.translation.x, view.translation.y);
-    const double along = 0.2 * std::abs(view.translation.z);  // forward motion moves pixels off the centre only
+    const double along =
+        0.2 * std::abs(view.translation.z);  // forward motion moves pixels off the centre only
     const double baseline = std::max({across, along, 1e-6 * input.depth_max});
     per_pixel.push_back(1.0 / (view.source.fx * baseline));
   }
@@ -26,7 +27,8 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
 void CheckInput(const EstimationInput& input) {
   const std::string image = "image '" + input.reference.view->name + "', estimation: ";
   if (input.sources.empty()) {
-    throw InputError(image + "no source view; list some in stereo/patch-match.cfg or add images that overlap");
+    throw InputError(image +
+                     "no source view; list some in stereo/patch-match.cfg or add images that overlap");
   }
   if (input.sources.size() > static_cast<std::size_t>(kMaxSourceViews)) {
     throw InputError(image + std::to_string(input.sources.size()) + " source views, but at most " +

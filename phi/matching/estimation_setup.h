@@ -8,8 +8,8 @@
 
 namespace phi {
 
-// Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view, more than
-// kMaxSourceViews, an empty depth range).
+// Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view,
+// more than kMaxSourceViews, an empty depth range).
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options);
 
 std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input);

@@ -1,7 +1,7 @@
 // Red-black propagation with adaptive sampling (paper section C, after Xu and Tao, CVPR 2019).
 //
-// Around a pixel lie eight regions, four near V shapes and four far strips, made of pixels of the other colour only.
-// Each region sends the hypothesis of its pixel with the lowest cost.
+// Around a pixel lie eight regions, four near V shapes and four far strips, made of pixels of the other
+// colour only. Each region sends the hypothesis of its pixel with the lowest cost.
 #pragma once
 
 #include "phi/base/array2d.h"
@@ -40,7 +40,8 @@ PHI_HD PixelOffset RegionOffset(int region, int sample) {
   return RotateOffset(sample & 1 ? arm : -arm, arm + 1, region);
 }
 
-// The pixel of `region` with the lowest cost, the first one on ties. False when the region lies outside the image.
+// The pixel of `region` with the lowest cost, the first one on ties. False when the region lies outside the
+// image.
 PHI_HD bool BestInRegion(ArrayView2D<const float> cost, int x, int y, int region, PixelOffset* best) {
   bool found = false;
   float lowest = 0;

@@ -39,7 +39,8 @@ PHI_HD Vec3f DisturbAngles(Vec3f n, std::uint32_t word_theta, std::uint32_t word
   return {cosf(theta) * sinf(phi), sinf(theta) * sinf(phi), cosf(phi)};
 }
 
-// The disturbed depth and normal. Where one leaves its domain (depth range; facing the camera) the old one stays.
+// The disturbed depth and normal. Where one leaves its domain (depth range; facing the camera) the old one
+// stays.
 PHI_HD PlaneHypothesis DisturbHypothesis(const PlaneHypothesis& h, const RefinementRange& range, Vec3f ray,
                                          float depth_min, float depth_max, const Random4& random) {
   PlaneHypothesis out;

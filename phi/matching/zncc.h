@@ -13,8 +13,8 @@ namespace phi {
 
 inline constexpr float kMaxCost = 2.0f;  // C_max = 1 - Z_min with Z_min = -1: also 'no match possible'
 
-// Below this variance (squared grey levels) a window has no structure that survives 8-bit quantisation, whose own
-// variance is 1/12.
+// Below this variance (squared grey levels) a window has no structure that survives 8-bit quantisation, whose
+// own variance is 1/12.
 inline constexpr float kMinVariance = 0.04f;
 
 // (2 * samples_per_side + 1)^2 samples, `step` pixels apart.
@@ -26,7 +26,8 @@ struct MatchingWindow {
   PHI_HD float Radius() const { return samples_per_side * step; }
 };
 
-// Bilinear interpolation at (u, v) in K's coordinates (pixel centres at half-integers), clamped to the border.
+// Bilinear interpolation at (u, v) in K's coordinates (pixel centres at half-integers), clamped to the
+// border.
 struct GraySampler {
   ArrayView2D<const std::uint8_t> image;
 
@@ -42,7 +43,8 @@ struct GraySampler {
   }
 };
 
-// ZNCC from sums of samples that were shifted by a common value close to their mean (so that single precision suffices).
+// ZNCC from sums of samples that were shifted by a common value close to their mean (so that single precision
+// suffices).
 struct ZnccSums {
   float r = 0, rr = 0;          // reference
   float s = 0, ss = 0, rs = 0;  // source, product
@@ -60,7 +62,8 @@ struct ZnccSums {
 // Applies a homography; z <= 0 means behind the source camera.
 PHI_HD Vec3f Transform(const Mat3f& h, float u, float v) { return h * Vec3f{u, v, 1.0f}; }
 
-// True when the window's four corners fall inside the source image: then, both being convex, all of its samples do.
+// True when the window's four corners fall inside the source image: then, both being convex, all of its
+// samples do.
 PHI_HD bool WindowIsInside(const Mat3f& h, float u, float v, float radius, int width, int height) {
   for (int corner = 0; corner < 4; ++corner) {
     const Vec3f p = Transform(h, u + (corner & 1 ? radius : -radius), v + (corner & 2 ? radius : -radius));
@@ -71,8 +74,8 @@ PHI_HD bool WindowIsInside(const Mat3f& h, float u, float v, float radius, int w
   return true;
 }
 
-// C(x, j) for the window around (u, v) and the homography source_from_reference. kMaxCost where the warped window
-// leaves the source image or either window has no texture.
+// C(x, j) for the window around (u, v) and the homography source_from_reference. kMaxCost where the warped
+// window leaves the source image or either window has no texture.
 template <class Sampler>
 PHI_HD float ZnccCost(const Sampler& reference, const Sampler& source, int source_width, int source_height,
                       const MatchingWindow& window, float u, float v, const Mat3f& h) {

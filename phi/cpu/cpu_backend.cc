@@ -1,0 +1,68 @@
+// The CPU backend: TBB over rows. Nothing depends on the number of threads.
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/base/cancellation.h"
+#include "phi/cpu/cpu_estimation.h"
+#include "phi/filtering/filter_setup.h"
+
+namespace phi {
+namespace {
+
+class CpuBackend : public Backend {
+ public:
+  explicit CpuBackend(int num_threads)
+      : num_threads_(num_threads > 0 ? num_threads : tbb::info::default_concurrency()),
+        arena_(num_threads_) {}
+
+  std::string Name() const override {
+    return "cpu (" + std::to_string(num_threads_) + (num_threads_ == 1 ? " thread)" : " threads)");
+  }
+
+  int NumConcurrentImages() const override { return 1; }
+
+  EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
+    EstimationResult result;
+    arena_.execute([&] { result = EstimateOnCpu(input, options); });
+    return result;
+  }
+
+  PlaneMap Filter(const FilterInput& input, const FilterOptions& options) override {
+    PlaneMap result;
+    arena_.execute([&] { result = FilterRows(input, options); });
+    return result;
+  }
+
+  InferenceResult Infer(const InferenceInput& input, const StereoOptions&, const InferenceOptions&) override {
+    return {*input.measured, Mask(input.measured->width(), input.measured->height()), {}};
+  }
+
+ private:
+  static PlaneMap FilterRows(const FilterInput& input, const FilterOptions& options) {
+    const FilterContext context(input, options);
+    const PlaneMap& map = *input.reference.map;
+    PlaneMap kept(map.width(), map.height());
+    tbb::parallel_for(0, map.height(), [&](int y) {
+      ThrowIfCancelled();
+      for (int x = 0; x < map.width(); ++x) {
+        if (context.Keeps(x, y)) kept(x, y) = map(x, y);
+      }
+    });
+    return kept;
+  }
+
+  int num_threads_;
+  tbb::task_arena arena_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeCpuBackend(int num_threads) { return std::make_unique<CpuBackend>(num_threads); }
+
+}  // namespace phi

@@ -1,0 +1,96 @@
+#include "phi/matching/zncc.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "phi/matching/cost_aggregation.h"
+
+namespace phi {
+namespace {
+
+constexpr Mat3f kIdentity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}};
+
+Array2D<std::uint8_t> Texture(int width, int height, double gain, double offset) {
+  Array2D<std::uint8_t> image(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      image(x, y) = static_cast<std::uint8_t>(std::lround(
+          gain * (60 * std::sin(0.7 * x) * std::cos(0.45 * y) + 20 * std::sin(0.31 * x * y)) + offset));
+    }
+  }
+  return image;
+}
+
+float Cost(const Array2D<std::uint8_t>& a, const Array2D<std::uint8_t>& b, const Mat3f& h, float u = 32.5f,
+           float v = 30.5f) {
+  return ZnccCost(GraySampler{a.view()}, GraySampler{b.view()}, b.width(), b.height(), MatchingWindow{}, u, v,
+                  h);
+}
+
+TEST(GraySampler, InterpolatesBetweenPixelCentresAndClamps) {
+  Array2D<std::uint8_t> image(2, 2);
+  image(0, 0) = 10, image(1, 0) = 20, image(0, 1) = 30, image(1, 1) = 80;
+  const GraySampler sampler{std::as_const(image).view()};
+  EXPECT_FLOAT_EQ(sampler(0.5f, 0.5f), 10);
+  EXPECT_FLOAT_EQ(sampler(1.0f, 0.5f), 15);
+  EXPECT_FLOAT_EQ(sampler(1.0f, 1.0f), 35);  // mean of the four
+  EXPECT_FLOAT_EQ(sampler(-5.0f, 0.5f), 10);
+  EXPECT_FLOAT_EQ(sampler(9.0f, 9.0f), 80);
+}
+
+TEST(Zncc, ZeroForEqualWindowsAndInvariantToGainAndOffset) {
+  const auto image = Texture(64, 64, 1.0, 128);
+  EXPECT_NEAR(Cost(image, image, kIdentity), 0, 1e-5);
+  EXPECT_NEAR(Cost(image, Texture(64, 64, 0.5, 100), kIdentity), 0, 2e-3);  // rounding to grey levels remains
+  EXPECT_NEAR(Cost(image, Texture(64, 64, -1.0, 128), kIdentity), 2, 1e-3);
+}
+
+TEST(Zncc, FollowsTheHomography) {
+  const auto image = Texture(64, 64, 1.0, 128);
+  Array2D<std::uint8_t> shifted(64, 64);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x)
+      shifted(x, y) = image((x + 60) % 64, (y + 2) % 64);  // content moved by (+4, -2)
+  }
+  const Mat3f translation = {{1, 0, 4, 0, 1, -2, 0, 0, 1}};
+  EXPECT_NEAR(Cost(image, shifted, translation), 0, 1e-5);
+  EXPECT_GT(Cost(image, shifted, kIdentity), 0.3);
+}
+
+TEST(Zncc, MaxCostOutsideTheSourceBehindItOrWithoutTexture) {
+  const auto image = Texture(64, 64, 1.0, 128);
+  const Mat3f outside = {{1, 0, 30, 0, 1, 0, 0, 0, 1}};
+  EXPECT_EQ(Cost(image, image, outside), kMaxCost);
+  const Mat3f behind = {{-1, 0, 0, 0, -1, 0, 0, 0, -1}};
+  EXPECT_EQ(Cost(image, image, behind), kMaxCost);
+  EXPECT_EQ(Cost(image, Array2D<std::uint8_t>(64, 64, 128), kIdentity), kMaxCost);
+  EXPECT_EQ(Cost(Array2D<std::uint8_t>(64, 64, 128), image, kIdentity), kMaxCost);
+}
+
+TEST(CostAggregation, HarmonicMeanIgnoresViewsThatDoNotSeeTheWindow) {
+  const float costs[] = {0.5f, 0.25f, kMaxCost};
+  EXPECT_FLOAT_EQ(HarmonicMeanCost(costs, 3), 2 / (2.0f + 4.0f));
+  const float none[] = {kMaxCost, kMaxCost};
+  EXPECT_EQ(HarmonicMeanCost(none, 2), kMaxCost);
+}
+
+TEST(CostAggregation, ViewsThatMatchBadlyLoseTheirWeight) {
+  ViewEvidence good, bad;
+  for (int i = 0; i < 4; ++i) {
+    good.Add(0.1f, 0.8f);
+    bad.Add(1.5f, 0.8f);
+  }
+  EXPECT_NEAR(good.Weight(0.8f), std::exp(-0.01 / 0.18), 1e-6);
+  EXPECT_EQ(bad.Weight(0.8f), 0);
+}
+
+TEST(CostAggregation, BestViewsAreSelected) {
+  const float costs[] = {0.9f, 0.1f, 0.3f, 0.2f};
+  std::uint32_t mask = 0;
+  EXPECT_NEAR(BestViewsCost(costs, 4, &mask), 0.2f, 1e-6);
+  EXPECT_EQ(mask, 0b1110u);
+}
+
+}  // namespace
+}  // namespace phi
