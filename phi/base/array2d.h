@@ -18,6 +18,7 @@ struct ArrayView2D {
   PHI_HD T& operator()(int x, int y) const { return data[static_cast<std::int64_t>(y) * width + x]; }
   PHI_HD bool Contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
   PHI_HD std::int64_t size() const { return static_cast<std::int64_t>(width) * height; }
+  PHI_HD operator ArrayView2D<const T>() const { return {data, width, height}; }
 };
 
 template <typename T>

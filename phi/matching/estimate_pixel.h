@@ -145,7 +145,6 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   const EstimationParameters& p = context.parameters;
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
-  const ArrayView2D<const float> cost_view{state.cost.data, state.cost.width, state.cost.height};
 
   // Candidate 0 is the pixel's own hypothesis.
   float costs[kNumRegions + 1][kViews];
@@ -155,7 +154,7 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   for (int j = 0; j < p.num_views; ++j) costs[0][j] = LoadCost(state.ViewCost(j, x, y));
   for (int region = 0; region < kNumRegions; ++region) {
     PixelOffset offset;
-    if (!BestInRegion(cost_view, x, y, region, &offset)) continue;
+    if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
     candidates[num_candidates] = moved;

@@ -43,10 +43,10 @@ TEST(Propagation, PicksTheLowestCostInTheRegion) {
   cost(32 + lowest.dx, 32 + lowest.dy) = 0.1f;
   cost(33, 33) = 0.0f;  // same colour: never read
   PixelOffset best;
-  ASSERT_TRUE(BestInRegion(std::as_const(cost).view(), 32, 32, 6, &best));
+  ASSERT_TRUE(BestInRegion(cost.view(), 32, 32, 6, &best));
   EXPECT_EQ(best.dx, lowest.dx);
   EXPECT_EQ(best.dy, lowest.dy);
-  ASSERT_TRUE(BestInRegion(std::as_const(cost).view(), 32, 32, 5, &best));  // all equal: the first
+  ASSERT_TRUE(BestInRegion(cost.view(), 32, 32, 5, &best));  // all equal: the first
   EXPECT_EQ(best.dx, 3);
   EXPECT_EQ(best.dy, 0);
 }

@@ -31,7 +31,7 @@ float Cost(const Array2D<std::uint8_t>& a, const Array2D<std::uint8_t>& b, const
 TEST(GraySampler, InterpolatesBetweenPixelCentresAndClamps) {
   Array2D<std::uint8_t> image(2, 2);
   image(0, 0) = 10, image(1, 0) = 20, image(0, 1) = 30, image(1, 1) = 80;
-  const GraySampler sampler{std::as_const(image).view()};
+  const GraySampler sampler{image.view()};
   EXPECT_FLOAT_EQ(sampler(0.5f, 0.5f), 10);
   EXPECT_FLOAT_EQ(sampler(1.0f, 0.5f), 15);
   EXPECT_FLOAT_EQ(sampler(1.0f, 1.0f), 35);  // mean of the four
