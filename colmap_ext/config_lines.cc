@@ -1,0 +1,39 @@
+#include "colmap_ext/config_lines.h"
+
+#include <fstream>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+
+std::string_view Trim(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  const std::size_t begin = text.find_first_not_of(kSpace);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
+}
+
+std::string LineText(const std::filesystem::path& path, int number) {
+  return path.string() + ": line " + std::to_string(number) + ": ";
+}
+
+std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path)) {
+    throw phi::InputError(path.string() +
+                          ": this file is missing or cannot be opened; colmap image_undistorter writes it");
+  }
+  std::vector<ConfigLine> lines;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    std::string_view text = line;
+    if (number == 1 && text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+    text = Trim(text);
+    if (!text.empty() && text.front() != '#') lines.push_back({number, std::string(text)});
+  }
+  if (file.bad()) throw phi::InputError(path.string() + ": reading broke off; check the disk");
+  return lines;
+}
+
+}  // namespace colmap_ext

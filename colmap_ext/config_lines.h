@@ -1,0 +1,24 @@
+// The lines of COLMAP's small configuration files (patch-match.cfg, fusion.cfg).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace colmap_ext {
+
+struct ConfigLine {
+  int number = 0;    // from 1
+  std::string text;  // without surrounding white space; not empty, no comment
+};
+
+// Throws phi::InputError when the file cannot be read.
+std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path);
+
+std::string_view Trim(std::string_view text);
+
+// "PATH: line N: ".
+std::string LineText(const std::filesystem::path& path, int number);
+
+}  // namespace colmap_ext

@@ -1,0 +1,14 @@
+// Masks (stereo/filled_masks/<image>.png): 8-bit gray PNG, 255 = inferred, 0 = measured or empty.
+#pragma once
+
+#include <filesystem>
+
+#include "phi/backend.h"
+
+namespace colmap_ext {
+
+// Throws phi::InputError naming the file when it is missing, damaged, or holds other values than 0 and 255.
+phi::Mask ReadMask(const std::filesystem::path& path);
+void WriteMask(const std::filesystem::path& path, const phi::Mask& mask);
+
+}  // namespace colmap_ext
