@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "phi/initialization.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
+#include "phi/matching/geometric_guidance.h"
 
 namespace phi {
 namespace {
@@ -21,10 +23,17 @@ struct CpuContext {
   const EstimationParameters& parameters;
   EstimationState state;
   const Matcher& matcher;
+  const std::vector<RelativeView>& views;
+  std::vector<ArrayView2D<const PlaneHypothesis>> source_maps;  // empty: no guidance
 
   Matcher::Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const {
     matcher.Costs(patch, x, y, h, costs);
+    for (std::size_t j = 0; j < source_maps.size(); ++j) {
+      const float guidance =
+          GuidanceCost(parameters.reference, views[j], source_maps[j], x + 0.5f, y + 0.5f, h.depth);
+      costs[j] = std::min(costs[j] + guidance, kMaxCost);
+    }
   }
 };
 
@@ -85,7 +94,10 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
   const Matcher matcher(input, parameters, views);
-  const CpuContext context{parameters, arrays.View(), matcher};
+  CpuContext context{parameters, arrays.View(), matcher, views, {}};
+  for (const auto& map : input.source_maps) {
+    context.source_maps.push_back(map != nullptr ? map->view() : ArrayView2D<const PlaneHypothesis>{});
+  }
   if (parameters.num_views <= 8) {
     Run<8>(context, input);
   } else {

@@ -1,13 +1,11 @@
-// What one pixel does in the estimation (paper section C): initialise, then per iteration propagate and
-// refine.
+// What one pixel does in the estimation (paper section C): initialise, then per iteration propagate and refine.
 //
 // `Context` is the view policy of a backend. It provides
-//   const EstimationParameters& parameters
-//   EstimationState state
-//   Patch LoadPatch(x, y)                                reference samples, whatever form the backend keeps
-//   them in void Costs(const Patch&, x, y, const PlaneHypothesis&, float* costs)   one cost per source view
-// The pixels of one colour read only the state of the other colour and their own, so all of them may run at
-// once.
+//   parameters                     EstimationParameters
+//   state                          EstimationState
+//   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
+//   Costs(patch, x, y, h, costs)   one cost per source view in [0, kMaxCost], geometric guidance included
+// The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
 #include <cstdint>
