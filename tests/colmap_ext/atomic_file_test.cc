@@ -1,0 +1,133 @@
+#include "colmap_ext/atomic_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+#include <string>
+
+#include "tests/support/error_message.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::InputErrorOf;
+using test_support::MessageOf;
+using test_support::ReadBytes;
+using test_support::TemporaryFolder;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+int CountFiles(const fs::path& folder) {
+  return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// The exit code of `action` in a process of its own.
+int RunInChild(const std::function<int()>& action) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(action());
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+enum ChildResult { kAsExpected = 10, kNotPermitted, kNoError, kWrongMessage, kLeftSomething, kTargetChanged };
+
+// Writes a megabyte where it cannot go; expects a ResourceError that names the file and an unchanged folder.
+int WriteTooMuch(const fs::path& target) {
+  WriteFileAtomically(target, "before");
+  try {
+    WriteFileAtomically(target, std::string(1 << 20, 'x'));
+    return kNoError;
+  } catch (const phi::ResourceError& error) {
+    if (std::string(error.what()).find(target.string()) == std::string::npos) return kWrongMessage;
+  }
+  if (CountFiles(target.parent_path()) != 1) return kLeftSomething;
+  return ReadBytes(target) == "before" ? kAsExpected : kTargetChanged;
+}
+
+TEST(AtomicFileTest, AppearsWholeUnderItsNameOnCommit) {
+  TemporaryFolder folder;
+  const fs::path target = folder / "new/folder/name with é";
+  AtomicFile file(target);
+  file.Write("part one, ");
+  EXPECT_FALSE(fs::exists(target));
+  file.Write("part two");
+  file.Commit();
+  EXPECT_EQ(ReadBytes(target), "part one, part two");
+  EXPECT_EQ(file.bytes_written(), 18u);
+  EXPECT_EQ(CountFiles(target.parent_path()), 1);
+}
+
+TEST(AtomicFileTest, LeavesTheOldFileWithoutCommit) {
+  TemporaryFolder folder;
+  const fs::path target = folder / "file";
+  WriteFileAtomically(target, "old");
+  {
+    AtomicFile file(target);
+    file.Write(std::string(1 << 20, 'x'));
+    EXPECT_EQ(CountFiles(folder.path()), 2);
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      EXPECT_EQ(IsTemporaryFile(entry.path()), entry.path() != target);
+    }
+  }
+  EXPECT_EQ(CountFiles(folder.path()), 1);
+  EXPECT_EQ(ReadBytes(target), "old");
+}
+
+TEST(AtomicFileTest, KeepsTheOrderOfSmallAndLargePieces) {
+  TemporaryFolder folder;
+  const std::string large(300000, 'L'), medium(200000, 'M');
+  AtomicFile file(folder / "file");
+  for (const auto& piece : {std::string("s"), large, std::string("t"), medium, medium, std::string("u")}) {
+    file.Write(piece);
+  }
+  file.Commit();
+  EXPECT_EQ(ReadBytes(folder / "file"), "s" + large + "t" + medium + medium + "u");
+}
+
+TEST(AtomicFileTest, NamesTheFileThatCannotBeWritten) {
+  TemporaryFolder folder;
+  test_support::WriteBytes(folder / "file", "");
+  EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "file/below", "x"); }),
+              HasSubstr("file/below"));
+  fs::create_directory(folder / "folder");
+  EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "folder", "x"); }), HasSubstr("rename"));
+  EXPECT_EQ(CountFiles(folder.path()), 2);
+}
+
+TEST(AtomicFileTest, ReportsAFileSizeLimitAndCleansUp) {
+  TemporaryFolder folder;
+  EXPECT_EQ(RunInChild([&] {
+              std::signal(SIGXFSZ, SIG_IGN);
+              const rlimit limit = {4096, 4096};
+              ::setrlimit(RLIMIT_FSIZE, &limit);
+              return WriteTooMuch(folder / "file");
+            }),
+            kAsExpected);
+}
+
+TEST(AtomicFileTest, ReportsAFullDiskAndCleansUp) {
+  TemporaryFolder folder;
+  const int result = RunInChild([&] {
+    // A file system of 64 KiB, which only this process sees.
+    if (::unshare(CLONE_NEWNS) != 0) return static_cast<int>(kNotPermitted);
+    ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
+    if (::mount("none", folder.path().c_str(), "tmpfs", 0, "size=64k") != 0)
+      return static_cast<int>(kNotPermitted);
+    return WriteTooMuch(folder / "file");
+  });
+  if (result == kNotPermitted) GTEST_SKIP() << "mounting a small file system needs privileges";
+  EXPECT_EQ(result, kAsExpected);
+}
+
+}  // namespace
+}  // namespace colmap_ext

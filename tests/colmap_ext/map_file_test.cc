@@ -1,0 +1,112 @@
+#include "colmap_ext/map_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/error_message.h"
+#include "tests/support/golden_bytes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using test_support::GoldenBytes;
+using test_support::InputErrorOf;
+using test_support::ReadBytes;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string GoldenDepth() {
+  return GoldenBytes().Text("3&2&1&").F32(1).F32(2).F32(3).F32(4).F32(0).F32(-1.5f).bytes();
+}
+
+// Two pixels: normals (0, 0, -1) and (0.6, 0, -0.8), channel after channel.
+std::string GoldenNormals() {
+  return GoldenBytes().Text("2&1&3&").F32(0).F32(0.6f).F32(0).F32(0).F32(-1).F32(-0.8f).bytes();
+}
+
+TEST(MapFileTest, DepthMapHasTheExactBytes) {
+  TemporaryFolder folder;
+  phi::Array2D<float> depth(3, 2);
+  depth(0, 0) = 1, depth(1, 0) = 2, depth(2, 0) = 3, depth(0, 1) = 4, depth(1, 1) = 0, depth(2, 1) = -1.5f;
+  WriteDepthMap(folder / "sub/d.bin", depth);
+  EXPECT_EQ(ReadBytes(folder / "sub/d.bin"), GoldenDepth());
+}
+
+TEST(MapFileTest, NormalMapHasTheExactBytes) {
+  TemporaryFolder folder;
+  phi::Array2D<phi::Vec3f> normals(2, 1);
+  normals(0, 0) = {0, 0, -1};
+  normals(1, 0) = {0.6f, 0, -0.8f};
+  WriteNormalMap(folder / "n.bin", normals);
+  EXPECT_EQ(ReadBytes(folder / "n.bin"), GoldenNormals());
+}
+
+TEST(MapFileTest, PlaneMapIsItsDepthAndNormalMap) {
+  TemporaryFolder folder;
+  phi::PlaneMap map(2, 1);
+  map(0, 0) = {{0, 0, -1}, 5};
+  map(1, 0) = {{0.6f, 0, -0.8f}, 7};
+  WritePlaneMap(folder / "d.bin", folder / "n.bin", map);
+  EXPECT_EQ(ReadBytes(folder / "d.bin"), GoldenBytes().Text("2&1&1&").F32(5).F32(7).bytes());
+  EXPECT_EQ(ReadBytes(folder / "n.bin"), GoldenNormals());
+  const phi::PlaneMap read = ReadPlaneMap(folder / "d.bin", folder / "n.bin");
+  EXPECT_EQ(read(1, 0).depth, 7);
+  EXPECT_EQ(read(1, 0).normal.x, 0.6f);
+  EXPECT_EQ(read(1, 0).normal.z, -0.8f);
+  EXPECT_EQ(read(0, 0).normal.z, -1);
+}
+
+TEST(MapFileTest, ReadsWhatTheBytesSay) {
+  TemporaryFolder folder;
+  WriteBytes(folder / "d.bin", GoldenDepth());
+  const phi::Array2D<float> depth = ReadDepthMap(folder / "d.bin");
+  ASSERT_EQ(depth.width(), 3);
+  ASSERT_EQ(depth.height(), 2);
+  EXPECT_EQ(depth(2, 0), 3);
+  EXPECT_EQ(depth(2, 1), -1.5f);
+  WriteBytes(folder / "n.bin", GoldenNormals());
+  EXPECT_EQ(ReadNormalMap(folder / "n.bin")(1, 0).x, 0.6f);
+  const MapSize size = ReadMapSize(folder / "n.bin");
+  EXPECT_EQ(size.width, 2);
+  EXPECT_EQ(size.height, 1);
+  EXPECT_EQ(size.channels, 3);
+}
+
+TEST(MapFileTest, EveryOtherLengthIsAnInputErrorThatNamesTheFile) {
+  TemporaryFolder folder;
+  const std::string whole = GoldenDepth();
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    WriteBytes(folder / "d.bin", whole.substr(0, length));
+    ASSERT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "d.bin"); }), HasSubstr("d.bin")) << length;
+    ASSERT_THAT(InputErrorOf([&] { ReadMapSize(folder / "d.bin"); }), HasSubstr("d.bin")) << length;
+  }
+  WriteBytes(folder / "d.bin", whole + "x");
+  EXPECT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "d.bin"); }),
+              AllOf(HasSubstr("has 31 bytes"), HasSubstr("3x2x1, that is 30 bytes")));
+}
+
+TEST(MapFileTest, RefusesForeignAndAbsurdHeaders) {
+  TemporaryFolder folder;
+  for (const char* header : {"PNG", "3&2&", "-3&2&1&", "0&2&1&", "3,2,1,", "3&2&1.5&",
+                             "99999999999999999999&1&1&", "2000000000&2000000000&1&", " 3&2&1&", "3&2&1"}) {
+    WriteBytes(folder / "d.bin", header + std::string(24, '\0'));
+    EXPECT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "d.bin"); }), HasSubstr("no COLMAP map")) << header;
+  }
+}
+
+TEST(MapFileTest, RefusesTheWrongKindOfMap) {
+  TemporaryFolder folder;
+  WriteBytes(folder / "d.bin", GoldenDepth());
+  WriteBytes(folder / "n.bin", GoldenNormals());
+  EXPECT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "n.bin"); }), HasSubstr("2x1x3"));
+  EXPECT_THAT(InputErrorOf([&] { ReadNormalMap(folder / "d.bin"); }), HasSubstr("3x2x1"));
+  EXPECT_THAT(InputErrorOf([&] { ReadPlaneMap(folder / "d.bin", folder / "n.bin"); }),
+              AllOf(HasSubstr("n.bin"), HasSubstr("d.bin"), HasSubstr("3x2x1")));
+  EXPECT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "none.bin"); }), HasSubstr("none.bin"));
+}
+
+}  // namespace
+}  // namespace colmap_ext
