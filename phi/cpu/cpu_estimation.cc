@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "phi/base/cancellation.h"
-#include "phi/cpu/scalar_matcher.h"
+#include "phi/cpu/simd_matcher.h"
 #include "phi/initialization.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
@@ -16,7 +16,7 @@
 namespace phi {
 namespace {
 
-using Matcher = ScalarMatcher;
+using Matcher = SimdMatcher;
 
 // The view policy of estimate_pixel.h.
 struct CpuContext {
