@@ -1,0 +1,160 @@
+#include "colmap_ext/image_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "colmap_ext/mask_file.h"
+#include "tests/support/error_message.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::InputErrorOf;
+using test_support::ReadBytes;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using ::testing::HasSubstr;
+
+phi::GrayImage Gradient(int width, int height) {
+  phi::GrayImage image(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) image(x, y) = static_cast<std::uint8_t>(x + 2 * y);
+  }
+  return image;
+}
+
+// A thumbnail and a comment within the header, as cameras write them; both hold an end marker. Orientation 6 asks
+// viewers to turn the picture by 90 degrees.
+std::string WithExifOrientation(const std::string& jpeg) {
+  std::string exif = std::string("Exif\0\0", 6) + "II" + std::string("\x2A\0\x08\0\0\0", 6);
+  exif +=
+      std::string("\x01\0", 2) + std::string("\x12\x01\x03\0\x01\0\0\0\x06\0\0\0", 12) + std::string(4, '\0');
+  exif += "\xFF\xD8thumbnail\xFF\xD9";
+  const std::size_t length = exif.size() + 2;
+  const std::string segment =
+      std::string("\xFF\xE1") + static_cast<char>(length >> 8) + static_cast<char>(length & 0xFF) + exif;
+  return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
+class ImageFileTest : public ::testing::Test {
+ protected:
+  fs::path Save(const char* name, const cv::Mat& pixels) {
+    cv::imwrite((folder_ / name).string(), pixels);
+    return folder_ / name;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(ImageFileTest, GrayAndColourSurvivePng) {
+  const phi::GrayImage gray = Gradient(17, 9);
+  WriteGrayImage(folder_ / "sub/gray é.png", gray);
+  const phi::GrayImage read = ReadGrayImage(folder_ / "sub/gray é.png");
+  ASSERT_EQ(read.width(), 17);
+  ASSERT_EQ(read.height(), 9);
+  EXPECT_TRUE(std::equal(gray.begin(), gray.end(), read.begin()));
+
+  ColorImage color(2, 1);
+  color(0, 0) = {255, 10, 20};
+  color(1, 0) = {1, 2, 3};
+  WriteColorImage(folder_ / "color.png", color);
+  EXPECT_EQ(ReadColorImage(folder_ / "color.png")(0, 0), (Rgb{255, 10, 20}));
+  EXPECT_EQ(ReadColorImage(folder_ / "color.png")(1, 0), (Rgb{1, 2, 3}));
+  EXPECT_EQ(ReadColorImage(folder_ / "sub/gray é.png")(3, 4), (Rgb{11, 11, 11}));
+}
+
+// 16-bit values keep their upper byte.
+TEST_F(ImageFileTest, SixteenBitsBecomeEight) {
+  const cv::Mat gray(4, 6, CV_16UC1, cv::Scalar(0x4523));
+  const cv::Mat color(4, 6, CV_16UC3, cv::Scalar(0x1023, 0x2023, 0x3023));  // blue, green, red
+  for (const char* extension : {"png", "tif"}) {
+    EXPECT_EQ(ReadGrayImage(Save((std::string("gray.") + extension).c_str(), gray))(5, 3), 0x45) << extension;
+    const Rgb rgb = ReadColorImage(Save((std::string("color.") + extension).c_str(), color))(5, 3);
+    EXPECT_EQ(rgb, (Rgb{0x30, 0x20, 0x10})) << extension;
+    // Luma weights 0.299, 0.587, 0.114: 0.299 * 48 + 0.587 * 32 + 0.114 * 16 = 34.96.
+    EXPECT_NEAR(ReadGrayImage(folder_ / (std::string("color.") + extension))(0, 0), 35, 1) << extension;
+  }
+}
+
+TEST_F(ImageFileTest, AlphaIsIgnored) {
+  const cv::Mat pixels(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0));
+  const fs::path path = Save("alpha.png", pixels);
+  EXPECT_EQ(ReadColorImage(path)(2, 2), (Rgb{30, 20, 10}));
+  EXPECT_NEAR(ReadGrayImage(path)(2, 2), 0.299 * 30 + 0.587 * 20 + 0.114 * 10, 1);
+}
+
+TEST_F(ImageFileTest, OrientationTagIsIgnored) {
+  WriteGrayImage(folder_ / "plain.jpg", Gradient(40, 24));
+  WriteBytes(folder_ / "turned.jpg", WithExifOrientation(ReadBytes(folder_ / "plain.jpg")));
+  const cv::Mat turned = cv::imread((folder_ / "turned.jpg").string());
+  ASSERT_EQ(turned.cols, 24) << "the test's tag has no effect";
+  EXPECT_EQ(ReadGrayImage(folder_ / "turned.jpg").width(), 40);
+  EXPECT_EQ(ReadColorImage(folder_ / "turned.jpg").width(), 40);
+}
+
+TEST_F(ImageFileTest, TruncatedImagesAreErrorsThatNameTheFile) {
+  WriteGrayImage(folder_ / "whole.png", Gradient(64, 48));
+  WriteGrayImage(folder_ / "plain.jpg", Gradient(64, 48));
+  WriteBytes(folder_ / "whole.jpg", WithExifOrientation(ReadBytes(folder_ / "plain.jpg")));
+  for (const char* name : {"whole.jpg", "whole.png"}) {
+    const std::string whole = ReadBytes(folder_ / name);
+    const fs::path cut = folder_ / (std::string("cut ") + name);
+    // The last chunk of a PNG holds no pixels.
+    const std::size_t end = whole.size() - (std::string(name) == "whole.png" ? 12 : 0);
+    for (std::size_t length = 0; length < end; length += 1 + length / 8) {
+      WriteBytes(cut, whole.substr(0, length));
+      EXPECT_THAT(InputErrorOf([&] { ReadGrayImage(cut); }), HasSubstr(cut.string())) << length;
+    }
+    WriteBytes(cut, whole.substr(0, end - 1));
+    EXPECT_THAT(InputErrorOf([&] { ReadColorImage(cut); }), HasSubstr(cut.string()));
+  }
+}
+
+TEST_F(ImageFileTest, BytesAfterTheEndOfAJpegDoNotMatter) {
+  WriteGrayImage(folder_ / "image.jpg", Gradient(64, 48));
+  WriteBytes(folder_ / "image.jpg", ReadBytes(folder_ / "image.jpg") + "a phone's trailer");
+  EXPECT_EQ(ReadGrayImage(folder_ / "image.jpg").width(), 64);
+}
+
+TEST_F(ImageFileTest, MissingAndForeignFilesAreErrorsThatNameTheFile) {
+  WriteBytes(folder_ / "text.png", "this is no image");
+  WriteBytes(folder_ / "empty.png", "");
+  fs::create_directory(folder_ / "folder.png");
+  for (const char* name : {"none.png", "text.png", "empty.png", "folder.png"}) {
+    EXPECT_THAT(InputErrorOf([&] { ReadGrayImage(folder_ / name); }), HasSubstr(name));
+  }
+  EXPECT_THAT(InputErrorOf([&] { WriteGrayImage(folder_ / "image.what", Gradient(2, 2)); }),
+              HasSubstr("image.what"));
+}
+
+TEST_F(ImageFileTest, ShrinkingAveragesAreas) {
+  phi::GrayImage image(4, 2);
+  const std::uint8_t values[] = {10, 20, 100, 100, 30, 40, 100, 200};
+  std::copy(std::begin(values), std::end(values), image.begin());
+  const phi::GrayImage half = Resize(image, 2, 1);
+  EXPECT_EQ(half(0, 0), 25);
+  EXPECT_EQ(half(1, 0), 125);
+  EXPECT_EQ(Resize(image, 4, 2)(3, 1), 200);
+  EXPECT_EQ(Resize(image, 8, 4).width(), 8);
+}
+
+TEST_F(ImageFileTest, MaskIsAnEightBitGrayPng) {
+  phi::Mask mask(300, 2, 0);
+  mask(1, 0) = 255;
+  mask(299, 1) = 255;
+  WriteMask(folder_ / "mask.png", mask);
+  // Signature, then the header chunk: width 300, height 2, 8 bits, gray, no interlacing.
+  const std::string head("\x89PNG\r\n\x1A\n\0\0\0\x0DIHDR\0\0\x01\x2C\0\0\0\x02\x08\0\0\0\0", 29);
+  EXPECT_EQ(ReadBytes(folder_ / "mask.png").substr(0, head.size()), head);
+  const phi::Mask read = ReadMask(folder_ / "mask.png");
+  EXPECT_TRUE(std::equal(mask.begin(), mask.end(), read.begin()));
+  WriteGrayImage(folder_ / "gray.png", Gradient(4, 4));
+  EXPECT_THAT(InputErrorOf([&] { ReadMask(folder_ / "gray.png"); }), HasSubstr("0 and 255"));
+}
+
+}  // namespace
+}  // namespace colmap_ext
