@@ -94,6 +94,8 @@ class Backend {
   virtual PlaneMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
+  // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.
+  virtual std::int64_t PeakDeviceBytes() const { return 0; }
 };
 
 std::unique_ptr<Backend> MakeCpuBackend(int num_threads);  // num_threads <= 0: all
