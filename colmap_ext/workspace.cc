@@ -53,17 +53,6 @@ std::string PinholeProblem(const SparseCamera& camera) {
   return "";
 }
 
-phi::Pinhole MakePinhole(const SparseCamera& camera) {
-  const bool simple = camera.model_id == kSimplePinhole;
-  const std::vector<double>& p = camera.params;
-  return {static_cast<int>(camera.width),
-          static_cast<int>(camera.height),
-          p[0],
-          simple ? p[0] : p[1],
-          simple ? p[1] : p[2],
-          simple ? p[2] : p[3]};
-}
-
 // Image names become file names below images/ and stereo/.
 std::string NameProblem(const std::string& name) {
   const fs::path path(name);
@@ -87,6 +76,17 @@ std::set<std::uint32_t> ReportCameras(const SparseModel& model, const fs::path& 
 }
 
 }  // namespace
+
+phi::Pinhole MakePinhole(const SparseCamera& camera) {
+  const bool simple = camera.model_id == kSimplePinhole;
+  const std::vector<double>& p = camera.params;
+  return {static_cast<int>(camera.width),
+          static_cast<int>(camera.height),
+          p[0],
+          simple ? p[0] : p[1],
+          simple ? p[1] : p[2],
+          simple ? p[2] : p[3]};
+}
 
 phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size) {
   if (max_image_size <= 0 || std::max(full.width, full.height) <= max_image_size) return full;

@@ -65,6 +65,9 @@ class Workspace {
   std::unordered_map<std::string, int> index_by_name_;
 };
 
+// The intrinsics of a SIMPLE_PINHOLE or PINHOLE camera at its full size.
+phi::Pinhole MakePinhole(const SparseCamera& camera);
+
 // The camera of an image that was resized as COLMAP does for max_image_size; <= 0: unchanged.
 phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size);
 
