@@ -1,0 +1,80 @@
+#include "colmap_ext/pipeline/backend_choice.h"
+
+#include <charconv>
+#include <sstream>
+
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+#ifdef PHIMVS_WITH_CUDA
+#include "cuda/cuda_backend.h"
+#endif
+
+namespace colmap_ext {
+namespace {
+
+using Backends = std::vector<std::unique_ptr<phi::Backend>>;
+
+#ifdef PHIMVS_WITH_CUDA
+Backends MakeCuda(const std::vector<int>& gpu_indices) { return phi::gpu::MakeCudaBackends(gpu_indices); }
+#else
+Backends MakeCuda(const std::vector<int>&) {
+  throw phi::ResourceError(
+      "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
+}
+#endif
+
+Backends MakeCpu(const BackendOptions& options, const std::string& reason) {
+  Backends backends;
+  backends.push_back(phi::MakeCpuBackend(options.num_threads));
+  phi::LogInfo("backend: " + backends.front()->Name() + ", " + reason);
+  return backends;
+}
+
+void LogCuda(const Backends& backends, const std::string& reason) {
+  std::string names;
+  for (const auto& backend : backends) names += (names.empty() ? "" : ", ") + backend->Name();
+  phi::LogInfo("backend: " + names + ", " + reason);
+}
+
+}  // namespace
+
+std::vector<int> ParseGpuIndices(const std::string& text) {
+  std::vector<int> indices;
+  std::stringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::size_t first = part.find_first_not_of(' ');
+    const std::size_t last = part.find_last_not_of(' ');
+    const std::string number = first == std::string::npos ? "" : part.substr(first, last - first + 1);
+    int index = 0;
+    const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), index);
+    if (error != std::errc() || stop != number.data() + number.size() || index < -1) {
+      throw phi::UsageError("--PatchMatchStereo.gpu_index is '" + text +
+                            "', but must be -1 (all) or a list such as 0,1");
+    }
+    indices.push_back(index);
+  }
+  if (indices.empty()) throw phi::UsageError("--PatchMatchStereo.gpu_index must not be empty");
+  return indices;
+}
+
+Backends MakeBackends(const BackendOptions& options) {
+  const std::vector<int> gpu_indices = ParseGpuIndices(options.gpu_index);
+  if (options.kind == BackendKind::kCpu) return MakeCpu(options, "as --PhiStereo.backend asks");
+  if (options.kind == BackendKind::kCuda) {
+    Backends backends = MakeCuda(gpu_indices);
+    LogCuda(backends, "as --PhiStereo.backend asks");
+    return backends;
+  }
+  try {
+    Backends backends = MakeCuda(gpu_indices);
+    if (!backends.empty()) {
+      LogCuda(backends, "a working GPU was found");
+      return backends;
+    }
+    return MakeCpu(options, "no GPU was found");
+  } catch (const phi::ResourceError& error) {
+    return MakeCpu(options, std::string("because no GPU can be used: ") + error.what());
+  }
+}
+
+}  // namespace colmap_ext

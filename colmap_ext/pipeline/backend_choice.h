@@ -1,0 +1,27 @@
+// Which devices run: --PhiStereo.backend and --PatchMatchStereo.gpu_index.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phi/backend.h"
+
+namespace colmap_ext {
+
+enum class BackendKind { kAuto, kCuda, kCpu };
+
+struct BackendOptions {
+  BackendKind kind = BackendKind::kAuto;
+  std::string gpu_index = "-1";  // COLMAP's spelling: -1 = all GPUs, or 0,1,...
+  int num_threads = -1;          // of the CPU backend; <= 0: all
+};
+
+// "0,1" -> {0, 1}; "-1" -> {-1}. Throws phi::UsageError.
+std::vector<int> ParseGpuIndices(const std::string& text);
+
+// At least one backend. Logs in one line which one runs and why. Throws phi::UsageError when CUDA is asked
+// for and this build has none, and phi::ResourceError when no device works.
+std::vector<std::unique_ptr<phi::Backend>> MakeBackends(const BackendOptions& options);
+
+}  // namespace colmap_ext

@@ -1,0 +1,124 @@
+#include "colmap_ext/pipeline/image_jobs.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <system_error>
+#include <unordered_map>
+
+#include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pipeline/result_key.h"
+#include "phi/base/error.h"
+#include "phi/view_selection.h"
+
+namespace colmap_ext {
+namespace {
+
+// Changes with the points, their tracks' lengths and the working cameras' number.
+std::string SceneKey(const phi::SparseScene& scene) {
+  ResultKey key;
+  key.Add(static_cast<std::int64_t>(scene.num_views()));
+  for (std::size_t i = 0; i < scene.num_points(); ++i) {
+    const Eigen::Vector3d& point = scene.point(i);
+    key.Add(point.x()).Add(point.y()).Add(point.z()).Add(static_cast<std::int64_t>(scene.track(i).size()));
+  }
+  return key.Hex();
+}
+
+// Camera and image file of a view. The file counts by its size: good enough to notice that it was replaced.
+std::string ViewKey(const Workspace& workspace, int image) {
+  const phi::SceneView& view = workspace.views()[image];
+  const phi::Pinhole& k = view.camera.pinhole;
+  ResultKey key;
+  key.Add(std::int64_t{view.image_id}).Add(std::int64_t{k.width}).Add(std::int64_t{k.height});
+  key.Add(k.fx).Add(k.fy).Add(k.cx).Add(k.cy);
+  for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
+  for (const double value : view.camera.pose.translation) key.Add(value);
+  std::error_code missing;
+  const auto num_bytes = std::filesystem::file_size(workspace.ImagePath(image), missing);
+  key.Add(missing ? std::int64_t{-1} : static_cast<std::int64_t>(num_bytes));
+  return key.Hex();
+}
+
+void SelectAutomaticSources(const Workspace& workspace, const phi::SparseScene& scene,
+                            const std::vector<PatchMatchProblem>& problems,
+                            const phi::ViewSelectionOptions& options, std::vector<ImageJob>* jobs) {
+  const phi::ViewSelector selector(workspace.views(), scene, options);
+  tbb::parallel_for(std::size_t{0}, problems.size(), [&](std::size_t j) {
+    const int max_sources = std::min(problems[j].max_automatic_sources, options.num_source_views);
+    if (max_sources <= 0) return;
+    for (const phi::SourceView& source : selector.Select(problems[j].reference, max_sources)) {
+      (*jobs)[j].sources.push_back(source.view);
+    }
+  });
+}
+
+std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
+  const std::string& name = workspace.views()[job.image].name;
+  if (job.file_is_missing) {
+    return "image " + name + ": the file " + workspace.ImagePath(job.image).string() + " is missing";
+  }
+  if (job.sources.empty()) {
+    return "image " + name +
+           ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
+           "source "
+           "images there";
+  }
+  return "";
+}
+
+}  // namespace
+
+phi::SparseScene MakeSparseScene(const SparseModel& model) {
+  std::unordered_map<std::uint32_t, int> view_of_image;
+  std::vector<phi::Pinhole> pinholes;
+  for (const SparseImage& image : model.images) {
+    view_of_image.emplace(image.image_id, static_cast<int>(pinholes.size()));
+    pinholes.push_back(MakePinhole(model.cameras.at(image.camera_id)));
+  }
+  phi::SparseScene scene(std::move(pinholes));
+  std::vector<phi::PointObservation> track;
+  for (const SparsePoint& point : model.points) {
+    track.clear();
+    for (const TrackElement& element : point.track) {
+      const auto view = view_of_image.find(element.image_id);
+      if (view == view_of_image.end()) continue;
+      const auto& observations = model.images[view->second].observations;
+      if (element.observation_index >= observations.size()) continue;
+      const Observation& seen = observations[element.observation_index];
+      track.push_back({view->second, static_cast<float>(seen.x), static_cast<float>(seen.y)});
+    }
+    scene.AddPoint(point.xyz, track);
+  }
+  return scene;
+}
+
+std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                    const std::filesystem::path& config_path,
+                                    const phi::ViewSelectionOptions& options) {
+  const std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(workspace, config_path);
+  if (problems.empty()) throw phi::InputError("patch-match.cfg names no image; nothing to do");
+  std::vector<ImageJob> jobs(problems.size());
+  std::vector<int> job_of_image(workspace.views().size(), -1);
+  for (std::size_t j = 0; j < problems.size(); ++j) {
+    jobs[j].image = problems[j].reference;
+    jobs[j].sources = problems[j].sources;
+    job_of_image[problems[j].reference] = static_cast<int>(j);
+  }
+  SelectAutomaticSources(workspace, scene, problems, options, &jobs);
+  const std::string scene_key = SceneKey(scene);
+  for (ImageJob& job : jobs) {
+    ResultKey key;
+    key.Add(scene_key).Add(ViewKey(workspace, job.image));
+    for (const int source : job.sources) {
+      job.source_jobs.push_back(job_of_image[source]);
+      key.Add(ViewKey(workspace, source));
+    }
+    job.input_key = key.Hex();
+    job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image));
+    job.problem = ProblemOf(workspace, job);
+  }
+  return jobs;
+}
+
+}  // namespace colmap_ext

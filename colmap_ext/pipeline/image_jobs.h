@@ -1,0 +1,22 @@
+// From a workspace to the list of tasks: which images to estimate, and from which source views.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "colmap_ext/pipeline/stage_graph.h"
+#include "colmap_ext/workspace.h"
+#include "phi/sparse_scene.h"
+
+namespace colmap_ext {
+
+// The sparse model as the dense stages need it; views as in workspace.views().
+phi::SparseScene MakeSparseScene(const SparseModel& model);
+
+// In the order of patch-match.cfg, with sources selected where the file says __auto__. config_path empty: the
+// workspace's own file.
+std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                    const std::filesystem::path& config_path,
+                                    const phi::ViewSelectionOptions& options);
+
+}  // namespace colmap_ext

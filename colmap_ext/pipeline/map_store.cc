@@ -1,0 +1,127 @@
+#include "colmap_ext/pipeline/map_store.h"
+
+#include <system_error>
+#include <utility>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename T>
+MemoryCache::Sized MakeSized(std::shared_ptr<const T> item) {
+  const auto num_bytes = static_cast<std::int64_t>(item->bytes());
+  return {std::move(item), num_bytes};
+}
+
+template <typename T, typename Read>
+std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& key, const Read& read) {
+  const auto item = cache.GetOrLoad(key, [&] { return MakeSized<T>(std::make_shared<const T>(read())); });
+  return std::static_pointer_cast<const T>(item);
+}
+
+std::string CostKey(const std::string& kind) { return kind + " cost"; }
+std::string FilledKey(const std::string& kind) { return kind + " filled"; }
+
+bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
+  try {
+    const MapSize size = ReadMapSize(path);
+    return size.width == pinhole.width && size.height == pinhole.height && size.channels == channels;
+  } catch (const phi::InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers)
+    : workspace_(workspace), cache_(budget_bytes), writers_(num_writers) {}
+
+std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
+  const auto item = cache_.GetOrLoad({image, "gray"}, [&] { return MakeSized(workspace_.ReadGray(image)); });
+  return std::static_pointer_cast<const phi::GrayImage>(item);
+}
+
+std::shared_ptr<const phi::PlaneMap> MapStore::Map(int image, const std::string& kind) {
+  return GetOrRead<phi::PlaneMap>(cache_, {image, kind}, [&] {
+    return ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+  });
+}
+
+std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string& kind) {
+  return GetOrRead<phi::CostMap>(cache_, {image, CostKey(kind)},
+                                 [&] { return ReadDepthMap(workspace_.CostMapPath(image, kind)); });
+}
+
+std::shared_ptr<const phi::Mask> MapStore::Filled(int image, const std::string& kind) {
+  return GetOrRead<phi::Mask>(cache_, {image, FilledKey(kind)},
+                              [&] { return ReadMask(FilledPath(image, kind)); });
+}
+
+void MapStore::Write(int image, const std::string& kind, const StageResult& result,
+                     std::function<void()> on_written) {
+  cache_.PutPinned({image, kind}, MakeSized(result.map));
+  if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
+  writers_.Submit([this, image, kind, result, on_written = std::move(on_written)] {
+    WriteFiles(image, kind, result);
+    cache_.Unpin({image, kind});
+    cache_.Unpin({image, CostKey(kind)});
+    on_written();
+    // Depth and three components of the normal, float32 each: as many bytes as the map in memory.
+    return static_cast<std::int64_t>(result.map->bytes() + (result.cost ? result.cost->bytes() : 0));
+  });
+}
+
+void MapStore::KeepTransient(int image, const std::string& kind, const StageResult& result) {
+  const auto guard = [](const std::function<void()>& write) {
+    try {
+      write();
+    } catch (const phi::InputError& error) {
+      throw phi::ResourceError(error.what());  // not the fault of the image whose turn it is
+    }
+  };
+  cache_.PutTransient(
+      {image, kind}, MakeSized(result.map), [this, image, kind, guard](const MemoryCache::Item& item) {
+        guard([&] { WriteFiles(image, kind, {.map = std::static_pointer_cast<const phi::PlaneMap>(item)}); });
+      });
+  if (!result.filled) return;
+  cache_.PutTransient(
+      {image, FilledKey(kind)}, MakeSized(result.filled),
+      [this, image, kind, guard](const MemoryCache::Item& item) {
+        guard([&] { WriteMask(FilledPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
+      });
+}
+
+void MapStore::WriteFiles(int image, const std::string& kind, const StageResult& result) const {
+  if (result.filled) WriteMask(FilledPath(image, kind), *result.filled);
+  if (result.cost) WriteDepthMap(workspace_.CostMapPath(image, kind), *result.cost);
+  WritePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), *result.map);
+}
+
+fs::path MapStore::FilledPath(int image, const std::string& kind) const {
+  const fs::path path = workspace_.FilledMaskPath(image);
+  if (kind == kGeometric) return path;
+  return path.parent_path() / (path.stem().string() + "." + kind + path.extension().string());
+}
+
+bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_filled) const {
+  const phi::Pinhole& pinhole = workspace_.views()[image].camera.pinhole;
+  return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
+         HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3) &&
+         (!with_cost || HasSize(workspace_.CostMapPath(image, kind), pinhole, 1)) &&
+         (!with_filled || fs::exists(FilledPath(image, kind)));
+}
+
+void MapStore::RemoveFiles(int image, const std::string& kind) const {
+  std::error_code ignored;  // a file that is not there is as good as one removed
+  fs::remove(workspace_.DepthMapPath(image, kind), ignored);
+  fs::remove(workspace_.NormalMapPath(image, kind), ignored);
+  fs::remove(workspace_.CostMapPath(image, kind), ignored);
+  fs::remove(FilledPath(image, kind), ignored);
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,56 @@
+// Images and maps of a workspace for the stages: from memory where they fit the budget, else from files.
+// Results are written beside the computation.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "colmap_ext/pipeline/memory_cache.h"
+#include "colmap_ext/pipeline/writer_pool.h"
+#include "colmap_ext/workspace.h"
+#include "phi/backend.h"
+
+namespace colmap_ext {
+
+// What a stage makes of an image. cost and filled may be null.
+struct StageResult {
+  std::shared_ptr<const phi::PlaneMap> map = nullptr;
+  std::shared_ptr<const phi::CostMap> cost = nullptr;
+  std::shared_ptr<const phi::Mask> filled = nullptr;
+};
+
+// Thread-safe.
+class MapStore {
+ public:
+  MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers);
+
+  std::shared_ptr<const phi::GrayImage> Gray(int image);
+  std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
+  std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
+  std::shared_ptr<const phi::Mask> Filled(int image, const std::string& kind);
+
+  // Queues the files for writing; `on_written` is called from the writer's thread once they are there.
+  void Write(int image, const std::string& kind, const StageResult& result, std::function<void()> on_written);
+  // Keeps a result that gets files only when the budget asks for its place.
+  void KeepTransient(int image, const std::string& kind, const StageResult& result);
+
+  // Whether the files of a result are there and have the size of the image.
+  bool FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_filled) const;
+  void RemoveFiles(int image, const std::string& kind) const;
+
+  void Drain() { writers_.Drain(); }
+  const WriterPool& writers() const { return writers_; }
+  const MemoryCache& cache() const { return cache_; }
+
+ private:
+  void WriteFiles(int image, const std::string& kind, const StageResult& result) const;
+  std::filesystem::path FilledPath(int image, const std::string& kind) const;
+
+  const Workspace& workspace_;
+  MemoryCache cache_;
+  WriterPool writers_;  // after what its jobs use
+};
+
+}  // namespace colmap_ext

@@ -1,0 +1,140 @@
+#include "colmap_ext/pipeline/run_record.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+#include "colmap_ext/atomic_file.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const TaskRecord& record) {
+  Json json = {{"state", record.state}, {"key", record.key}};
+  if (record.state == "pending") return json;
+  json["seconds"] = record.seconds;
+  json["peak_memory_bytes"] = record.peak_memory_bytes;
+  json["warnings"] = record.warnings;
+  return json;
+}
+
+TaskRecord FromJson(const Json& json) {
+  TaskRecord record;
+  record.state = json.at("state").get<std::string>();
+  record.key = json.at("key").get<std::string>();
+  record.seconds = json.value("seconds", 0.0);
+  record.peak_memory_bytes = json.value("peak_memory_bytes", std::int64_t{0});
+  record.warnings = json.value("warnings", std::vector<std::string>{});
+  return record;
+}
+
+// Names of images need not be valid UTF-8.
+std::string Dump(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+// One write call, so that a killed process leaves at most a last line that breaks off.
+void AppendLine(const std::filesystem::path& path, const std::string& line) {
+  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  const ssize_t written = file < 0 ? -1 : write(file, line.data(), line.size());
+  const int error = errno;
+  if (file >= 0) close(file);
+  if (written != static_cast<ssize_t>(line.size())) {
+    throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error));
+  }
+}
+
+}  // namespace
+
+RunRecord::RunRecord(const std::filesystem::path& stereo_folder)
+    : path_(stereo_folder / "phimvs.json"), journal_path_(stereo_folder / "phimvs.json.journal") {
+  ReadFile();
+  ReplayJournal();
+}
+
+void RunRecord::ReadFile() {
+  if (!std::filesystem::exists(path_)) return;
+  try {
+    std::ifstream file(path_);
+    const Json json = Json::parse(file);
+    options_hash_ = json.at("options_hash").get<std::string>();
+    options_ = json.at("options").get<std::map<std::string, std::string>>();
+    for (const auto& [image, kinds] : json.at("images").items()) {
+      for (const auto& [kind, record] : kinds.items()) tasks_[{image, kind}] = FromJson(record);
+    }
+  } catch (const nlohmann::json::exception& error) {
+    throw phi::InputError(path_.string() + " is damaged (" + error.what() +
+                          "); remove it and run again with --overwrite true to make all maps anew");
+  }
+}
+
+void RunRecord::ReplayJournal() {
+  std::ifstream file(journal_path_);
+  for (std::string line; std::getline(file, line);) {
+    const Json json = Json::parse(line, nullptr, false);
+    if (json.is_discarded()) continue;  // the process was killed while it wrote this line
+    tasks_[{json.at("image").get<std::string>(), json.at("kind").get<std::string>()}] = FromJson(json);
+  }
+}
+
+const TaskRecord* RunRecord::Find(const std::string& image, const std::string& kind) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = tasks_.find({image, kind});
+  return it == tasks_.end() ? nullptr : &it->second;
+}
+
+void RunRecord::SetOptions(const std::map<std::string, std::string>& effective, const std::string& hash) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  options_ = effective;
+  options_hash_ = hash;
+}
+
+void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::string>& keys) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    TaskRecord record;
+    record.state = "pending";
+    record.key = keys[i];
+    tasks_[tasks[i]] = record;
+  }
+  CompactLocked();
+}
+
+void RunRecord::Finish(const Task& task, const TaskRecord& record) {
+  Json json = {{"image", task.first}, {"kind", task.second}};
+  json.update(ToJson(record));
+  std::lock_guard<std::mutex> lock(mutex_);
+  tasks_[task] = record;
+  AppendLine(journal_path_, Dump(json, -1) + "\n");
+}
+
+void RunRecord::Forget(const Task& task) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  tasks_.erase(task);
+}
+
+void RunRecord::Compact() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  CompactLocked();
+}
+
+void RunRecord::CompactLocked() {
+  Json images = Json::object();
+  for (const auto& [task, record] : tasks_) images[task.first][task.second] = ToJson(record);
+  const Json json = {{"version", PHIMVS_VERSION},
+                     {"options", options_},
+                     {"options_hash", options_hash_},
+                     {"images", images}};
+  WriteFileAtomically(path_, Dump(json, 1) + "\n");
+  std::filesystem::remove(journal_path_);
+}
+
+}  // namespace colmap_ext

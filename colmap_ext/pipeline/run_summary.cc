@@ -1,0 +1,72 @@
+#include "colmap_ext/pipeline/run_summary.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+namespace colmap_ext {
+namespace {
+
+constexpr double kMega = 1e6;
+constexpr std::size_t kMaxListedFailures = 20;
+
+template <typename... Args>
+std::string Format(const char* format, Args... args) {
+  char text[512];
+  std::snprintf(text, sizeof(text), format, args...);
+  return text;
+}
+
+}  // namespace
+
+std::int64_t PeakHostBytes() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{1024} * usage.ru_maxrss;
+}
+
+std::int64_t AvailableHostBytes() {
+  std::int64_t num_bytes = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
+  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    std::int64_t limit = 0;
+    if (std::ifstream(path) >> limit && limit > 0) num_bytes = std::min(num_bytes, limit);
+  }
+  return num_bytes;
+}
+
+std::vector<std::string> SummaryLines(const RunSummary& summary) {
+  std::vector<std::string> lines;
+  for (const StageSummary& stage : summary.stages) {
+    if (stage.num_made == 0) continue;
+    lines.push_back(Format("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(), stage.seconds,
+                           stage.num_made, stage.seconds / stage.num_made));
+  }
+  const int num_made = summary.num_images - summary.num_images_kept;
+  lines.push_back(Format("time: %-12s %9.2f s, %.3f images/s (%d images, %d kept from an earlier run)", "all",
+                         summary.seconds, summary.seconds > 0 ? num_made / summary.seconds : 0.0,
+                         summary.num_images, summary.num_images_kept));
+  lines.push_back(Format("memory: peak %.0f MB on the host, of it %.0f MB cached images and maps",
+                         summary.peak_host_bytes / kMega, summary.peak_cache_bytes / kMega));
+  for (const DeviceSummary& device : summary.devices) {
+    if (device.peak_bytes > 0)
+      lines.push_back(Format("memory: peak %.0f MB on %s", device.peak_bytes / kMega, device.name.c_str()));
+  }
+  lines.push_back(
+      Format("disk: %.0f MB of maps written, %.0f MB/s per writer", summary.bytes_written / kMega,
+             summary.write_seconds > 0 ? summary.bytes_written / kMega / summary.write_seconds : 0.0));
+  if (summary.failures.empty()) return lines;
+  lines.push_back(Format("%zu of %d images failed:", summary.failures.size(), summary.num_images));
+  for (std::size_t i = 0; i < std::min(summary.failures.size(), kMaxListedFailures); ++i) {
+    const FailedImage& failure = summary.failures[i];
+    lines.push_back("  " + failure.stage + ": " + failure.message);
+  }
+  if (summary.failures.size() > kMaxListedFailures) {
+    lines.push_back(Format("  and %zu more, see phimvs.json", summary.failures.size() - kMaxListedFailures));
+  }
+  return lines;
+}
+
+}  // namespace colmap_ext

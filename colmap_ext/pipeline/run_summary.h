@@ -1,0 +1,48 @@
+// What a run reports when it ends: time by stage, speed, memory, failures.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace colmap_ext {
+
+struct StageSummary {
+  std::string name;
+  int num_made = 0;
+  double seconds = 0;  // wall time
+};
+
+struct FailedImage {
+  std::string image;
+  std::string stage;
+  std::string message;
+};
+
+struct DeviceSummary {
+  std::string name;
+  std::int64_t peak_bytes = 0;  // 0: not told
+};
+
+struct RunSummary {
+  std::vector<StageSummary> stages;
+  std::vector<DeviceSummary> devices;
+  std::vector<FailedImage> failures;
+  int num_images = 0;       // reference images of the job
+  int num_images_kept = 0;  // their results were there and up to date
+  double seconds = 0;       // wall time of the whole run
+  std::int64_t peak_host_bytes = 0;
+  std::int64_t peak_cache_bytes = 0;
+  std::int64_t bytes_written = 0;
+  double write_seconds = 0;  // summed over the writers
+};
+
+// Peak resident memory of this process.
+std::int64_t PeakHostBytes();
+// Memory that this process may use: the machine's, or its control group's limit.
+std::int64_t AvailableHostBytes();
+
+// One line of log for each entry.
+std::vector<std::string> SummaryLines(const RunSummary& summary);
+
+}  // namespace colmap_ext

@@ -1,0 +1,158 @@
+#include "colmap_ext/pipeline/stage_graph.h"
+
+#include <sstream>
+
+#include "colmap_ext/pipeline/result_key.h"
+#include "colmap_ext/workspace.h"
+
+namespace colmap_ext {
+namespace {
+
+// Times relative to an estimation, for the first guess of the time left.
+constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
+
+std::string Text(const PipelineOptions& pipeline) {
+  const phi::StereoOptions& o = pipeline.stereo;
+  std::ostringstream text;
+  text.precision(17);
+  text << "version=" PHIMVS_VERSION " window_radius=" << o.window_radius << " window_step=" << o.window_step
+       << " num_iterations=" << o.num_iterations << " formulas=" << static_cast<int>(o.formulas)
+       << " quality=" << static_cast<int>(o.quality) << " seed=" << o.seed
+       << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
+       << " cost=" << pipeline.NeedsCost();
+  return text.str();
+}
+
+std::string Text(const phi::FilterOptions& o) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "min_num_consistent=" << o.min_num_consistent
+       << " max_reprojection_error=" << o.max_reprojection_error
+       << " max_relative_depth_error=" << o.max_relative_depth_error
+       << " max_normal_error=" << o.max_normal_error
+       << " min_triangulation_angle=" << o.min_triangulation_angle << " max_cost=" << o.max_cost
+       << " formulas=" << static_cast<int>(o.formulas);
+  return text.str();
+}
+
+std::string Text(const phi::InferenceOptions& o) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "mode=" << static_cast<int>(o.mode) << " num_passes=" << o.num_passes << " kappa1=" << o.kappa1
+       << " kappa2=" << o.kappa2 << " kappa3=" << o.kappa3 << " truncation=" << o.truncation
+       << " formulas=" << static_cast<int>(o.formulas);
+  return text.str();
+}
+
+Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
+  return {.kind = StageKind::kFilter,
+          .result = std::string(result),
+          .options = Text(options.filter),
+          .reads_source_maps = true,
+          .weight = kFilterWeight};
+}
+
+Stage MakePublish(std::string_view result) {
+  return {.kind = StageKind::kPublish, .result = std::string(result), .weight = kPublishWeight};
+}
+
+// Filtered photometric maps take the name of the raw ones, which then are an intermediate result.
+bool RawMapsAreOutput(const PipelineOptions& options) {
+  return options.geom_consistency || !options.filter_maps;
+}
+
+void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages) {
+  const bool raw_is_output = RawMapsAreOutput(options);
+  for (int pass = 0; pass <= options.num_guided_passes; ++pass) {
+    const bool last = pass == options.num_guided_passes;
+    Stage stage{.kind = StageKind::kEstimate, .options = Text(options)};
+    stage.result = last ? EstimateKind(options) : "pass" + std::to_string(pass);
+    stage.is_output = last && raw_is_output;
+    stage.reads_source_maps = pass > 0;
+    stages->push_back(stage);
+  }
+}
+
+void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const StagePlan* previous,
+                 StagePlan* plan) {
+  plan->keys.resize(jobs.size());
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    const bool available = previous ? !previous->keys[j].empty() : jobs[j].problem.empty();
+    if (!available) continue;
+    ResultKey key;
+    key.Add(stage.result).Add(stage.options).Add(jobs[j].input_key);
+    if (previous) key.Add(previous->keys[j]);
+    if (stage.reads_source_maps) {
+      for (const int source : jobs[j].source_jobs)
+        key.Add(source < 0 ? std::string() : previous->keys[source]);
+    }
+    plan->keys[j] = key.Hex();
+  }
+}
+
+// Marks what the pending tasks of a stage read from the stage before.
+void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, const std::vector<int>& pending,
+                std::vector<char>* wanted) {
+  for (const int j : pending) {
+    (*wanted)[j] = 1;
+    if (!stage.reads_source_maps) continue;
+    for (const int source : jobs[j].source_jobs) {
+      if (source >= 0) (*wanted)[source] = 1;
+    }
+  }
+}
+
+}  // namespace
+
+std::string EstimateKind(const PipelineOptions& options) {
+  return RawMapsAreOutput(options) ? std::string(kPhotometric) : "raw";
+}
+
+std::vector<Stage> BuildStages(const PipelineOptions& options) {
+  std::vector<Stage> stages;
+  AppendEstimates(options, &stages);
+  if (!options.geom_consistency) {
+    if (options.filter_maps) stages.push_back(MakeFilter(kPhotometric, options));
+    return stages;
+  }
+  if (options.filter_maps) stages.push_back(MakeFilter(kMeasured, options));
+  // Without a filter there are no holes to fill; without inference the measured maps are the result.
+  if (!options.filter_maps || options.inference.mode == phi::InferenceMode::kOff) {
+    stages.push_back(MakePublish(kGeometric));
+    return stages;
+  }
+  stages.push_back({.kind = StageKind::kInfer,
+                    .result = "inferred",
+                    .options = Text(options.inference),
+                    .is_output = false,
+                    .transient = true,
+                    .weight = kInferWeight});
+  stages.push_back(MakeFilter(kGeometric, options));
+  return stages;
+}
+
+std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
+                                const PlanQueries& queries) {
+  const int num_stages = static_cast<int>(stages.size()), num_jobs = static_cast<int>(jobs.size());
+  std::vector<StagePlan> plan(stages.size());
+  for (int s = 0; s < num_stages; ++s) {
+    ComputeKeys(stages[s], jobs, s > 0 ? &plan[s - 1] : nullptr, &plan[s]);
+    for (int j = 0; j < num_jobs; ++j) {
+      if (queries.has_failed(s, j)) plan[s].keys[j].clear();
+    }
+  }
+  std::vector<char> wanted(jobs.size(), 0);
+  for (int s = num_stages - 1; s >= 0; --s) {
+    for (int j = 0; j < num_jobs; ++j) {
+      const std::string& key = plan[s].keys[j];
+      if ((wanted[j] || stages[s].is_output) && !key.empty() && !queries.is_done(s, j, key)) {
+        plan[s].pending.push_back(j);
+      }
+    }
+    wanted.assign(jobs.size(), 0);
+    MarkInputs(stages[s], jobs, plan[s].pending, &wanted);
+  }
+  return plan;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,58 @@
+// The stages of a run as a chain with barriers: each reads the maps of the stage before it and makes one
+// result per image. The plan says which results are still to be made.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/pipeline/pipeline_options.h"
+
+namespace colmap_ext {
+
+enum class StageKind {
+  kEstimate,  // depth and normals by patch matching
+  kFilter,    // keeps what other views confirm
+  kInfer,     // fills holes with plane hypotheses
+  kPublish,   // the map of the stage before under another name
+};
+
+struct Stage {
+  StageKind kind = StageKind::kEstimate;
+  std::string result = {};   // the kind of map it makes: middle part of file names, name in phimvs.json
+  std::string options = {};  // what its results depend on, as text
+  bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
+  bool transient = false;    // lives in memory and is not recorded
+  bool reads_source_maps = false;
+  double weight = 1;  // expected time of a task, relative to an estimation
+};
+
+std::vector<Stage> BuildStages(const PipelineOptions& options);
+// The kind of map that the last estimation makes.
+std::string EstimateKind(const PipelineOptions& options);
+
+// One reference image of patch-match.cfg.
+struct ImageJob {
+  int image = 0;                 // index into the workspace's views
+  std::vector<int> sources;      // likewise, best first
+  std::vector<int> source_jobs;  // parallel to sources: index of the job that makes the source's map, or -1
+  std::string input_key;         // hash of cameras, image files and sparse points
+  bool file_is_missing = false;
+  std::string problem;  // not empty: the job cannot run, for this reason
+};
+
+struct StagePlan {
+  std::vector<std::string> keys;  // by job; empty: the result cannot be made
+  std::vector<int> pending;       // jobs whose result is wanted and not there
+};
+
+struct PlanQueries {
+  std::function<bool(int stage, int job, const std::string& key)> is_done;
+  std::function<bool(int stage, int job)> has_failed;
+};
+
+// A result's key covers its options, its inputs and their keys: a change anywhere before it makes it pending.
+std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
+                                const PlanQueries& queries);
+
+}  // namespace colmap_ext

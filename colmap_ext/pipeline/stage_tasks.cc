@@ -1,0 +1,128 @@
+#include "colmap_ext/pipeline/stage_tasks.h"
+
+#include <utility>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+
+StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs,
+                       const PipelineOptions& options, SparseDepthFunction sparse_depth, MapStore* store)
+    : workspace_(workspace),
+      jobs_(jobs),
+      options_(options),
+      sparse_depth_(std::move(sparse_depth)),
+      store_(*store) {}
+
+StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
+                            const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
+                            std::vector<std::string>* warnings) const {
+  switch (stage.kind) {
+    case StageKind::kEstimate:
+      return Estimate(previous, input_keys, jobs_[job], backend, warnings);
+    case StageKind::kFilter:
+      return Filter(stage, *previous, input_keys, jobs_[job], backend);
+    case StageKind::kInfer:
+      return Infer(*previous, jobs_[job], backend, warnings);
+    case StageKind::kPublish:
+      return {.map = store_.Map(jobs_[job].image, previous->result)};
+  }
+  return {};
+}
+
+StageResult StageTasks::Estimate(const Stage* previous, const std::vector<std::string>& input_keys,
+                                 const ImageJob& job, phi::Backend& backend,
+                                 std::vector<std::string>* warnings) const {
+  phi::EstimationInput input;
+  input.reference = ReadView(job.image);
+  std::vector<int> used;
+  input.sources = ReadSources(job, &used, warnings);
+  if (input.sources.empty()) {
+    throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
+  }
+  phi::SparseDepth sparse = sparse_depth_(job.image);
+  input.sparse = std::move(sparse.points);
+  input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;
+  input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
+  if (previous) {
+    input.initial = store_.Map(job.image, previous->result);
+    const Maps maps = SourceMaps(*previous, input_keys, job);
+    for (const int index : used) input.source_maps.push_back(maps[index]);
+  }
+  phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
+  StageResult result;
+  result.map = std::make_shared<const phi::PlaneMap>(std::move(estimate.map));
+  if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
+  return result;
+}
+
+StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
+                               const std::vector<std::string>& input_keys, const ImageJob& job,
+                               phi::Backend& backend) const {
+  phi::FilterInput input;
+  input.reference = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
+  const Maps maps = SourceMaps(previous, input_keys, job);
+  for (std::size_t i = 0; i < job.sources.size(); ++i) {
+    input.sources.push_back({&workspace_.views()[job.sources[i]], maps[i]});
+  }
+  const bool after_inference = previous.kind == StageKind::kInfer;
+  if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
+  if (after_inference) input.filled = store_.Filled(job.image, previous.result);
+  StageResult result;
+  result.map = std::make_shared<const phi::PlaneMap>(backend.Filter(input, options_.filter));
+  if (after_inference) {
+    phi::Mask filled = *input.filled;
+    for (std::size_t i = 0; i < filled.size(); ++i) {
+      if (!(result.map->data()[i].depth > 0)) filled.data()[i] = 0;
+    }
+    result.filled = std::make_shared<const phi::Mask>(std::move(filled));
+  }
+  // The filtered photometric map takes the raw one's place, and its cost goes with it.
+  if (stage.result == kPhotometric && options_.NeedsCost()) {
+    result.cost = store_.Cost(job.image, EstimateKind(options_));
+  }
+  return result;
+}
+
+StageResult StageTasks::Infer(const Stage& previous, const ImageJob& job, phi::Backend& backend,
+                              std::vector<std::string>* warnings) const {
+  phi::InferenceInput input;
+  input.reference = ReadView(job.image);
+  std::vector<int> used;
+  input.sources = ReadSources(job, &used, warnings);
+  input.measured = store_.Map(job.image, previous.result);
+  phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
+  return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
+          .filled = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
+}
+
+phi::ViewImage StageTasks::ReadView(int image) const {
+  return {&workspace_.views()[image], store_.Gray(image)};
+}
+
+std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::vector<int>* used,
+                                                    std::vector<std::string>* warnings) const {
+  std::vector<phi::ViewImage> sources;
+  for (std::size_t i = 0; i < job.sources.size(); ++i) {
+    try {
+      sources.push_back(ReadView(job.sources[i]));
+      used->push_back(static_cast<int>(i));
+    } catch (const phi::InputError& error) {
+      warnings->push_back(std::string("source image left out: ") + error.what());
+    }
+  }
+  return sources;
+}
+
+StageTasks::Maps StageTasks::SourceMaps(const Stage& previous, const std::vector<std::string>& input_keys,
+                                        const ImageJob& job) const {
+  Maps maps;
+  for (std::size_t i = 0; i < job.sources.size(); ++i) {
+    const int source_job = job.source_jobs[i];
+    const bool available = source_job >= 0 && !input_keys[source_job].empty();
+    maps.push_back(available ? store_.Map(job.sources[i], previous.result) : nullptr);
+  }
+  return maps;
+}
+
+}  // namespace colmap_ext

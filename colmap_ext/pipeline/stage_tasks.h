@@ -1,0 +1,52 @@
+// What a stage does for one image: collect the inputs, call the backend, hand back the result.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/pipeline/map_store.h"
+#include "colmap_ext/pipeline/stage_graph.h"
+#include "phi/initialization.h"
+
+namespace colmap_ext {
+
+// The reliable sparse points and the depth range of a view. Called from several threads at once.
+using SparseDepthFunction = std::function<phi::SparseDepth(int image)>;
+
+// Thread-safe. References must outlive it.
+class StageTasks {
+ public:
+  StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
+             SparseDepthFunction sparse_depth, MapStore* store);
+
+  // `input_keys`: by job, empty where the stage before made no map. `warnings` gets what the user should know
+  // about this image. Throws phi::InputError when this image cannot be done.
+  StageResult Run(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
+                  int job, phi::Backend& backend, std::vector<std::string>* warnings) const;
+
+ private:
+  using Maps = std::vector<std::shared_ptr<const phi::PlaneMap>>;
+
+  StageResult Estimate(const Stage* previous, const std::vector<std::string>& input_keys, const ImageJob& job,
+                       phi::Backend& backend, std::vector<std::string>* warnings) const;
+  StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
+                     const ImageJob& job, phi::Backend& backend) const;
+  StageResult Infer(const Stage& previous, const ImageJob& job, phi::Backend& backend,
+                    std::vector<std::string>* warnings) const;
+  phi::ViewImage ReadView(int image) const;
+  // The sources whose image can be read; the others become warnings. `used` gets their positions in
+  // job.sources.
+  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
+                                          std::vector<std::string>* warnings) const;
+  Maps SourceMaps(const Stage& previous, const std::vector<std::string>& input_keys,
+                  const ImageJob& job) const;
+
+  const Workspace& workspace_;
+  const std::vector<ImageJob>& jobs_;
+  const PipelineOptions& options_;
+  SparseDepthFunction sparse_depth_;
+  MapStore& store_;
+};
+
+}  // namespace colmap_ext

@@ -1,0 +1,241 @@
+#include "colmap_ext/pipeline/stereo_pipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include "colmap_ext/pipeline/result_key.h"
+#include "colmap_ext/pipeline/task_queue.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+int NumWorkers(const StereoPipeline::Backends& backends) {
+  int num_workers = 0;
+  for (const auto& backend : backends) num_workers += std::max(1, backend->NumConcurrentImages());
+  return num_workers;
+}
+
+// Enough to keep up with several devices, few enough that what waits to be written stays small.
+int NumWriters(const StereoPipeline::Backends& backends) { return std::clamp(NumWorkers(backends), 2, 8); }
+
+std::string OptionsHash(const std::vector<Stage>& stages) {
+  ResultKey key;
+  for (const Stage& stage : stages) key.Add(stage.result).Add(stage.options);
+  return key.Hex();
+}
+
+}  // namespace
+
+StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs,
+                               SparseDepthFunction sparse_depth, const PipelineOptions& options,
+                               const std::map<std::string, std::string>& effective_options,
+                               const Backends& backends)
+    : workspace_(workspace),
+      options_(options),
+      jobs_(std::move(jobs)),
+      stages_(BuildStages(options)),
+      backends_(backends),
+      record_(workspace.StereoFolder()),
+      store_(workspace, options.cache_bytes, NumWriters(backends)),
+      tasks_(workspace_, jobs_, options_, std::move(sparse_depth), &store_) {
+  record_.SetOptions(effective_options, OptionsHash(stages_));
+}
+
+RunSummary StereoPipeline::Run() {
+  const Clock::time_point begin = Clock::now();
+  if (!options_.overwrite) RefuseForeignMaps();
+  CheckFiles();
+  std::vector<std::string> names;
+  std::vector<double> weights;
+  for (const Stage& stage : stages_) {
+    names.push_back(stage.result);
+    weights.push_back(stage.weight);
+    summary_.stages.push_back({.name = stage.result});
+  }
+  ReportImpossibleJobs();
+  progress_ = std::make_unique<ProgressLine>(names, weights);
+  for (bool first = true;; first = false) {
+    const std::vector<StagePlan> plan = Plan();
+    for (std::size_t s = 0; s < stages_.size(); ++s) {
+      progress_->SetNumTasks(static_cast<int>(s),
+                             static_cast<int>(plan[s].pending.size()) + summary_.stages[s].num_made);
+    }
+    const auto next =
+        std::find_if(plan.begin(), plan.end(), [](const StagePlan& p) { return !p.pending.empty(); });
+    if (first) summary_.num_images_kept = static_cast<int>(jobs_.size() - plan.back().pending.size());
+    if (next == plan.end()) break;
+    RunStage(static_cast<int>(next - plan.begin()), plan);
+  }
+  store_.Drain();
+  RemoveIntermediateFiles();
+  record_.Compact();
+  progress_.reset();
+  Summarize(SecondsSince(begin));
+  return summary_;
+}
+
+void StereoPipeline::ReportImpossibleJobs() {
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    if (jobs_[j].problem.empty()) continue;
+    if (jobs_[j].file_is_missing && options_.allow_missing_files) {
+      phi::LogWarning(jobs_[j].problem);
+      continue;
+    }
+    phi::LogError(jobs_[j].problem);
+    summary_.failures.push_back({NameOf(static_cast<int>(j)), stages_[0].result, jobs_[j].problem});
+  }
+}
+
+void StereoPipeline::RefuseForeignMaps() const {
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    for (const Stage& stage : stages_) {
+      if (!stage.is_output || record_.Find(NameOf(static_cast<int>(j)), stage.result)) continue;
+      for (const auto& path : {workspace_.DepthMapPath(jobs_[j].image, stage.result),
+                               workspace_.NormalMapPath(jobs_[j].image, stage.result)}) {
+        if (!std::filesystem::exists(path)) continue;
+        throw phi::InputError(
+            path.string() +
+            " was not made by phimvs; add --overwrite true to replace it and all others like it, or "
+            "move stereo/depth_maps and stereo/normal_maps away");
+      }
+    }
+  }
+}
+
+void StereoPipeline::CheckFiles() {
+  for (std::size_t s = 0; s < stages_.size(); ++s) {
+    std::vector<char> whole(jobs_.size(), 0);
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      const int stage = static_cast<int>(s);
+      whole[j] =
+          !stages_[s].transient && record_.Find(NameOf(static_cast<int>(j)), stages_[s].result) &&
+          store_.FilesAreWhole(jobs_[j].image, stages_[s].result, WritesCost(stage), WritesFilled(stage));
+    }
+    files_whole_.push_back(std::move(whole));
+  }
+}
+
+std::vector<StagePlan> StereoPipeline::Plan() const {
+  return MakePlan(
+      stages_, jobs_,
+      {.is_done = [this](int stage, int job, const std::string& key) { return IsDone(stage, job, key); },
+       .has_failed =
+           [this](int stage, int job) {
+             return failed_.contains({stage, job});
+           }});
+}
+
+bool StereoPipeline::IsDone(int stage, int job, const std::string& key) const {
+  if (made_.contains({stage, job})) return true;
+  if (!files_whole_[stage][job]) return false;
+  const TaskRecord* record = record_.Find(NameOf(job), stages_[stage].result);
+  return record && record->state == "done" && record->key == key;
+}
+
+void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
+  const std::vector<int>& pending = plan[stage].pending;
+  if (!stages_[stage].transient) {
+    std::vector<RunRecord::Task> tasks;
+    std::vector<std::string> keys;
+    for (const int job : pending) {
+      tasks.emplace_back(NameOf(job), stages_[stage].result);
+      keys.push_back(plan[stage].keys[job]);
+    }
+    record_.Begin(tasks, keys);
+  }
+  progress_->BeginStage(stage);
+  const Clock::time_point begin = Clock::now();
+  const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
+    RunTask(stage, plan, job, backend);
+    progress_->TaskDone();
+  });
+  summary_.stages[stage].seconds += SecondsSince(begin);
+  summary_.stages[stage].num_made += static_cast<int>(pending.size() - failures.size());
+  RecordFailures(stage, plan, failures);
+}
+
+void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend) {
+  const Clock::time_point begin = Clock::now();
+  const bool first = stage == 0;
+  static const std::vector<std::string> kNoKeys;
+  TaskRecord record;
+  const StageResult result =
+      tasks_.Run(stages_[stage], first ? nullptr : &stages_[stage - 1],
+                 first ? kNoKeys : plan[stage - 1].keys, job, backend, &record.warnings);
+  for (const std::string& warning : record.warnings) phi::LogWarning("image " + NameOf(job) + ": " + warning);
+  record.state = "done";
+  record.key = plan[stage].keys[job];
+  record.seconds = SecondsSince(begin);
+  record.peak_memory_bytes = PeakHostBytes();
+  Save(stage, job, result, record);
+  std::lock_guard<std::mutex> lock(mutex_);
+  made_.emplace(stage, job);
+}
+
+void StereoPipeline::Save(int stage, int job, const StageResult& result, const TaskRecord& record) {
+  const std::string& kind = stages_[stage].result;
+  if (stages_[stage].transient) {
+    store_.KeepTransient(jobs_[job].image, kind, result);
+    return;
+  }
+  store_.Write(jobs_[job].image, kind, result,
+               [this, task = RunRecord::Task(NameOf(job), kind), record] { record_.Finish(task, record); });
+}
+
+void StereoPipeline::RecordFailures(int stage, const std::vector<StagePlan>& plan,
+                                    const std::vector<TaskFailure>& failures) {
+  for (const TaskFailure& failure : failures) {
+    failed_.emplace(stage, failure.task);
+    phi::LogError(failure.message);
+    summary_.failures.push_back({NameOf(failure.task), stages_[stage].result, failure.message});
+    if (stages_[stage].transient) continue;
+    TaskRecord record;
+    record.state = "failed";
+    record.key = plan[stage].keys[failure.task];
+    record.warnings = {failure.message};
+    record_.Finish({NameOf(failure.task), stages_[stage].result}, record);
+  }
+}
+
+void StereoPipeline::RemoveIntermediateFiles() {
+  for (const Stage& stage : stages_) {
+    if (stage.is_output) continue;
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      store_.RemoveFiles(jobs_[j].image, stage.result);
+      record_.Forget({NameOf(static_cast<int>(j)), stage.result});
+    }
+  }
+}
+
+void StereoPipeline::Summarize(double seconds) {
+  summary_.num_images = static_cast<int>(jobs_.size());
+  summary_.seconds = seconds;
+  summary_.peak_host_bytes = PeakHostBytes();
+  summary_.peak_cache_bytes = store_.cache().peak_bytes();
+  summary_.bytes_written = store_.writers().bytes_written();
+  summary_.write_seconds = store_.writers().busy_seconds();
+  for (const auto& backend : backends_)
+    summary_.devices.push_back({backend->Name(), backend->PeakDeviceBytes()});
+}
+
+bool StereoPipeline::WritesCost(int stage) const {
+  const bool makes_photometric = stages_[stage].result == kPhotometric;
+  return options_.NeedsCost() && (makes_photometric || stages_[stage].kind == StageKind::kEstimate);
+}
+
+bool StereoPipeline::WritesFilled(int stage) const {
+  return stage > 0 && stages_[stage].kind == StageKind::kFilter &&
+         stages_[stage - 1].kind == StageKind::kInfer;
+}
+
+}  // namespace colmap_ext

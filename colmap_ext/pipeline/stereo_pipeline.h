@@ -1,0 +1,74 @@
+// The whole of patch_match_stereo: stages with barriers between them, each a queue of one task per image.
+//
+//   estimate -> photometric maps -> (barrier) filter -> measured maps -> infer -> (barrier) filter ->
+//   geometric maps
+//
+// A stage reads what the stage before made of the unfiltered images, never what it makes itself, so results
+// depend neither on the order of the tasks nor on how many run at once. Where a run stopped, the next one
+// goes on.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "colmap_ext/pipeline/progress.h"
+#include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/run_summary.h"
+#include "colmap_ext/pipeline/stage_tasks.h"
+#include "colmap_ext/pipeline/task_queue.h"
+
+namespace colmap_ext {
+
+class StereoPipeline {
+ public:
+  using Backends = std::vector<std::unique_ptr<phi::Backend>>;
+
+  // `effective_options` goes into phimvs.json for the reader. References must outlive the pipeline.
+  StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs, SparseDepthFunction sparse_depth,
+                 const PipelineOptions& options, const std::map<std::string, std::string>& effective_options,
+                 const Backends& backends);
+
+  // Throws phi::InputError for maps of another program, phi::Cancelled when asked to stop; images that cannot
+  // be done are in the summary, and all others are done.
+  RunSummary Run();
+
+ private:
+  void ReportImpossibleJobs();
+  void RefuseForeignMaps() const;
+  void CheckFiles();
+  std::vector<StagePlan> Plan() const;
+  bool IsDone(int stage, int job, const std::string& key) const;
+  void RunStage(int stage, const std::vector<StagePlan>& plan);
+  void RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend);
+  void Save(int stage, int job, const StageResult& result, const TaskRecord& record);
+  void RecordFailures(int stage, const std::vector<StagePlan>& plan,
+                      const std::vector<TaskFailure>& failures);
+  void RemoveIntermediateFiles();
+  void Summarize(double seconds);
+  const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
+  bool WritesCost(int stage) const;
+  bool WritesFilled(int stage) const;
+
+  const Workspace& workspace_;
+  const PipelineOptions options_;
+  const std::vector<ImageJob> jobs_;
+  const std::vector<Stage> stages_;
+  const Backends& backends_;
+  RunRecord record_;
+  MapStore store_;
+  StageTasks tasks_;
+  std::unique_ptr<ProgressLine> progress_;
+  RunSummary summary_;
+
+  std::mutex mutex_;                            // guards made_ while tasks run
+  std::set<std::pair<int, int>> made_;          // (stage, job) made by this run
+  std::set<std::pair<int, int>> failed_;        // (stage, job)
+  std::vector<std::vector<char>> files_whole_;  // by stage and job, when the run began
+};
+
+}  // namespace colmap_ext

@@ -1,0 +1,28 @@
+// Runs one task per image over all devices: a shared queue, from which every worker takes its next image.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phi/backend.h"
+
+namespace colmap_ext {
+
+struct TaskFailure {
+  int task = 0;
+  std::string message;
+};
+
+// Called from several threads at once.
+using TaskFunction = std::function<void(int task, phi::Backend& backend)>;
+
+// Each backend gets NumConcurrentImages() workers. phi::InputError fails the task alone, and the others go
+// on; any other error and a cancellation stop the queue once the running tasks have ended, and are thrown.
+// Failures come back in the order of `tasks`.
+std::vector<TaskFailure> RunTasks(const std::vector<int>& tasks,
+                                  const std::vector<std::unique_ptr<phi::Backend>>& backends,
+                                  const TaskFunction& run);
+
+}  // namespace colmap_ext

@@ -1,0 +1,24 @@
+// One phimvs at a time writes into a workspace.
+#pragma once
+
+#include <filesystem>
+
+namespace colmap_ext {
+
+// Held until destruction, and given up by the system when the process dies.
+class WorkspaceLock {
+ public:
+  // Creates the folder where it is missing. Throws phi::InputError when another process holds the lock.
+  explicit WorkspaceLock(const std::filesystem::path& stereo_folder);
+  ~WorkspaceLock();
+  WorkspaceLock(const WorkspaceLock&) = delete;
+  WorkspaceLock& operator=(const WorkspaceLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+// Removes what a killed process left half-written. Call with the lock held.
+void RemoveTemporaryFiles(const std::filesystem::path& stereo_folder);
+
+}  // namespace colmap_ext
