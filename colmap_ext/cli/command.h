@@ -20,6 +20,7 @@ struct Command {
 std::span<const Command> Commands();
 const Command* FindCommand(std::string_view name);  // null when there is none
 
-// One function per command, defined in the file of the same name: int RunMakeScene(int argc, char** argv);
+// One function per command, defined in the file of the same name.
+int RunPatchMatchStereo(int argc, char** argv);
 
 }  // namespace colmap_ext

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 
 #include "colmap_ext/cli/command.h"
 
@@ -7,7 +6,9 @@ namespace colmap_ext {
 namespace {
 
 // In the order in which a user meets them.
-constexpr std::array<Command, 0> kCommands = {};
+constexpr Command kCommands[] = {
+    {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
+};
 
 }  // namespace
 

@@ -1,0 +1,60 @@
+// phimvs patch_match_stereo: depth and normal maps for every image of an undistorted workspace.
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/stereo_pipeline.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+#include "phi/initialization.h"
+
+namespace colmap_ext {
+namespace {
+
+// What the run reads of a workspace.
+struct StereoInput {
+  explicit StereoInput(const StereoCommandOptions& options)
+      : workspace(options.workspace),
+        scene(MakeSparseScene(workspace.model())),
+        sparse_depth(workspace.views(), scene),
+        jobs(MakeImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {}
+
+  Workspace workspace;
+  phi::SparseScene scene;
+  phi::SparseDepthSource sparse_depth;
+  std::vector<ImageJob> jobs;
+};
+
+}  // namespace
+
+int RunPatchMatchStereo(int argc, char** argv) {
+  StereoCommandOptions options;
+  OptionParser parser("patch_match_stereo", "depth and normal maps of an undistorted COLMAP workspace");
+  options.Register(&parser);
+  if (!parser.Parse(argc, argv)) return 0;
+  options.Finish(parser);
+
+  const StereoInput input(options);
+  const WorkspaceLock lock(input.workspace.StereoFolder());
+  RemoveTemporaryFiles(input.workspace.StereoFolder());
+  const auto backends = MakeBackends(options.backend);
+  StereoPipeline pipeline(
+      input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
+      options.pipeline, parser.EffectiveValues(), backends);
+  try {
+    const RunSummary summary = pipeline.Run();
+    for (const std::string& line : SummaryLines(summary)) phi::LogInfo(line);
+    return static_cast<int>(summary.failures.empty() ? phi::ExitCode::kOk : phi::ExitCode::kSomeImagesFailed);
+  } catch (const phi::Cancelled&) {
+    phi::LogWarning("finished maps are kept; the same command goes on where this one stopped");
+    throw;
+  }
+}
+
+}  // namespace colmap_ext

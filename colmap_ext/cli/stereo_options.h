@@ -1,0 +1,33 @@
+// The options of patch_match_stereo: COLMAP's names and ours, for every command that runs the stereo.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/pipeline/backend_choice.h"
+#include "colmap_ext/pipeline/pipeline_options.h"
+#include "colmap_ext/workspace.h"
+
+namespace colmap_ext {
+
+struct StereoCommandOptions {
+  WorkspaceOptions workspace;
+  std::filesystem::path config_path;  // empty: stereo/patch-match.cfg of the workspace
+  BackendOptions backend;
+  PipelineOptions pipeline;
+  double cache_gigabytes = 32;
+  double filter_min_ncc = -1;  // <= -1: off
+
+  // Adds --PatchMatchStereo.*, --PhiStereo.*, --PhiInference.* and --overwrite.
+  void Register(OptionParser* parser);
+  // After Parse: derives what depends on several options, and checks all. Throws phi::UsageError.
+  void Finish(const OptionParser& parser);
+
+ private:
+  void RegisterPatchMatch(OptionParser* parser);
+  void RegisterFilter(OptionParser* parser);
+  void RegisterPhi(OptionParser* parser);
+};
+
+}  // namespace colmap_ext
