@@ -1,0 +1,154 @@
+// phimvs evaluate: a cloud, depth maps or normal maps against the truth.
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <iostream>
+#include <sstream>
+#include <thread>
+
+#include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/evaluation/score_tables.h"
+#include "colmap_ext/evaluation/truth_cloud.h"
+#include "colmap_ext/evaluation/truth_coverage.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+struct EvaluateOptions {
+  std::filesystem::path cloud, output;
+  TruthOptions truth;
+  CloudEvaluationOptions scoring;
+  CoverageOptions coverage;
+  MapEvaluationOptions depth, normals;
+  std::string tolerances = "0.01,0.02,0.05,0.1", angles = "5,10,20,30", scanners;
+  double memory_gb = 8;
+  int num_threads = -1;
+  TableFormat table = TableFormat::kText;
+};
+
+void AddCloudOptions(OptionParser& parser, EvaluateOptions& o) {
+  parser.Add("cloud_path", &o.cloud, "Reconstructed cloud (.ply)");
+  parser.Add("truth_path", &o.truth.path, "Truth: cloud or mesh (.ply), or laser scans with poses (.mlp)");
+  parser.Add("tolerances", &o.tolerances, "Distances to score at, comma-separated, ascending")
+      .Unit("world units");
+  parser.Add("voxel_size", &o.scoring.voxel_size, "Voxels to average over").Unit("world units");
+  parser.Add("min_truth_views", &o.truth.min_views,
+             "Leave out true points whose PLY property 'views' is lower; 0 = keep all");
+  parser
+      .Add("mesh_sample_spacing", &o.truth.mesh_spacing,
+           "Between samples of a mesh; 0 = a fifth of the least tolerance")
+      .Unit("world units");
+  parser.Add("scanner_position", &o.scanners,
+             "Where the laser scanner of --truth_path stood, as x,y,z: unobserved space then does not count. "
+             ".mlp projects say it themselves");
+  parser.Add("beam_start_radius", &o.truth.beams.start_radius, "Radius of the scanner's beam at the scanner")
+      .Unit("world units");
+  parser
+      .Add("beam_divergence_half_angle", &o.truth.beams.divergence_half_angle,
+           "Widening of the scanner's beam")
+      .Unit("degrees");
+  parser.Add("coverage_workspace_path", &o.coverage.workspace,
+             "Count only points that project onto a pixel with truth (--truth_depth_maps) in an image of "
+             "this workspace");
+  parser.Add("memory", &o.memory_gb, "Memory for clouds and search").Unit("GB");
+}
+
+void AddMapOptions(OptionParser& parser, EvaluateOptions& o) {
+  parser.Add("depth_maps", &o.depth.maps, "Folder of depth maps to score, as stereo/depth_maps");
+  parser.Add("truth_depth_maps", &o.depth.truth,
+             "Folder of true depths: COLMAP's .bin or 16-bit .png, by image name");
+  parser.Add("truth_depth_scale", &o.depth.values_per_unit, "Value of one world unit in 16-bit .png depths");
+  parser.Add("normal_maps", &o.normals.maps, "Folder of normal maps to score, as stereo/normal_maps");
+  parser.Add("truth_normal_maps", &o.normals.truth, "Folder of true normals: COLMAP's .bin, by image name");
+  parser.Add("normal_tolerances", &o.angles, "Angles to score normals at, comma-separated, ascending")
+      .Unit("degrees");
+  parser.Add("map_type", &o.depth.kind, "Which maps: geometric, measured or photometric");
+}
+
+std::vector<double> ParseNumbers(const std::string& text, const std::string& option) {
+  std::vector<double> numbers;
+  std::istringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');) {
+    std::istringstream number(word);
+    double value = 0;
+    if (!(number >> value) || !(number >> std::ws).eof()) {
+      throw phi::UsageError("--" + option + " must be numbers separated by commas, not '" + text + "'");
+    }
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+void Require(bool condition, const std::string& message) {
+  if (!condition) throw phi::UsageError("evaluate: " + message);
+}
+
+// Puts the parts together and checks what belongs together.
+void Complete(EvaluateOptions& o) {
+  o.scoring.tolerances = o.depth.thresholds = ParseNumbers(o.tolerances, "tolerances");
+  o.normals.thresholds = ParseNumbers(o.angles, "normal_tolerances");
+  Require(o.memory_gb > 0, "--memory must be positive");
+  o.scoring.memory = static_cast<std::size_t>(o.memory_gb * 1e9);
+  const std::string error = o.scoring.Check();
+  Require(error.empty(), error);
+  Require(o.truth.mesh_spacing >= 0, "--mesh_sample_spacing must not be negative");
+  Require(o.depth.values_per_unit > 0, "--truth_depth_scale must be positive");
+  if (o.truth.mesh_spacing == 0) o.truth.mesh_spacing = o.scoring.tolerances.front() / 5;
+  if (!o.scanners.empty()) {
+    const std::vector<double> xyz = ParseNumbers(o.scanners, "scanner_position");
+    Require(xyz.size() == 3, "--scanner_position takes x,y,z");
+    o.truth.scanners.emplace_back(xyz[0], xyz[1], xyz[2]);
+  }
+  o.normals.kind = o.depth.kind;
+  o.coverage.truth_depth_maps = o.depth.truth;
+  o.coverage.values_per_unit = o.depth.values_per_unit;
+
+  Require(!o.cloud.empty() || !o.depth.maps.empty() || !o.normals.maps.empty(),
+          "give --cloud_path with --truth_path, --depth_maps with --truth_depth_maps, or --normal_maps with "
+          "--truth_normal_maps");
+  Require(o.cloud.empty() == o.truth.path.empty(), "--cloud_path and --truth_path go together");
+  Require(o.depth.maps.empty() || !o.depth.truth.empty(), "--depth_maps needs --truth_depth_maps");
+  Require(o.normals.maps.empty() == o.normals.truth.empty(),
+          "--normal_maps and --truth_normal_maps go together");
+  Require(o.coverage.workspace.empty() || !o.depth.truth.empty(),
+          "--coverage_workspace_path needs --truth_depth_maps");
+}
+
+CloudScores EvaluateClouds(const EvaluateOptions& o) {
+  LoadedClouds loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size);
+  if (!o.coverage.workspace.empty()) {
+    loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
+  }
+  return EvaluateCloud(loaded.clouds, o.scoring);
+}
+
+}  // namespace
+
+int RunEvaluate(int argc, char** argv) {
+  EvaluateOptions o;
+  o.truth.mesh_spacing = 0;
+  OptionParser parser("evaluate", "Compare a cloud, depth maps or normal maps with the truth");
+  AddCloudOptions(parser, o);
+  AddMapOptions(parser, o);
+  parser.Add("output_path", &o.output, "Scores as JSON");
+  parser.AddChoice("table", &o.table, {{"text", TableFormat::kText}, {"markdown", TableFormat::kMarkdown}},
+                   "Form of the printed tables");
+  parser.Add("num_threads", &o.num_threads, "Threads; -1 = all");
+  if (!parser.Parse(argc, argv)) return 0;
+  Complete(o);
+
+  const std::size_t threads =
+      o.num_threads > 0 ? o.num_threads : std::max(1u, std::thread::hardware_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  Evaluation evaluation;
+  if (!o.cloud.empty()) evaluation.cloud = EvaluateClouds(o);
+  if (!o.depth.maps.empty()) evaluation.depth = EvaluateDepthMaps(o.depth);
+  if (!o.normals.maps.empty()) evaluation.normals = EvaluateNormalMaps(o.normals);
+  std::cout << FormatTables(evaluation, o.table);
+  if (!o.output.empty()) WriteScoresJson(o.output, evaluation);
+  return 0;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,73 @@
+#include "colmap_ext/evaluation/cloud_evaluation.h"
+
+#include <algorithm>
+
+#include "colmap_ext/evaluation/nearest_class.h"
+#include "colmap_ext/evaluation/voxel_average.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+// Index of the point in a block order, its class, and the point itself.
+constexpr std::size_t kBytesPerPoint = sizeof(phi::Vec3f) + sizeof(std::uint32_t) + sizeof(ToleranceClass);
+
+std::size_t WorkingMemory(const CloudPair& clouds, const CloudEvaluationOptions& options) {
+  const std::size_t needed = (clouds.points.size() + clouds.truth.size()) * kBytesPerPoint;
+  if (needed >= options.memory) {
+    throw phi::ResourceError(
+        "evaluate: the two clouds need " + std::to_string((needed >> 20) + 1) +
+        " MiB before any search, more than --memory allows; raise it or thin the clouds");
+  }
+  return options.memory - needed;
+}
+
+std::vector<ToleranceClass> ClassifyPoints(const CloudPair& clouds, const CloudEvaluationOptions& options,
+                                           std::size_t working_memory) {
+  std::vector<ToleranceClass> classes =
+      clouds.scans.empty()
+          ? ClassifyByNearest(clouds.points, clouds.truth, options.tolerances, working_memory)
+          : ClassifyByBeams(clouds.points, clouds.scans, options.tolerances);
+  for (std::size_t i = 0; i < clouds.counted.size(); ++i) {
+    if (!clouds.counted[i]) classes[i] = kNotCounted;
+  }
+  return classes;
+}
+
+double HarmonicMean(double a, double b) { return a + b > 0 ? 2 * a * b / (a + b) : 0; }
+
+}  // namespace
+
+std::string CloudEvaluationOptions::Check() const {
+  if (std::string error = CheckTolerances(tolerances); !error.empty()) return error;
+  if (!(voxel_size > 0)) return "--voxel_size must be positive";
+  return "";
+}
+
+CloudScores EvaluateCloud(const CloudPair& clouds, const CloudEvaluationOptions& options) {
+  const std::size_t working_memory = WorkingMemory(clouds, options);
+  const VoxelAverageOptions voxels{options.voxel_size, working_memory, !clouds.scans.empty()};
+  const std::size_t num_tolerances = options.tolerances.size();
+  CloudScores scores;
+  scores.tolerances = options.tolerances;
+  scores.num_points = clouds.points.size();
+  scores.num_truth = clouds.truth.size();
+  scores.num_counted =
+      clouds.counted.empty()
+          ? clouds.points.size()
+          : static_cast<std::size_t>(std::count(clouds.counted.begin(), clouds.counted.end(), true));
+
+  scores.accuracy = AverageOverVoxels(clouds.points, ClassifyPoints(clouds, options, working_memory),
+                                      num_tolerances, voxels);
+  scores.completeness = AverageOverVoxels(
+      clouds.truth, ClassifyByNearest(clouds.truth, clouds.points, options.tolerances, working_memory),
+      num_tolerances, voxels);
+  for (std::size_t t = 0; t < num_tolerances; ++t) {
+    scores.accuracy[t] *= 100;
+    scores.completeness[t] *= 100;
+    scores.f1.push_back(HarmonicMean(scores.accuracy[t], scores.completeness[t]));
+  }
+  return scores;
+}
+
+}  // namespace colmap_ext

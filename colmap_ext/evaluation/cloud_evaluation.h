@@ -1,0 +1,39 @@
+// Accuracy, completeness and F1 of a reconstructed cloud against the truth.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/evaluation/scan_beams.h"
+#include "phi/base/vec.h"
+
+namespace colmap_ext {
+
+struct CloudEvaluationOptions {
+  std::vector<double> tolerances{0.01, 0.02, 0.05, 0.1};  // --tolerances, world units, ascending
+  double voxel_size = 0.01;                               // --voxel_size, world units
+  std::size_t memory = std::size_t{8} << 30;              // --memory, bytes, over the clouds and the search
+  std::string Check() const;
+};
+
+// All points relative to one origin, so that single precision holds in geo-registered scenes.
+struct CloudPair {
+  std::vector<phi::Vec3f> points;  // the reconstruction
+  std::vector<bool> counted;       // empty, or whether each point counts for accuracy
+  std::vector<phi::Vec3f> truth;
+  // Empty: accuracy by the nearest truth point, on one voxel grid. Else ETH3D's protocol: accuracy by the
+  // scanners' beams, averages over two voxel grids.
+  std::vector<ScanBeams> scans;
+};
+
+// Percent, indexed by tolerance.
+struct CloudScores {
+  std::vector<double> tolerances, accuracy, completeness, f1;
+  std::size_t num_points = 0, num_counted = 0, num_truth = 0;
+};
+
+// Throws phi::ResourceError when the clouds alone exceed the memory.
+CloudScores EvaluateCloud(const CloudPair& clouds, const CloudEvaluationOptions& options);
+
+}  // namespace colmap_ext

@@ -1,0 +1,114 @@
+#include "colmap_ext/evaluation/map_evaluation.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/map_file.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+// Counts pixels with truth; `error` returns the error at (x, y) of the truth and (mx, my) of the map, or a
+// negative number where the map has no value.
+template <typename Map, typename HasTruth, typename Error>
+MapScore ScorePixels(const Map& map, const Map& truth, const std::vector<double>& thresholds,
+                     HasTruth has_truth, Error error) {
+  std::int64_t num_truth = 0, num_valid = 0;
+  std::vector<std::int64_t> num_within(thresholds.size(), 0);
+  for (int y = 0; y < truth.height(); ++y) {
+    const int my = static_cast<int>(static_cast<std::int64_t>(y) * map.height() / truth.height());
+    for (int x = 0; x < truth.width(); ++x) {
+      if (!has_truth(truth(x, y))) continue;
+      ++num_truth;
+      const int mx = static_cast<int>(static_cast<std::int64_t>(x) * map.width() / truth.width());
+      const double e = error(map(mx, my), truth(x, y));
+      if (e < 0) continue;
+      ++num_valid;
+      for (std::size_t t = 0; t < thresholds.size(); ++t) num_within[t] += e < thresholds[t];
+    }
+  }
+  const double percent = num_truth > 0 ? 100.0 / static_cast<double>(num_truth) : 0;
+  MapScore score;
+  score.found = true;
+  score.valid = percent * static_cast<double>(num_valid);
+  for (std::int64_t n : num_within) score.within.push_back(percent * static_cast<double>(n));
+  return score;
+}
+
+// `score_files(map path, truth path)` reads and compares two files.
+template <typename ScoreFiles>
+MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_files) {
+  const auto truth = FindTruthMaps(options.truth);
+  const std::vector<std::pair<std::string, std::filesystem::path>> files(truth.begin(), truth.end());
+  MapScores scores;
+  scores.thresholds = options.thresholds;
+  scores.images.resize(files.size());
+  tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) {
+    phi::ThrowIfCancelled();
+    const std::filesystem::path map = options.maps / (files[i].first + "." + options.kind + ".bin");
+    MapScore& score = scores.images[i];
+    score.within.assign(options.thresholds.size(), 0.0);
+    if (std::filesystem::exists(map)) score = score_files(map, files[i].second);
+    score.image = files[i].first;
+  });
+  if (std::none_of(scores.images.begin(), scores.images.end(), [](const MapScore& s) { return s.found; })) {
+    throw phi::InputError(options.maps.string() + " holds no map <image name>." + options.kind +
+                          ".bin for any image of " + options.truth.string());
+  }
+  return scores;
+}
+
+}  // namespace
+
+MapScore MapScores::Mean() const {
+  MapScore mean;
+  mean.image = "mean";
+  mean.within.assign(thresholds.size(), 0.0);
+  if (images.empty()) return mean;
+  const double weight = 1.0 / static_cast<double>(images.size());
+  for (const MapScore& image : images) {
+    mean.found |= image.found;
+    mean.valid += weight * image.valid;
+    for (std::size_t t = 0; t < thresholds.size(); ++t) mean.within[t] += weight * image.within[t];
+  }
+  return mean;
+}
+
+MapScore ScoreDepth(const phi::Array2D<float>& depth, const phi::Array2D<float>& truth,
+                    const std::vector<double>& thresholds) {
+  return ScorePixels(
+      depth, truth, thresholds, [](float g) { return g > 0; },
+      [](float d, float g) { return d > 0 ? std::abs(static_cast<double>(d) - g) : -1.0; });
+}
+
+MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2D<phi::Vec3f>& truth,
+                      const std::vector<double>& thresholds) {
+  return ScorePixels(
+      normals, truth, thresholds, [](const phi::Vec3f& g) { return phi::Dot(g, g) > 0.5f; },
+      [](const phi::Vec3f& n, const phi::Vec3f& g) {
+        const double lengths = std::sqrt(static_cast<double>(phi::Dot(n, n)) * phi::Dot(g, g));
+        if (!(lengths > 0.25)) return -1.0;
+        return std::acos(std::clamp(phi::Dot(n, g) / lengths, -1.0, 1.0)) * 180 / std::numbers::pi;
+      });
+}
+
+MapScores EvaluateDepthMaps(const MapEvaluationOptions& options) {
+  return EvaluateMaps(options, [&](const std::filesystem::path& map, const std::filesystem::path& truth) {
+    return ScoreDepth(ReadDepthMap(map), ReadTruthDepth(truth, options.values_per_unit), options.thresholds);
+  });
+}
+
+MapScores EvaluateNormalMaps(const MapEvaluationOptions& options) {
+  return EvaluateMaps(options, [&](const std::filesystem::path& map, const std::filesystem::path& truth) {
+    return ScoreNormals(ReadNormalMap(map), ReadNormalMap(truth), options.thresholds);
+  });
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,242 @@
+#include "colmap_ext/evaluation/ply_rows.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string_view>
+
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+struct ScalarType {
+  std::string_view name, other_name;
+  int bytes;
+};
+
+constexpr std::array<ScalarType, 8> kTypes = {{{"char", "int8", 1},
+                                               {"uchar", "uint8", 1},
+                                               {"short", "int16", 2},
+                                               {"ushort", "uint16", 2},
+                                               {"int", "int32", 4},
+                                               {"uint", "uint32", 4},
+                                               {"float", "float32", 4},
+                                               {"double", "float64", 8}}};
+
+int TypeIndex(const std::string& name) {
+  for (std::size_t i = 0; i < kTypes.size(); ++i) {
+    if (name == kTypes[i].name || name == kTypes[i].other_name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+template <typename T>
+double As(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof(T));
+  return static_cast<double>(value);
+}
+
+double Decode(int type, const char* bytes) {
+  switch (type) {
+    case 0:
+      return As<std::int8_t>(bytes);
+    case 1:
+      return As<std::uint8_t>(bytes);
+    case 2:
+      return As<std::int16_t>(bytes);
+    case 3:
+      return As<std::uint16_t>(bytes);
+    case 4:
+      return As<std::int32_t>(bytes);
+    case 5:
+      return As<std::uint32_t>(bytes);
+    case 6:
+      return As<float>(bytes);
+    default:
+      return As<double>(bytes);
+  }
+}
+
+// "property float x" or "property list uchar int vertex_indices"; false when it is neither.
+bool ParseProperty(std::istringstream& line, PlyProperty& property) {
+  std::string type;
+  line >> type;
+  if (type == "list") {
+    std::string count_type;
+    line >> count_type >> type;
+    property.count_type = TypeIndex(count_type);
+    if (property.count_type < 0) return false;
+  }
+  property.type = TypeIndex(type);
+  return property.type >= 0 && static_cast<bool>(line >> property.name);
+}
+
+}  // namespace
+
+bool PlyElement::Has(const std::string& property) const {
+  return std::any_of(properties.begin(), properties.end(), [&](const auto& p) { return p.name == property; });
+}
+
+// The data part of the file, value by value.
+class PlyRows::Source {
+ public:
+  explicit Source(const PlyRows& rows) : rows_(rows), stream_(rows.path_, std::ios::binary) {
+    stream_.seekg(static_cast<std::streamoff>(rows.data_offset_));
+    buffer_.resize(std::size_t{1} << 20);
+  }
+
+  double Next(int type) {
+    if (rows_.encoding_ == Encoding::kAscii) {
+      std::string word;
+      if (!(stream_ >> word)) EndsEarly();
+      return std::strtod(word.c_str(), nullptr);  // unlike streams, knows nan and inf
+    }
+    std::array<char, 8> bytes;
+    const int size = kTypes[type].bytes;
+    Take(bytes.data(), size);
+    if (rows_.encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.begin() + size);
+    return Decode(type, bytes.data());
+  }
+
+  [[noreturn]] void EndsEarly() const {
+    throw phi::InputError(rows_.path_.string() +
+                          " ends before its header says it should; copy or write it again");
+  }
+
+ private:
+  void Take(char* to, std::size_t size) {
+    while (size > 0) {
+      if (position_ == end_) {
+        stream_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+        end_ = static_cast<std::size_t>(stream_.gcount());
+        position_ = 0;
+        if (end_ == 0) EndsEarly();
+        phi::ThrowIfCancelled();
+      }
+      const std::size_t part = std::min(size, end_ - position_);
+      std::memcpy(to, buffer_.data() + position_, part);
+      position_ += part;
+      to += part;
+      size -= part;
+    }
+  }
+
+  const PlyRows& rows_;
+  std::ifstream stream_;
+  std::vector<char> buffer_;
+  std::size_t position_ = 0, end_ = 0;
+};
+
+PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw phi::InputError("cannot read " + path.string());
+  const auto refuse = [&](const std::string& why) {
+    throw phi::InputError(path.string() + " is not a PLY file that can be read: " + why);
+  };
+  std::string text;
+  bool has_format = false, has_end = false;
+  for (int number = 0; !has_end && std::getline(stream, text); ++number) {
+    if (!text.empty() && text.back() == '\r') text.pop_back();
+    std::istringstream line(text);
+    std::string word;
+    line >> word;
+    if (number == 0 && word != "ply") refuse("it does not begin with 'ply'");
+    if (word == "format") {
+      line >> word;
+      has_format = true;
+      if (word == "binary_little_endian") {
+        encoding_ = Encoding::kLittleEndian;
+      } else if (word == "binary_big_endian") {
+        encoding_ = Encoding::kBigEndian;
+      } else if (word != "ascii") {
+        refuse("unknown format '" + word + "'");
+      }
+    } else if (word == "element") {
+      PlyElement element;
+      if (!(line >> element.name >> element.count)) refuse("bad line '" + text + "'");
+      elements_.push_back(element);
+    } else if (word == "property") {
+      PlyProperty property;
+      if (elements_.empty() || !ParseProperty(line, property)) refuse("bad line '" + text + "'");
+      elements_.back().properties.push_back(property);
+    }
+    has_end = word == "end_header";
+  }
+  if (!has_format || !has_end) refuse("its header is incomplete");
+  data_offset_ = static_cast<std::uint64_t>(stream.tellg());
+}
+
+const PlyElement* PlyRows::Find(const std::string& element) const {
+  for (const PlyElement& e : elements_) {
+    if (e.name == element) return &e;
+  }
+  return nullptr;
+}
+
+template <typename OnValue, typename OnRow>
+void PlyRows::Visit(const std::string& element, OnValue on_value, OnRow on_row) const {
+  Source source(*this);
+  for (const PlyElement& e : elements_) {
+    const bool wanted = e.name == element;
+    for (std::uint64_t row = 0; row < e.count; ++row) {
+      for (std::size_t p = 0; p < e.properties.size(); ++p) {
+        const PlyProperty& property = e.properties[p];
+        const bool is_list = property.count_type >= 0;
+        const double count = is_list ? source.Next(property.count_type) : 1;
+        for (double i = 0; i < count; ++i) {
+          const double value = source.Next(property.type);
+          if (wanted) on_value(p, value);
+        }
+      }
+      if (wanted) on_row();
+    }
+    if (wanted) return;
+  }
+}
+
+void PlyRows::ForEachRow(const std::string& element, const std::vector<std::string>& properties,
+                         const std::function<void(const double*)>& row) const {
+  const PlyElement* found = Find(element);
+  if (!found) return;
+  std::vector<double> values(properties.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<int> slot;  // by property of the element: its place in `values`, or -1
+  for (const PlyProperty& p : found->properties) {
+    const auto it = std::find(properties.begin(), properties.end(), p.name);
+    slot.push_back(it == properties.end() || p.count_type >= 0 ? -1
+                                                               : static_cast<int>(it - properties.begin()));
+  }
+  Visit(
+      element,
+      [&](std::size_t p, double value) {
+        if (slot[p] >= 0) values[slot[p]] = value;
+      },
+      [&] { row(values.data()); });
+}
+
+void PlyRows::ForEachList(const std::string& element, const std::string& property,
+                          const std::function<void(const std::vector<std::int64_t>&)>& row) const {
+  const PlyElement* found = Find(element);
+  if (!found) return;
+  std::vector<std::int64_t> values;
+  Visit(
+      element,
+      [&](std::size_t p, double value) {
+        if (found->properties[p].name == property) values.push_back(static_cast<std::int64_t>(value));
+      },
+      [&] {
+        row(values);
+        values.clear();
+      });
+}
+
+}  // namespace colmap_ext

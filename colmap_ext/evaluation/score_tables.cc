@@ -1,0 +1,120 @@
+#include "colmap_ext/evaluation/score_tables.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "colmap_ext/atomic_file.h"
+
+namespace colmap_ext {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;  // the first row is the heading
+
+std::string Number(double value, const char* format) {
+  char text[64];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+std::string Percent(double value) { return Number(value, "%.2f"); }
+
+std::string Table(const Rows& rows, TableFormat format) {
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  const bool markdown = format == TableFormat::kMarkdown;
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (std::size_t c = 0; c < rows[r].size(); ++c) {
+      const std::string padding(widths[c] - rows[r][c].size(), ' ');
+      // Names to the left, numbers to the right.
+      text += markdown ? "| " : "  ";
+      text += c == 0 ? rows[r][c] + padding : padding + rows[r][c];
+      if (markdown) text += ' ';
+    }
+    text += markdown ? "|\n" : "\n";
+    if (r == 0 && markdown) {
+      for (std::size_t c = 0; c < widths.size(); ++c) {
+        text += "|" + std::string(widths[c] + 1, '-') + (c == 0 ? "-" : ":");
+      }
+      text += "|\n";
+    }
+  }
+  return text;
+}
+
+std::string CloudTable(const CloudScores& scores, TableFormat format) {
+  Rows rows{{"tolerance", "accuracy %", "completeness %", "F1 %"}};
+  for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
+    rows.push_back({Number(scores.tolerances[t], "%g"), Percent(scores.accuracy[t]),
+                    Percent(scores.completeness[t]), Percent(scores.f1[t])});
+  }
+  return std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
+         " counted, against " + std::to_string(scores.num_truth) + " points of truth\n\n" +
+         Table(rows, format);
+}
+
+std::string MapTable(const MapScores& scores, const std::string& unit, TableFormat format) {
+  std::vector<std::string> heading{"image", "valid %"};
+  for (double threshold : scores.thresholds) heading.push_back("< " + Number(threshold, "%g") + unit + " %");
+  Rows rows{heading};
+  const auto add = [&](const MapScore& score) {
+    std::vector<std::string> row{score.found ? score.image : score.image + " (no map)", Percent(score.valid)};
+    for (double share : score.within) row.push_back(Percent(share));
+    rows.push_back(row);
+  };
+  for (const MapScore& image : scores.images) add(image);
+  add(scores.Mean());
+  return Table(rows, format);
+}
+
+nlohmann::json ToJson(const MapScore& score) {
+  return {{"image", score.image}, {"found", score.found}, {"valid", score.valid}, {"within", score.within}};
+}
+
+nlohmann::json ToJson(const MapScores& scores) {
+  nlohmann::json images = nlohmann::json::array();
+  for (const MapScore& image : scores.images) images.push_back(ToJson(image));
+  const MapScore mean = scores.Mean();
+  return {
+      {"thresholds", scores.thresholds}, {"valid", mean.valid}, {"within", mean.within}, {"images", images}};
+}
+
+}  // namespace
+
+std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
+  std::string text;
+  const auto add = [&](const std::string& title, const std::string& table) {
+    if (!text.empty()) text += "\n";
+    text += (format == TableFormat::kMarkdown ? "### " : "") + title + "\n\n" + table;
+  };
+  if (evaluation.cloud) add("Point cloud", CloudTable(*evaluation.cloud, format));
+  if (evaluation.depth)
+    add("Depth maps (share of the pixels with truth)", MapTable(*evaluation.depth, "", format));
+  if (evaluation.normals) {
+    add("Normal maps (share of the pixels with truth)", MapTable(*evaluation.normals, " deg", format));
+  }
+  return text;
+}
+
+void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evaluation) {
+  nlohmann::json json = nlohmann::json::object();
+  if (evaluation.cloud) {
+    const CloudScores& cloud = *evaluation.cloud;
+    json["tolerances"] = cloud.tolerances;
+    json["accuracy"] = cloud.accuracy;
+    json["completeness"] = cloud.completeness;
+    json["f1"] = cloud.f1;
+    json["num_points"] = cloud.num_points;
+    json["num_counted"] = cloud.num_counted;
+    json["num_truth"] = cloud.num_truth;
+  }
+  if (evaluation.depth) json["depth_maps"] = ToJson(*evaluation.depth);
+  if (evaluation.normals) json["normal_maps"] = ToJson(*evaluation.normals);
+  WriteFileAtomically(path, json.dump(2) + "\n");
+}
+
+}  // namespace colmap_ext

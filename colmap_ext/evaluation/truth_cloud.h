@@ -1,0 +1,37 @@
+// Clouds for the evaluator: a reconstruction, and the truth as a cloud, a mesh or a MeshLab project of laser
+// scans.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "colmap_ext/evaluation/cloud_evaluation.h"
+
+namespace colmap_ext {
+
+struct TruthOptions {
+  std::filesystem::path path;  // --truth_path: .ply (cloud or mesh) or .mlp (scans with their poses)
+  int min_views = 0;  // --min_truth_views: leaves out points whose property `views` is lower; 0 = off
+  double mesh_spacing = 0.002;            // --mesh_sample_spacing: between samples of a mesh, world units
+  std::vector<Eigen::Vector3d> scanners;  // --scanner_position of the one scan in `path`, world frame
+  BeamOptions beams;
+};
+
+struct LoadedClouds {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // world position of the clouds' (0, 0, 0)
+  CloudPair clouds;
+};
+
+// Points that are not finite are left out. `voxel_size`: the origin is a whole number of voxels, so that
+// moving it does not move the grid. Throws phi::InputError when a file is damaged or holds no point.
+LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth,
+                        double voxel_size);
+
+// Samples of triangle (a, b, c), at most `spacing` apart along both edges from a; corners included.
+void SampleTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                    double spacing, std::vector<Eigen::Vector3d>& samples);
+
+}  // namespace colmap_ext

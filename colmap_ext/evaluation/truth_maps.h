@@ -1,0 +1,20 @@
+// Folders of true depth and normal maps: COLMAP's .bin, or 16-bit PNG depths in fixed units.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "phi/base/array2d.h"
+#include "phi/base/vec.h"
+
+namespace colmap_ext {
+
+// A map file `<image name>.png`, `<image name>.bin` or `<image name>.<kind>.bin`, in subfolders as the names
+// have them. Keyed by image name. Throws phi::InputError when the folder holds none.
+std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem::path& folder);
+
+// World units; 0 where there is no truth. `values_per_unit`: a PNG's value of one world unit.
+phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit);
+
+}  // namespace colmap_ext

@@ -1,0 +1,136 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "colmap_ext/evaluation/ply_rows.h"
+#include "phi/base/random.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_data.h"
+
+namespace {
+
+using test_support::ProgramResult;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+ProgramResult Evaluate(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {PHIMVS_BINARY, "evaluate"});
+  return RunProgram(arguments);
+}
+
+// A plane of 50 x 50 points at height z.
+std::string PlanePly(double z) {
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 2500\nproperty float x\nproperty float y\nproperty float "
+      "z\nend_header\n";
+  for (int i = 0; i < 2500; ++i) {
+    text += std::to_string(0.01 * (i % 50) + 0.003) + " " + std::to_string(0.01 * (i / 50) + 0.003) + " " +
+            std::to_string(z) + "\n";
+  }
+  return text;
+}
+
+TEST(EvaluateCommand, ScoresAnOffsetPlaneAndWritesJson) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "truth.ply", PlanePly(0));
+  WriteBytes(folder / "cloud.ply", PlanePly(0.03));
+  const ProgramResult result =
+      Evaluate({"--cloud_path", folder / "cloud.ply", "--truth_path", folder / "truth.ply", "--tolerances",
+                "0.01,0.02,0.05,0.1", "--output_path", folder / "e.json", "--table", "markdown"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("| 0.05      |     100.00 |         100.00 | 100.00 |"));
+  const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_THAT(json["tolerances"], ElementsAre(0.01, 0.02, 0.05, 0.1));
+  EXPECT_THAT(json["accuracy"], ElementsAre(0.0, 0.0, 100.0, 100.0));
+  EXPECT_THAT(json["completeness"], ElementsAre(0.0, 0.0, 100.0, 100.0));
+  EXPECT_THAT(json["f1"], ElementsAre(0.0, 0.0, 100.0, 100.0));
+}
+
+TEST(EvaluateCommand, SaysWhatIsMissing) {
+  const ProgramResult none = Evaluate({});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.errors, HasSubstr("--cloud_path"));
+  const ProgramResult half = Evaluate({"--cloud_path", "a.ply"});
+  EXPECT_EQ(half.exit_code, 1);
+  EXPECT_THAT(half.errors, HasSubstr("--truth_path"));
+  const ProgramResult absent = Evaluate({"--cloud_path", "a.ply", "--truth_path", "/nowhere/t.ply"});
+  EXPECT_EQ(absent.exit_code, 2);
+  EXPECT_THAT(absent.errors, HasSubstr("/nowhere/t.ply"));
+  const ProgramResult words =
+      Evaluate({"--cloud_path", "a.ply", "--truth_path", "b.ply", "--tolerances", "0.1,x"});
+  EXPECT_EQ(words.exit_code, 1);
+  EXPECT_THAT(words.errors, HasSubstr("--tolerances"));
+}
+
+// A scene's truth, disturbed: every third point, noise of up to 4 cm along each axis.
+void WriteNoisyTruth(const std::filesystem::path& truth, const std::filesystem::path& cloud) {
+  std::string body;
+  std::uint64_t index = 0, count = 0;
+  colmap_ext::PlyRows(truth).ForEachRow("vertex", {"x", "y", "z"}, [&](const double* v) {
+    const phi::Random4 r = phi::Philox({7, 0}, index, 0, 0);
+    if (index++ % 3 != 0) return;
+    const float scale = 0.04f * phi::UniformFloat(r.v[3]);
+    for (int axis = 0; axis < 3; ++axis) {
+      const float value = static_cast<float>(v[axis]) + scale * phi::SymmetricFloat(r.v[axis]);
+      body.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+    ++count;
+  });
+  WriteBytes(cloud, "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) +
+                        "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + body);
+}
+
+class AgreesWithReference : public testing::TestWithParam<const char*> {};
+
+TEST_P(AgreesWithReference, WithinATenthOfAPoint) {
+  const std::string name = GetParam();
+  const std::filesystem::path scene = test_support::FindScene(GetParam());
+  if (scene.empty()) GTEST_SKIP() << "scene " << name << " is not there (PHIMVS_TEST_DATA)";
+  const std::filesystem::path reference = scene.parent_path() / "reference_evaluation.py";
+  if (RunProgram({"python3", "-c", "import numpy, scipy, PIL"}).exit_code != 0) {
+    GTEST_SKIP() << "the reference needs python3 with numpy, scipy and Pillow";
+  }
+  std::filesystem::path truth;
+  for (const auto& entry : std::filesystem::directory_iterator(scene / "gt")) {
+    if (entry.path().extension() == ".ply") truth = entry.path();
+  }
+  const TemporaryFolder folder;
+  WriteNoisyTruth(truth, folder / "cloud.ply");
+  std::vector<std::string> arguments{"--cloud_path",  folder / "cloud.ply", "--truth_path",
+                                     truth,           "--min_truth_views",  "2",
+                                     "--output_path", folder / "e.json"};
+  if (name == "fountain") {
+    const std::vector<std::string> coverage{"--coverage_workspace_path", scene / "dense",
+                                            "--truth_depth_maps",        scene / "gt/depth_u16",
+                                            "--truth_depth_scale",       "4000"};
+    arguments.insert(arguments.end(), coverage.begin(), coverage.end());
+  }
+  const ProgramResult ours = Evaluate(arguments);
+  ASSERT_EQ(ours.exit_code, 0) << ours.errors;
+  const ProgramResult theirs = RunProgram({"python3", reference, name, "cloud", folder / "cloud.ply"});
+  ASSERT_EQ(theirs.exit_code, 0) << theirs.errors;
+
+  const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  const std::regex row("cm +A +([0-9.]+) +C +([0-9.]+) +F1 +([0-9.]+)");
+  std::size_t t = 0;
+  for (std::sregex_iterator it(theirs.output.begin(), theirs.output.end(), row), end; it != end; ++it, ++t) {
+    EXPECT_NEAR(json["accuracy"][t].get<double>(), std::stod((*it)[1]), 0.1);
+    EXPECT_NEAR(json["completeness"][t].get<double>(), std::stod((*it)[2]), 0.1);
+    EXPECT_NEAR(json["f1"][t].get<double>(), std::stod((*it)[3]), 0.1);
+  }
+  EXPECT_EQ(t, 4u) << theirs.output;
+  EXPECT_LT(json["f1"][0].get<double>(), 99) << "the disturbed cloud should not score full marks";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, AgreesWithReference, testing::Values("livingroom", "fountain"),
+                         [](const auto& info) { return std::string(info.param); });
+
+}  // namespace

@@ -1,0 +1,102 @@
+#include "colmap_ext/evaluation/map_evaluation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+
+#include "colmap_ext/evaluation/truth_coverage.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/sparse_model.h"
+#include "phi/base/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using phi::Array2D;
+using phi::Vec3f;
+using test_support::TemporaryFolder;
+using testing::DoubleNear;
+using testing::ElementsAre;
+
+TEST(ScoreDepth, CountsPixelsWithTruthOnly) {
+  Array2D<float> truth(10, 1, 2.0f), depth(10, 1, 2.015f);
+  truth(0, 0) = truth(1, 0) = 0;  // no truth: eight pixels count
+  depth(2, 0) = depth(3, 0) = 0;  // no depth
+  depth(4, 0) = 2.5f;
+  const MapScore score = ScoreDepth(depth, truth, {0.01, 0.02, 1});
+  EXPECT_NEAR(score.valid, 75, 1e-9);
+  EXPECT_THAT(score.within, ElementsAre(0, DoubleNear(62.5, 1e-9), DoubleNear(75, 1e-9)));
+}
+
+TEST(ScoreDepth, ReadsASmallerMapAtTheNearestPixel) {
+  Array2D<float> truth(4, 4, 1.0f), depth(2, 2, 1.0f);
+  depth(1, 1) = 3;
+  EXPECT_THAT(ScoreDepth(depth, truth, {0.1}).within, ElementsAre(75));
+}
+
+TEST(ScoreNormals, MeasuresAngles) {
+  const auto tilted = [](double degrees) {
+    const double a = degrees * std::acos(-1.0) / 180;
+    return Vec3f{static_cast<float>(std::sin(a)), 0, static_cast<float>(-std::cos(a))};
+  };
+  Array2D<Vec3f> truth(4, 1, {0, 0, -1}), normals(4, 1);
+  normals(0, 0) = tilted(0.5);
+  normals(1, 0) = tilted(8);
+  normals(2, 0) = tilted(25);  // the fourth has none
+  const MapScore score = ScoreNormals(normals, truth, {5, 10, 30});
+  EXPECT_THAT(score.within, ElementsAre(25, 50, 75));
+  EXPECT_EQ(score.valid, 75);
+}
+
+TEST(EvaluateDepthMaps, ReadsPngTruthInItsUnitsAndCountsMissingMapsAsEmpty) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "truth/left");
+  cv::imwrite((folder / "truth/left/a.jpg.png").string(), cv::Mat(2, 3, CV_16UC1, cv::Scalar(8000)));
+  cv::imwrite((folder / "truth/b.jpg.png").string(), cv::Mat(2, 3, CV_16UC1, cv::Scalar(8000)));
+  WriteDepthMap(folder / "maps/left/a.jpg.geometric.bin", Array2D<float>(3, 2, 2.0f));
+  MapEvaluationOptions options;
+  options.maps = folder / "maps";
+  options.truth = folder / "truth";
+  options.values_per_unit = 4000;
+  options.thresholds = {0.01};
+  const MapScores scores = EvaluateDepthMaps(options);
+  ASSERT_EQ(scores.images.size(), 2u);
+  EXPECT_EQ(scores.images[0].image, "b.jpg");
+  EXPECT_FALSE(scores.images[0].found);
+  EXPECT_EQ(scores.images[1].within[0], 100);
+  EXPECT_EQ(scores.Mean().within[0], 50);
+  options.kind = "photometric";
+  EXPECT_THROW(EvaluateDepthMaps(options), phi::InputError);
+}
+
+TEST(CoveredByTruth, ProjectsWithPixelCentresAtHalves) {
+  const TemporaryFolder folder;
+  SparseModel model;
+  model.cameras[1] = {1, 1, 4, 2, {2, 2, 2, 1}};  // 4 x 2 pixels, f = 2, centre (2, 1)
+  SparseImage image;
+  image.image_id = 1;
+  image.camera_id = 1;
+  image.name = "a.png";
+  model.images.push_back(image);
+  std::filesystem::create_directories(folder / "dense/sparse");
+  WriteSparseModelBinary(model, folder / "dense/sparse");
+  Array2D<float> truth(4, 2);
+  truth(2, 1) = 5;  // pixel x in [2, 3), y in [1, 2): at depth 1, X in [0, 0.5), Y in [0, 0.5)
+  WriteDepthMap(folder / "truth/a.png.bin", truth);
+  const std::vector<Vec3f> points{{0.01f, 0.01f, 1},  {0.49f, 0.49f, 1}, {0.51f, 0.01f, 1},
+                                  {-0.01f, 0.01f, 1}, {0.98f, 0.98f, 2}, {0.01f, 0.01f, -1},
+                                  {9, 9, 1}};
+  const std::vector<bool> covered =
+      CoveredByTruth(points, Eigen::Vector3d::Zero(), {folder / "dense", folder / "truth", 1000});
+  EXPECT_THAT(covered, ElementsAre(true, true, false, false, true, false, false));
+  // The same points stored relative to an origin.
+  const std::vector<bool> moved =
+      CoveredByTruth({{0, 0, 0}}, Eigen::Vector3d(0.25, 0.25, 1), {folder / "dense", folder / "truth", 1000});
+  EXPECT_THAT(moved, ElementsAre(true));
+}
+
+}  // namespace
+}  // namespace colmap_ext

@@ -1,0 +1,169 @@
+#include "colmap_ext/evaluation/truth_cloud.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "colmap_ext/evaluation/meshlab_project.h"
+#include "colmap_ext/evaluation/ply_rows.h"
+#include "phi/base/error.h"
+#include "tests/support/golden_bytes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using Eigen::Vector3d;
+using test_support::GoldenBytes;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr char kTwoPoints[] =
+    "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\n"
+    "property uchar views\nend_header\n1 2 3 1\n4 5 6 2\n";
+
+std::string ErrorOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const phi::InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(PlyRows, ReadsAsciiWithPropertiesInAnyOrder) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "a.ply",
+             "ply\nformat ascii 1.0\ncomment hello\nelement vertex 2\nproperty float z\nproperty uchar red\n"
+             "property float x\nend_header\n3 255 1\n30 0 nan\n");
+  std::vector<std::vector<double>> rows;
+  PlyRows(folder / "a.ply").ForEachRow("vertex", {"x", "z", "absent"}, [&](const double* v) {
+    rows.push_back({v[0], v[1], v[2]});
+  });
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0][0], 1);
+  EXPECT_EQ(rows[0][1], 3);
+  EXPECT_TRUE(std::isnan(rows[0][2]));
+  EXPECT_TRUE(std::isnan(rows[1][0]));
+  EXPECT_EQ(rows[1][1], 30);
+}
+
+TEST(PlyRows, ReadsBothByteOrders) {
+  const TemporaryFolder folder;
+  const std::string header = "element vertex 1\nproperty short a\nproperty float b\nend_header\n";
+  WriteBytes(folder / "little.ply",
+             "ply\nformat binary_little_endian 1.0\n" + header + std::string("\x02\x01\x00\x00\x80\x3f", 6));
+  WriteBytes(folder / "big.ply",
+             "ply\nformat binary_big_endian 1.0\n" + header + std::string("\x01\x02\x3f\x80\x00\x00", 6));
+  for (const char* name : {"little.ply", "big.ply"}) {
+    PlyRows(folder / name).ForEachRow("vertex", {"a", "b"}, [&](const double* v) {
+      EXPECT_EQ(v[0], 258) << name;
+      EXPECT_EQ(v[1], 1) << name;
+    });
+  }
+}
+
+TEST(PlyRows, NamesTheFileThatEndsEarlyOrIsNoPly) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "short.ply",
+             "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nend_header\n" +
+                 std::string(7, '\0'));
+  const PlyRows rows(folder / "short.ply");
+  EXPECT_THAT(ErrorOf([&] { rows.ForEachRow("vertex", {"x"}, [](const double*) {}); }),
+              HasSubstr("short.ply"));
+  WriteBytes(folder / "text.ply", "hello\n");
+  EXPECT_THAT(ErrorOf([&] { PlyRows(folder / "text.ply"); }), HasSubstr("text.ply"));
+  EXPECT_THAT(ErrorOf([&] { PlyRows(folder / "absent.ply"); }), HasSubstr("absent.ply"));
+}
+
+TEST(LoadClouds, LeavesOutPointsThatFewViewsSee) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "t.ply", kTwoPoints);
+  TruthOptions truth;
+  truth.path = folder / "t.ply";
+  EXPECT_EQ(LoadClouds(truth.path, truth, 0.01).clouds.truth.size(), 2u);
+  truth.min_views = 2;
+  const LoadedClouds loaded = LoadClouds(truth.path, truth, 0.01);
+  ASSERT_EQ(loaded.clouds.truth.size(), 1u);
+  EXPECT_EQ(loaded.clouds.truth[0].x, 4);
+  EXPECT_EQ(loaded.clouds.points.size(), 2u);  // the reconstruction is taken whole
+}
+
+TEST(LoadClouds, KeepsMillimetresInGeoRegisteredScenes) {
+  const TemporaryFolder folder;
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty double "
+      "z\nend_header\n";
+  WriteBytes(folder / "t.ply", header + "4512345.678 512345.123 6700000.5\n");
+  WriteBytes(folder / "c.ply", header + "4512345.679 512345.123 6700000.5\n");
+  TruthOptions truth;
+  truth.path = folder / "t.ply";
+  const LoadedClouds loaded = LoadClouds(folder / "c.ply", truth, 0.01);
+  EXPECT_NEAR(loaded.clouds.points[0].x - loaded.clouds.truth[0].x, 0.001, 1e-6);
+  EXPECT_NEAR(std::remainder(loaded.origin.x(), 0.01), 0, 1e-6);  // the voxel grid did not move
+}
+
+TEST(LoadClouds, SamplesAMesh) {
+  const TemporaryFolder folder;
+  // A unit square of two triangles as one quadrilateral.
+  WriteBytes(folder / "m.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+             "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+             "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+  WriteBytes(folder / "c.ply", kTwoPoints);
+  TruthOptions truth;
+  truth.path = folder / "m.ply";
+  truth.mesh_spacing = 0.1;
+  const auto samples = LoadClouds(folder / "c.ply", truth, 0.01).clouds.truth;
+  // Every place on the square has a sample within the spacing.
+  for (float y = 0; y <= 1; y += 0.05f) {
+    for (float x = 0; x <= 1; x += 0.05f) {
+      float nearest = 10;
+      for (const phi::Vec3f& s : samples) nearest = std::min(nearest, phi::Norm(s - phi::Vec3f{x, y, 0}));
+      EXPECT_LE(nearest, 0.1f) << x << " " << y;
+    }
+  }
+  for (const phi::Vec3f& s : samples) {
+    EXPECT_TRUE(s.x >= 0 && s.x <= 1 && s.y >= 0 && s.y <= 1 && s.z == 0);
+  }
+}
+
+TEST(MeshLabProject, ReadsNamesAndPoses) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "scans" / "s.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+             "end_header\n2 0 0\n");
+  // A quarter turn about z and a shift: (2, 0, 0) comes to (0, 2, 0) + (10, 20, 30).
+  WriteBytes(
+      folder / "t.mlp",
+      "<!DOCTYPE MeshLabDocument>\n<MeshLabProject>\n <MeshGroup>\n  <MLMesh label=\"s\" "
+      "filename=\"scans/s.ply\">\n   <MLMatrix44>\n0 -1 0 10\n1 0 0 20\n0 0 1 30\n0 0 0 1\n</MLMatrix44>\n"
+      "  </MLMesh>\n </MeshGroup>\n</MeshLabProject>\n");
+  WriteBytes(folder / "c.ply", kTwoPoints);
+  TruthOptions truth;
+  truth.path = folder / "t.mlp";
+  const LoadedClouds loaded = LoadClouds(folder / "c.ply", truth, 0.01);
+  ASSERT_EQ(loaded.clouds.truth.size(), 1u);
+  EXPECT_EQ(loaded.clouds.truth[0].x, 10);
+  EXPECT_EQ(loaded.clouds.truth[0].y, 22);
+  EXPECT_EQ(loaded.clouds.truth[0].z, 30);
+  ASSERT_EQ(loaded.clouds.scans.size(), 1u);
+  // The scanner stands at (10, 20, 30): half way to the scan point is free space.
+  EXPECT_EQ(loaded.clouds.scans[0].Classify({10, 21, 30}, {0.1}), 1);
+}
+
+TEST(MeshLabProject, RefusesAMatrixThatIsNoRigidMotion) {
+  const TemporaryFolder folder;
+  WriteBytes(
+      folder / "t.mlp",
+      "<MLMesh label=\"s\" filename=\"s.ply\"><MLMatrix44>2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1 </MLMatrix44>");
+  EXPECT_THAT(ErrorOf([&] { ReadMeshLabProject(folder / "t.mlp"); }), HasSubstr("s.ply"));
+  WriteBytes(folder / "empty.mlp", "<MeshLabProject/>");
+  EXPECT_THAT(ErrorOf([&] { ReadMeshLabProject(folder / "empty.mlp"); }), HasSubstr("names no scan"));
+}
+
+}  // namespace
+}  // namespace colmap_ext
