@@ -22,7 +22,6 @@ const Command* FindCommand(std::string_view name);  // null when there is none
 
 // One function per command, defined in the file of the same name.
 int RunPatchMatchStereo(int argc, char** argv);
-// One function per command, defined in the file of the same name: int RunMakeScene(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);
 
 }  // namespace colmap_ext
