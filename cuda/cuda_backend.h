@@ -1,0 +1,16 @@
+// The GPU backend: one phi::Backend per device.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "cuda/device.h"
+#include "phi/backend.h"
+
+namespace phi::gpu {
+
+// One backend per GPU of `gpu_indices` (--PatchMatchStereo.gpu_index); empty or {-1} means all of them. Each has passed
+// the self-test. Throws phi::UsageError for an index that does not exist and phi::ResourceError where a device fails.
+std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices);
+
+}  // namespace phi::gpu

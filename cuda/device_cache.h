@@ -1,0 +1,70 @@
+// Device copies of host images and maps, made once and kept while a byte budget allows.
+//
+// The key is the identity of a shared host object. The cache holds it weakly: an address that the host has freed and
+// given to another object is never mistaken for the old one.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+
+#include "cuda/stream.h"
+
+namespace phi::gpu {
+
+// Device has bytes(). Safe for concurrent use. A handle keeps its copy alive after eviction.
+template <typename Host, typename Device>
+class DeviceCache {
+ public:
+  using Upload = std::function<std::shared_ptr<const Device>(const Host&, cudaStream_t)>;
+
+  DeviceCache(std::size_t budget_bytes, Upload upload) : budget_(budget_bytes), upload_(std::move(upload)) {}
+
+  // The copy of `host`; work that `stream` gets from now on sees it complete.
+  std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream, const Task& task) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    entries_.remove_if([](const Entry& e) { return e.host.expired(); });
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (it->host.lock() != host) continue;
+      entries_.splice(entries_.begin(), entries_, it);  // most recently used first
+      it->uploaded.Delay(stream, task);
+      return it->device;
+    }
+    std::shared_ptr<const Device> device = upload_(*host, stream);
+    Event uploaded(Event::Timing::kOff, task);
+    uploaded.Record(stream, task);
+    entries_.push_front({host, device, std::move(uploaded)});
+    TrimToBudget();
+    return device;
+  }
+
+  // Frees every copy that no running call holds; for when device memory ran short.
+  void Clear() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    entries_.clear();
+  }
+
+ private:
+  struct Entry {
+    std::weak_ptr<const Host> host;
+    std::shared_ptr<const Device> device;
+    Event uploaded;
+  };
+
+  void TrimToBudget() {
+    std::size_t bytes = 0;
+    for (auto it = entries_.begin(); it != entries_.end();) {
+      bytes += it->device->bytes();
+      it = bytes > budget_ && it != entries_.begin() ? entries_.erase(it) : std::next(it);
+    }
+  }
+
+  const std::size_t budget_;
+  const Upload upload_;
+  std::mutex mutex_;
+  std::list<Entry> entries_;
+};
+
+}  // namespace phi::gpu

@@ -1,0 +1,50 @@
+#include "cuda/error.h"
+
+#include <cstdio>
+
+#include "phi/base/error.h"
+
+namespace phi::gpu {
+namespace {
+
+std::string Megabytes(std::size_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f MB", static_cast<double>(bytes) / 1e6);
+  return text;
+}
+
+}  // namespace
+
+std::string Task::Describe() const {
+  std::string text = "stage '" + std::string(stage) + "'";
+  if (!image.empty()) text += " of image '" + image + "'";
+  if (width > 0) text += " (" + std::to_string(width) + "x" + std::to_string(height) + ")";
+  return text;
+}
+
+void ThrowCudaError(cudaError_t status, const char* call, const Task& task) {
+  cudaGetLastError();  // clears errors that are not sticky, so that the next image can go on
+  std::string message = std::string("CUDA: ") + call + " failed in " + task.Describe() + ": " +
+                        cudaGetErrorString(status) + " (" + cudaGetErrorName(status) + ")";
+  if (status == cudaErrorNoKernelImageForDevice || status == cudaErrorUnsupportedPtxVersion) {
+    message += "; this build has no code for this GPU: build with the preset 'package', or with its "
+               "CMAKE_CUDA_ARCHITECTURES, or run with --PhiStereo.backend cpu";
+  }
+  throw ResourceError(message);
+}
+
+void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, const Task& task) {
+  if (status == cudaSuccess) return;
+  if (status != cudaErrorMemoryAllocation) ThrowCudaError(status, call, task);
+  cudaGetLastError();
+  std::size_t free = 0, total = 0;
+  std::string available;
+  if (cudaMemGetInfo(&free, &total) == cudaSuccess) {
+    available = ", " + Megabytes(free) + " of the GPU's " + Megabytes(total) + " are free";
+  }
+  throw ResourceError("out of memory in " + task.Describe() + ": " + call + " needs " + Megabytes(bytes) +
+                      available + "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, "
+                      "end other programs on the GPU, or run with --PhiStereo.backend cpu");
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,33 @@
+#include "cuda/gray_texture.h"
+
+namespace phi::gpu {
+
+GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) : bytes_(image.size()) {
+  const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
+  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray", bytes_, task);
+  try {
+    Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
+                                   cudaMemcpyHostToDevice, stream),
+          "cudaMemcpy2DToArrayAsync", task);
+    cudaResourceDesc resource = {};
+    resource.resType = cudaResourceTypeArray;
+    resource.res.array.array = array_;
+    cudaTextureDesc texture = {};
+    texture.addressMode[0] = texture.addressMode[1] = cudaAddressModeClamp;
+    texture.filterMode = cudaFilterModeLinear;
+    texture.readMode = cudaReadModeNormalizedFloat;
+    Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
+    // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
+    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
+  } catch (...) {
+    cudaFreeArray(array_);
+    throw;
+  }
+}
+
+GrayTexture::~GrayTexture() {
+  cudaDestroyTextureObject(texture_);
+  cudaFreeArray(array_);
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,31 @@
+// An 8-bit gray image as a texture: bilinear reads in hardware (fractions of 8 bits), clamped at the border.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+
+#include "cuda/error.h"
+#include "phi/backend.h"
+
+namespace phi::gpu {
+
+// Coordinates are K's: pixel centres at half-integers, as the hardware has them. Values are gray / 255.
+class GrayTexture {
+ public:
+  // The copy is ordered on `stream`; `image` may go away once the constructor has returned.
+  GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task);
+  ~GrayTexture();
+  GrayTexture(const GrayTexture&) = delete;
+  GrayTexture& operator=(const GrayTexture&) = delete;
+
+  cudaTextureObject_t get() const { return texture_; }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  cudaArray_t array_ = nullptr;
+  cudaTextureObject_t texture_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace phi::gpu

@@ -1,0 +1,60 @@
+// Owners of a stream and of an event.
+#pragma once
+
+#include <utility>
+
+#include "cuda/error.h"
+
+namespace phi::gpu {
+
+class Stream {
+ public:
+  explicit Stream(const Task& task) {
+    Check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate", task);
+  }
+  ~Stream() {
+    if (stream_) cudaStreamDestroy(stream_);
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  cudaStream_t get() const { return stream_; }
+  void Synchronize(const Task& task) const { Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", task); }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+class Event {
+ public:
+  enum class Timing { kOff, kOn };
+
+  Event(Timing timing, const Task& task) {
+    const unsigned flags = timing == Timing::kOn ? cudaEventDefault : cudaEventDisableTiming;
+    Check(cudaEventCreateWithFlags(&event_, flags), "cudaEventCreate", task);
+  }
+  ~Event() {
+    if (event_) cudaEventDestroy(event_);
+  }
+  Event(Event&& other) noexcept : event_(std::exchange(other.event_, nullptr)) {}
+  Event& operator=(Event&&) = delete;
+
+  void Record(cudaStream_t stream, const Task& task) const {
+    Check(cudaEventRecord(event_, stream), "cudaEventRecord", task);
+  }
+  // Work submitted to `stream` from now on starts after what this event recorded.
+  void Delay(cudaStream_t stream, const Task& task) const {
+    Check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent", task);
+  }
+  // Seconds of device time between two recorded events with timing that have both passed.
+  static double SecondsBetween(const Event& begin, const Event& end, const Task& task) {
+    float milliseconds = 0;
+    Check(cudaEventElapsedTime(&milliseconds, begin.event_, end.event_), "cudaEventElapsedTime", task);
+    return 1e-3 * milliseconds;
+  }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+}  // namespace phi::gpu
