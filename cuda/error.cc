@@ -2,8 +2,6 @@
 
 #include <cstdio>
 
-#include "phi/base/error.h"
-
 namespace phi::gpu {
 namespace {
 
@@ -42,7 +40,7 @@ void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, co
   if (cudaMemGetInfo(&free, &total) == cudaSuccess) {
     available = ", " + Megabytes(free) + " of the GPU's " + Megabytes(total) + " are free";
   }
-  throw ResourceError("out of memory in " + task.Describe() + ": " + call + " needs " + Megabytes(bytes) +
+  throw OutOfDeviceMemory("out of memory in " + task.Describe() + ": " + call + " needs " + Megabytes(bytes) +
                       available + "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, "
                       "end other programs on the GPU, or run with --PhiStereo.backend cpu");
 }

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <string>
 
+#include "phi/base/error.h"
+
 namespace phi::gpu {
 
 // What a call works on, for error messages. Lives as long as the work on one image.
@@ -15,6 +17,11 @@ struct Task {
   int width = 0, height = 0;
 
   std::string Describe() const;  // "stage 'estimation' of image 'a/b.jpg' (3072x2048)"
+};
+
+// The device's memory does not suffice: freeing cached copies may help.
+struct OutOfDeviceMemory : ResourceError {
+  using ResourceError::ResourceError;
 };
 
 // Throws phi::ResourceError. `call` is the CUDA function or kernel that failed.
@@ -27,7 +34,8 @@ inline void Check(cudaError_t status, const char* call, const Task& task) {
 // After each kernel launch: a bad configuration or a missing kernel image is reported here, a fault at the next sync.
 inline void CheckLaunch(const char* kernel, const Task& task) { Check(cudaGetLastError(), kernel, task); }
 
-// As Check, for allocations: an out-of-memory error says how many bytes were needed and how many are free.
+// As Check, for allocations: an out-of-memory error says how many bytes were
+// needed and how many are free (OutOfDeviceMemory).
 void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, const Task& task);
 
 }  // namespace phi::gpu

@@ -1,0 +1,29 @@
+// Threads to pixels of one colour of the checkerboard, packed so that every thread of a warp has a pixel.
+#pragma once
+
+#include <cuda_runtime.h>
+
+namespace phi::gpu {
+
+inline constexpr int kTileSide = 16;  // pixels on a side of a block's tile: 128 of each colour
+
+struct PixelPosition {
+  int x, y;
+};
+
+// A warp covers one colour of 8 x 8 pixels and a texture unit's group of four threads one of 4 x 2, so that fetches
+// fall near each other.
+__device__ __forceinline__ PixelPosition CheckerboardPixel(int colour) {
+  const int lane = threadIdx.x & 31, warp = threadIdx.x >> 5;
+  const int packed_column = (lane & 1) | ((lane >> 1) & 2);
+  const int row = ((lane >> 1) & 1) | ((lane >> 2) & 6);
+  const int y = blockIdx.y * kTileSide + (warp >> 1) * 8 + row;
+  const int x = blockIdx.x * kTileSide + (warp & 1) * 8 + 2 * packed_column + ((row + colour) & 1);
+  return {x, y};
+}
+
+inline dim3 CheckerboardGrid(int width, int height) {
+  return dim3((width + kTileSide - 1) / kTileSide, (height + kTileSide - 1) / kTileSide);
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,109 @@
+#include "cuda/cuda_backend.h"
+
+#include <cstdio>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "cuda/device_resources.h"
+#include "cuda/self_test.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace phi::gpu {
+
+DeviceResources::DeviceResources(const DeviceProperties& p)
+    : properties(p),
+      images(p.total_memory / 4,
+             [](const GrayImage& image, cudaStream_t stream) {
+               const Task task{"image upload", "", image.width(), image.height()};
+               return std::make_shared<const GrayTexture>(image, stream, task);
+             }),
+      maps(p.total_memory / 4, [](const PlaneMap& map, cudaStream_t stream) {
+        const Task task{"map upload", "", map.width(), map.height()};
+        return std::make_shared<const DeviceMap>(map, stream, task);
+      }) {}
+
+namespace {
+
+class CudaBackend : public Backend {
+ public:
+  explicit CudaBackend(const DeviceProperties& properties)
+      : device_(std::make_unique<DeviceResources>(properties)), cpu_(MakeCpuBackend(0)) {}
+
+  ~CudaBackend() override {
+    LogTimes();
+    const ScopedDevice current(device_->properties.index);
+    device_.reset();
+  }
+
+  std::string Name() const override {
+    return "cuda:" + std::to_string(device_->properties.index) + " " + device_->properties.name;
+  }
+
+  int NumConcurrentImages() const override { return 2; }
+
+  EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
+    return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
+  }
+
+  PlaneMap Filter(const FilterInput& input, const FilterOptions& options) override {
+    return OnDevice([&] { return FilterOnGpu(device_.get(), input, options); });
+  }
+
+  InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
+                        const InferenceOptions& options) override {
+    return cpu_->Infer(input, stereo, options);
+  }
+
+ private:
+  // Once more with empty caches when memory ran out.
+  template <class Function>
+  auto OnDevice(const Function& function) {
+    const ScopedDevice current(device_->properties.index);
+    try {
+      return function();
+    } catch (const OutOfDeviceMemory& error) {
+      LogDebug(std::string(error.what()) + "; trying again without cached images and maps");
+    }
+    device_->images.Clear();
+    device_->maps.Clear();
+    return function();
+  }
+
+  void LogTimes() const {
+    const StageTime& estimation = device_->times.estimation;
+    const StageTime& filter = device_->times.filter;
+    if (estimation.num_images + filter.num_images == 0) return;
+    char text[256];
+    std::snprintf(text, sizeof(text),
+                  "%s: estimation %d images, %.3f s of device time each, %.2e ZNCC samples/s; filter %d images, "
+                  "%.4f s each",
+                  Name().c_str(), estimation.num_images, estimation.seconds / std::max(estimation.num_images, 1),
+                  estimation.samples / std::max(estimation.seconds, 1e-9), filter.num_images,
+                  filter.seconds / std::max(filter.num_images, 1));
+    LogInfo(text);
+  }
+
+  std::unique_ptr<DeviceResources> device_;
+  std::unique_ptr<Backend> cpu_;  // for the inference
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices) {
+  std::vector<int> indices = gpu_indices;
+  if (indices.empty() || indices == std::vector<int>{-1}) {
+    indices.resize(NumCudaDevices(nullptr));
+    std::iota(indices.begin(), indices.end(), 0);
+  }
+  std::vector<std::unique_ptr<Backend>> backends;
+  for (const int index : indices) {
+    const DeviceProperties properties = QueryDevice(index);
+    RequireWorkingDevice(properties);
+    backends.push_back(std::make_unique<CudaBackend>(properties));
+  }
+  return backends;
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,26 @@
+// A plane map on the device.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "phi/geometry/plane_hypothesis.h"
+
+namespace phi::gpu {
+
+class DeviceMap {
+ public:
+  DeviceMap(const PlaneMap& map, cudaStream_t stream, const Task& task)
+      : width_(map.width()), height_(map.height()), buffer_(static_cast<std::int64_t>(map.size()), task) {
+    buffer_.Upload(map.data(), static_cast<std::int64_t>(map.size()), stream, task);
+    // The host's map may go away once this returns: wait for the driver to have read it.
+    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's upload", task);
+  }
+
+  ArrayView2D<const PlaneHypothesis> View() const { return buffer_.View(width_, height_); }
+  std::size_t bytes() const { return buffer_.bytes(); }
+
+ private:
+  int width_, height_;
+  DeviceBuffer<PlaneHypothesis> buffer_;
+};
+
+}  // namespace phi::gpu

@@ -1,0 +1,97 @@
+// The estimation of one reference image: uploads, launches, one synchronisation, download.
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "cuda/device_resources.h"
+#include "cuda/estimation_kernels.h"
+#include "phi/base/cancellation.h"
+#include "phi/initialization.h"
+#include "phi/matching/estimation_setup.h"
+
+namespace phi::gpu {
+namespace {
+
+using TextureHandle = std::shared_ptr<const GrayTexture>;
+
+// Fills in the textures; the handles keep them alive until the call ends.
+std::vector<TextureHandle> BindTextures(DeviceResources* device, const EstimationInput& input, cudaStream_t stream,
+                                        const Task& task, EstimationLaunch* launch) {
+  std::vector<TextureHandle> handles;
+  handles.push_back(device->images.Get(input.reference.image, stream, task));
+  launch->reference = handles.back()->get();
+  const std::vector<RelativeView> views = MakeRelativeViews(input);
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    handles.push_back(device->images.Get(input.sources[j].image, stream, task));
+    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height,
+                          handles.back()->get()};
+  }
+  return handles;
+}
+
+void ReserveState(Scratch* scratch, std::int64_t num_pixels, int num_views, const Task& task) {
+  scratch->plane.Reserve(num_pixels, task);
+  scratch->cost.Reserve(num_pixels, task);
+  scratch->selected_views.Reserve(num_pixels, task);
+  scratch->view_costs.Reserve(num_pixels * num_views, task);
+}
+
+InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges, const Task& task) {
+  static_assert(sizeof(DepthRange) == sizeof(float2));
+  const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
+  scratch->ranges.Reserve(num_cells, task);
+  scratch->ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells, scratch->stream.get(), task);
+  InitialDepths initial;
+  initial.ranges = scratch->ranges.View(ranges.width(), ranges.height());
+  initial.cell = kDepthRangeCell;
+  return initial;
+}
+
+// Samples of source windows that a full estimation takes: each pixel's first hypothesis, then eight propagated and
+// three refined ones per iteration.
+double NumSamples(const EstimationParameters& p) {
+  const double pixels = static_cast<double>(p.reference.width) * p.reference.height;
+  return pixels * p.num_views * p.window.NumSamples() * (1.0 + 11.0 * p.num_iterations);
+}
+
+}  // namespace
+
+EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input, const StereoOptions& options) {
+  const Pinhole& size = input.reference.view->camera.pinhole;
+  const Task task{"estimation", input.reference.view->name, size.width, size.height};
+  EstimationLaunch launch;
+  launch.parameters = MakeEstimationParameters(input, options);
+  const DepthRangeMap ranges = NearestPointDepthRanges(input.sparse, size.width, size.height);
+
+  ScratchPool::Lease scratch(&device->scratch, task);
+  const cudaStream_t stream = scratch->stream.get();
+  const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
+  ReserveState(scratch.operator->(), num_pixels, launch.parameters.num_views, task);
+  launch.state = {scratch->plane.View(size.width, size.height), scratch->cost.View(size.width, size.height),
+                  scratch->selected_views.View(size.width, size.height), scratch->view_costs.data()};
+  const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
+  InitialDepths initial = UploadInitialDepths(scratch.operator->(), ranges, task);
+  std::shared_ptr<const DeviceMap> earlier;
+  if (input.initial != nullptr) {
+    earlier = device->maps.Get(input.initial, stream, task);
+    initial.hypotheses = earlier->View();
+  }
+
+  ThrowIfCancelled();
+  scratch->begin.Record(stream, task);
+  LaunchInitialization(launch, initial, stream, task);
+  for (int i = 0; i < launch.parameters.num_iterations; ++i) LaunchIteration(launch, i, stream, task);
+  scratch->end.Record(stream, task);
+  scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
+  scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
+  EstimationResult result{PlaneMap(size.width, size.height), CostMap(size.width, size.height)};
+  scratch->stream.Synchronize(task);
+
+  device->times.Add(&DeviceTimes::estimation, Event::SecondsBetween(scratch->begin, scratch->end, task),
+                    NumSamples(launch.parameters));
+  std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
+  std::memcpy(result.cost.data(), scratch->host_cost.data(), result.cost.bytes());
+  return result;
+}
+
+}  // namespace phi::gpu

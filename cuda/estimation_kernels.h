@@ -1,0 +1,44 @@
+// Launches of the estimation's passes (paper section C). Kernels run phi/matching/estimate_pixel.h per pixel.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include "cuda/error.h"
+#include "phi/matching/estimate_pixel.h"
+
+namespace phi::gpu {
+
+// What the matching cost needs of a source view: see phi::RelativeView for a and b.
+struct SourceView {
+  Mat3f a;
+  Vec3f b;
+  int width = 0, height = 0;
+  cudaTextureObject_t texture = 0;
+};
+
+// Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
+struct EstimationLaunch {
+  EstimationParameters parameters;
+  EstimationState state;
+  cudaTextureObject_t reference = 0;
+  SourceView sources[kMaxSourceViews];
+};
+
+// Depth range of each cell of pixels for the first hypotheses: x = nearest, y = farthest, both 0 where unknown.
+struct InitialDepths {
+  ArrayView2D<const float2> ranges;
+  int cell = 1;                                 // pixels on a side of a cell
+  ArrayView2D<const PlaneHypothesis> hypotheses;  // no data, or an earlier estimate; depth <= 0: none
+};
+
+void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
+                          const Task& task);
+
+// Both colours of the checkerboard, one after the other.
+void LaunchIteration(const EstimationLaunch& launch, int iteration, cudaStream_t stream, const Task& task);
+
+// The cost of each pixel's hypothesis in each source view: costs[view][pixel]. For tests.
+void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, float* costs,
+                     cudaStream_t stream, const Task& task);
+
+}  // namespace phi::gpu

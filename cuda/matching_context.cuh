@@ -1,0 +1,198 @@
+// The view policy of phi/matching/estimate_pixel.h on the GPU, with a hand-tuned matching cost.
+//
+// phi/matching/zncc.h holds the readable form; tests/cuda compares the two. What differs here:
+//  - the reference window is read once per pixel for all hypotheses and views, and kept in shared memory as
+//    half-precision differences from the window's centre (small where texture is faint: so is their rounding);
+//  - the homography is centred on the window: a sample costs three multiply-adds, one approximate reciprocal, two
+//    products and one texture fetch, which is what bounds the kernel;
+//  - sums over the reference are made once.
+#pragma once
+
+#include <cuda_fp16.h>
+
+#include "cuda/estimation_kernels.h"
+
+namespace phi::gpu {
+
+inline constexpr int kThreads = 128;  // of a block: four warps
+
+__device__ __forceinline__ float FastReciprocal(float x) {
+  float y;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(y) : "f"(x));
+  return y;
+}
+
+// Bilinear in hardware. Textures read as [0, 1]; costs are defined on grey levels.
+__device__ __forceinline__ float ReadGray(cudaTextureObject_t texture, float u, float v) {
+  return 255.0f * tex2D<float>(texture, u, v);
+}
+
+// The window's centre in a source image in homogeneous pixels, and its change per sample to the right and down.
+struct WindowWarp {
+  Vec3f centre, right, down;
+
+  __device__ __forceinline__ WindowWarp(const SourceView& view, float u, float v, Vec3f q, float inverse_depth,
+                                        float step) {
+    centre = view.a * Vec3f{u, v, 1.0f} + inverse_depth * view.b;
+    const float* a = view.a.m;
+    right = step * (Vec3f{a[0], a[3], a[6]} + q.x * view.b);
+    down = step * (Vec3f{a[1], a[4], a[7]} + q.y * view.b);
+  }
+
+  // phi::WindowIsInside without divisions.
+  __device__ __forceinline__ bool IsInside(float samples_per_side, const SourceView& view) const {
+    bool inside = true;
+#pragma unroll
+    for (int corner = 0; corner < 4; ++corner) {
+      const Vec3f p = centre + (corner & 1 ? samples_per_side : -samples_per_side) * right +
+                      (corner & 2 ? samples_per_side : -samples_per_side) * down;
+      inside = inside && p.z > 0 && p.x >= 0.5f * p.z && p.y >= 0.5f * p.z && p.x <= (view.width - 0.5f) * p.z &&
+               p.y <= (view.height - 0.5f) * p.z;
+    }
+    return inside;
+  }
+};
+
+// Reference samples of each thread's window. kSide: samples on a side of the window, odd; or 0 for any window, whose
+// samples are then read again for each hypothesis and view.
+template <int kSide>
+class ReferenceWindow {
+ public:
+  static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
+  static constexpr int kSharedBytes = kSide * kPairs * kThreads * static_cast<int>(sizeof(__half2));
+
+  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u, float v) {
+    shift_ = ReadGray(texture, u, v);
+#pragma unroll 1
+    for (int row = 0; row < kSide; ++row) {
+      const float y = v + (row - kSide / 2) * window.step;
+#pragma unroll
+      for (int pair = 0; pair < kPairs; ++pair) {
+        const int column = 2 * pair - kSide / 2;
+        const float r0 = ReadGray(texture, u + column * window.step, y) - shift_;
+        const float r1 =
+            2 * pair + 1 < kSide ? ReadGray(texture, u + (column + 1) * window.step, y) - shift_ : 0.0f;
+        const __half2 packed = __floats2half2_rn(r0, r1);
+        const float2 r = __half22float2(packed);
+        sums_.r += r.x + r.y;
+        sums_.rr = fmaf(r.x, r.x, fmaf(r.y, r.y, sums_.rr));
+        Samples()[(row * kPairs + pair) * kThreads] = packed;
+      }
+    }
+  }
+
+  __device__ __forceinline__ ZnccSums Sums(cudaTextureObject_t texture, const WindowWarp& warp) const {
+    ZnccSums sums = sums_;
+    const float half = static_cast<float>(kSide / 2);
+    Vec3f middle = warp.centre - half * warp.down;
+#pragma unroll 1
+    for (int row = 0; row < kSide; ++row) {
+#pragma unroll
+      for (int pair = 0; pair < kPairs; ++pair) {
+        const float2 r = __half22float2(Samples()[(row * kPairs + pair) * kThreads]);
+        Add(texture, warp, middle, static_cast<float>(2 * pair - kSide / 2), r.x, &sums);
+        if (2 * pair + 1 < kSide) {
+          Add(texture, warp, middle, static_cast<float>(2 * pair + 1 - kSide / 2), r.y, &sums);
+        }
+      }
+      middle = middle + warp.down;
+    }
+    return sums;
+  }
+
+ private:
+  __device__ __forceinline__ static __half2* Samples() {
+    extern __shared__ __half2 reference_samples[];
+    return reference_samples + threadIdx.x;
+  }
+
+  __device__ __forceinline__ void Add(cudaTextureObject_t texture, const WindowWarp& warp, Vec3f middle, float column,
+                                      float r, ZnccSums* sums) const {
+    const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
+    const float s = fmaf(255.0f,
+                         tex2D<float>(texture, fmaf(column, warp.right.x, middle.x) * inverse_w,
+                                      fmaf(column, warp.right.y, middle.y) * inverse_w),
+                         -shift_);
+    sums->s += s;
+    sums->ss = fmaf(s, s, sums->ss);
+    sums->rs = fmaf(r, s, sums->rs);
+  }
+
+  float shift_ = 0;
+  ZnccSums sums_;  // of the reference; those of the source are zero
+};
+
+template <>
+class ReferenceWindow<0> {
+ public:
+  static constexpr int kSharedBytes = 0;
+
+  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u, float v) {
+    texture_ = texture;
+    window_ = window;
+    u_ = u;
+    v_ = v;
+    shift_ = ReadGray(texture, u, v);
+  }
+
+  __device__ __forceinline__ ZnccSums Sums(cudaTextureObject_t texture, const WindowWarp& warp) const {
+    ZnccSums sums;
+    const int n = window_.samples_per_side;
+#pragma unroll 1
+    for (int row = -n; row <= n; ++row) {
+#pragma unroll 4
+      for (int column = -n; column <= n; ++column) {
+        const Vec3f p = warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
+        const float inverse_w = FastReciprocal(p.z);
+        const float r = ReadGray(texture_, u_ + column * window_.step, v_ + row * window_.step) - shift_;
+        const float s = ReadGray(texture, p.x * inverse_w, p.y * inverse_w) - shift_;
+        sums.r += r;
+        sums.rr = fmaf(r, r, sums.rr);
+        sums.s += s;
+        sums.ss = fmaf(s, s, sums.ss);
+        sums.rs = fmaf(r, s, sums.rs);
+      }
+    }
+    return sums;
+  }
+
+ private:
+  cudaTextureObject_t texture_ = 0;
+  MatchingWindow window_;
+  float u_ = 0, v_ = 0, shift_ = 0;
+};
+
+template <int kSide>
+struct GpuContext {
+  const EstimationLaunch& launch;
+  const EstimationParameters& parameters;
+  EstimationState state;
+
+  using Patch = ReferenceWindow<kSide>;
+
+  __device__ __forceinline__ explicit GpuContext(const EstimationLaunch& l)
+      : launch(l), parameters(l.parameters), state(l.state) {}
+
+  __device__ __forceinline__ Patch LoadPatch(int x, int y) const {
+    Patch patch;
+    patch.Load(launch.reference, parameters.window, x + 0.5f, y + 0.5f);
+    return patch;
+  }
+
+  __device__ __forceinline__ void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h,
+                                        float* costs) const {
+    const float u = x + 0.5f, v = y + 0.5f;
+    const Vec3f q = InverseDepthCoefficients(parameters.reference, u, v, h);
+    const float inverse_depth = 1.0f / h.depth;
+#pragma unroll 1
+    for (int j = 0; j < parameters.num_views; ++j) {
+      const SourceView& view = launch.sources[j];
+      const WindowWarp warp(view, u, v, q, inverse_depth, parameters.window.step);
+      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view)
+                     ? patch.Sums(view.texture, warp).Cost(static_cast<float>(parameters.window.NumSamples()))
+                     : kMaxCost;
+    }
+  }
+};
+
+}  // namespace phi::gpu
