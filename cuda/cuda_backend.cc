@@ -1,5 +1,6 @@
 #include "cuda/cuda_backend.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <numeric>
 #include <string>
@@ -27,6 +28,20 @@ DeviceResources::DeviceResources(const DeviceProperties& p)
 namespace {
 
 class CudaBackend : public Backend {
+  // Once more with empty caches when memory ran out.
+  template <class Function>
+  auto OnDevice(const Function& function) {
+    const ScopedDevice current(device_->properties.index);
+    try {
+      return function();
+    } catch (const OutOfDeviceMemory& error) {
+      LogDebug(std::string(error.what()) + "; trying again without cached images and maps");
+    }
+    device_->images.Clear();
+    device_->maps.Clear();
+    return function();
+  }
+
  public:
   explicit CudaBackend(const DeviceProperties& properties)
       : device_(std::make_unique<DeviceResources>(properties)), cpu_(MakeCpuBackend(0)) {}
@@ -57,20 +72,6 @@ class CudaBackend : public Backend {
   }
 
  private:
-  // Once more with empty caches when memory ran out.
-  template <class Function>
-  auto OnDevice(const Function& function) {
-    const ScopedDevice current(device_->properties.index);
-    try {
-      return function();
-    } catch (const OutOfDeviceMemory& error) {
-      LogDebug(std::string(error.what()) + "; trying again without cached images and maps");
-    }
-    device_->images.Clear();
-    device_->maps.Clear();
-    return function();
-  }
-
   void LogTimes() const {
     const StageTime& estimation = device_->times.estimation;
     const StageTime& filter = device_->times.filter;

@@ -11,6 +11,8 @@
 #include "cuda/device.h"
 #include "cuda/device_cache.h"
 #include "cuda/device_map.h"
+#include "cuda/estimation_kernels.h"
+#include "cuda/filtering_kernels.h"
 #include "cuda/gray_texture.h"
 #include "cuda/stream.h"
 #include "phi/backend.h"
@@ -30,7 +32,8 @@ struct Scratch {
   DeviceBuffer<std::uint16_t> view_costs;
   DeviceBuffer<float2> ranges;
   DeviceBuffer<std::uint8_t> mask, filled;
-  DeviceBuffer<std::uint8_t> filter_sources;  // bytes of FilterSource
+  DeviceBuffer<GuidanceSource> guidance;
+  DeviceBuffer<FilterSource> filter_sources;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
   PinnedBuffer<std::uint8_t> host_mask;

@@ -47,6 +47,32 @@ InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges,
   return initial;
 }
 
+using MapHandle = std::shared_ptr<const DeviceMap>;
+
+// An earlier estimate to start from and the source views' maps; the handles keep them alive until the call ends.
+std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input, Scratch* scratch,
+                                       const Task& task, InitialDepths* initial, EstimationLaunch* launch) {
+  const cudaStream_t stream = scratch->stream.get();
+  std::vector<MapHandle> handles;
+  if (input.initial != nullptr) {
+    handles.push_back(device->maps.Get(input.initial, stream, task));
+    initial->hypotheses = handles.back()->View();
+  }
+  if (input.source_maps.empty()) return handles;
+  const std::vector<RelativeView> views = MakeRelativeViews(input);
+  std::vector<GuidanceSource> guidance;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    guidance.push_back({views[j], {}});
+    if (input.source_maps[j] == nullptr) continue;
+    handles.push_back(device->maps.Get(input.source_maps[j], stream, task));
+    guidance.back().map = handles.back()->View();
+  }
+  scratch->guidance.Reserve(kMaxSourceViews, task);
+  scratch->guidance.Upload(guidance.data(), static_cast<std::int64_t>(guidance.size()), stream, task);
+  launch->guidance = scratch->guidance.data();
+  return handles;
+}
+
 // Samples of source windows that a full estimation takes: each pixel's first hypothesis, then eight propagated and
 // three refined ones per iteration.
 double NumSamples(const EstimationParameters& p) {
@@ -71,11 +97,8 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
                   scratch->selected_views.View(size.width, size.height), scratch->view_costs.data()};
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
   InitialDepths initial = UploadInitialDepths(scratch.operator->(), ranges, task);
-  std::shared_ptr<const DeviceMap> earlier;
-  if (input.initial != nullptr) {
-    earlier = device->maps.Get(input.initial, stream, task);
-    initial.hypotheses = earlier->View();
-  }
+  const std::vector<MapHandle> maps =
+      BindEarlierMaps(device, input, scratch.operator->(), task, &initial, &launch);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);

@@ -5,6 +5,7 @@
 
 #include "cuda/error.h"
 #include "phi/matching/estimate_pixel.h"
+#include "phi/matching/geometric_guidance.h"
 
 namespace phi::gpu {
 
@@ -16,11 +17,18 @@ struct SourceView {
   cudaTextureObject_t texture = 0;
 };
 
+// A source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
+struct GuidanceSource {
+  RelativeView view;
+  ArrayView2D<const PlaneHypothesis> map;
+};
+
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
 struct EstimationLaunch {
   EstimationParameters parameters;
   EstimationState state;
   cudaTextureObject_t reference = 0;
+  const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
 };
 

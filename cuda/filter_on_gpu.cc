@@ -28,9 +28,9 @@ void UploadSources(DeviceResources* device, const FilterInput& input, const Filt
     handles->push_back(device->maps.Get(source.map, stream, task));
     sources->push_back({context.views[sources->size()], handles->back()->View()});
   }
-  const std::int64_t bytes = static_cast<std::int64_t>(sources->size() * sizeof(FilterSource));
-  scratch->filter_sources.Reserve(bytes, task);
-  scratch->filter_sources.Upload(reinterpret_cast<const std::uint8_t*>(sources->data()), bytes, stream, task);
+  const std::int64_t num_sources = static_cast<std::int64_t>(sources->size());
+  scratch->filter_sources.Reserve(num_sources, task);
+  scratch->filter_sources.Upload(sources->data(), num_sources, stream, task);
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   FilterLaunch launch{context.reference, context.thresholds, context.min_num_consistent, context.max_cost,
                       handles.front()->View(), {}, {}, nullptr, 0};
   UploadSources(device, input, context, scratch.operator->(), task, &sources, &handles);
-  launch.sources = reinterpret_cast<const FilterSource*>(scratch->filter_sources.data());
+  launch.sources = scratch->filter_sources.data();
   launch.num_sources = static_cast<int>(sources.size());
   if (context.cost.data != nullptr) {
     scratch->cost.Reserve(num_pixels, task);

@@ -191,6 +191,11 @@ struct GpuContext {
       costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view)
                      ? patch.Sums(view.texture, warp).Cost(static_cast<float>(parameters.window.NumSamples()))
                      : kMaxCost;
+      if (launch.guidance != nullptr) {
+        const GuidanceSource& source = launch.guidance[j];
+        costs[j] = fminf(costs[j] + GuidanceCost(parameters.reference, source.view, source.map, u, v, h.depth),
+                         kMaxCost);
+      }
     }
   }
 };
