@@ -1,0 +1,93 @@
+#include <memory>
+#include <string>
+
+#include "cuda/buffer.h"
+#include "cuda/device_cache.h"
+#include "cuda/self_test.h"
+#include "phi/base/error.h"
+#include "tests/cuda/cuda_test_fixture.h"
+
+namespace phi::gpu {
+namespace {
+
+class ResourcesTest : public CudaTest {};
+
+struct CountedCopy {
+  std::size_t size;
+  std::size_t bytes() const { return size; }
+};
+
+// A cache of 100 bytes whose uploads are counted; a host value is its copy's size. No device memory is taken.
+struct CountedCache {
+  int num_uploads = 0;
+  DeviceCache<int, CountedCopy> cache{100, [this](const int& host, cudaStream_t) {
+                                        ++num_uploads;
+                                        return std::make_shared<const CountedCopy>(
+                                            CountedCopy{static_cast<std::size_t>(host)});
+                                      }};
+};
+
+TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
+  const Task task{"estimation", "a/b.jpg", 6000, 4000};
+  try {
+    DeviceBuffer<float> buffer(std::int64_t{1} << 46, task);
+    FAIL() << "an allocation of 256 TiB succeeded";
+  } catch (const OutOfDeviceMemory& error) {
+    const std::string message = error.what();
+    EXPECT_EQ(error.code(), ExitCode::kOutOfResources);
+    for (const char* part : {"estimation", "a/b.jpg", "6000x4000", "needs 281474976.7 MB", "are free"}) {
+      EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
+    }
+  }
+  EXPECT_NO_THROW(DeviceBuffer<float>(1024, task)) << "the error must not stick";
+}
+
+TEST_F(ResourcesTest, CacheUploadsOnceAndKeepsToItsBudget) {
+  const Task task{"test"};
+  const Stream stream(task);
+  CountedCache counted;
+  const auto a = std::make_shared<const int>(60), b = std::make_shared<const int>(30);
+  const auto c = std::make_shared<const int>(40);
+  counted.cache.Get(a, stream.get(), task);
+  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 1);
+  counted.cache.Get(b, stream.get(), task);
+  counted.cache.Get(c, stream.get(), task);  // 130 bytes: a, the least recently used, goes
+  EXPECT_EQ(counted.num_uploads, 3);
+  counted.cache.Get(b, stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 3);
+  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 4);
+}
+
+TEST_F(ResourcesTest, CacheForgetsWhatTheHostFreed) {
+  const Task task{"test"};
+  const Stream stream(task);
+  CountedCache counted;
+  for (int i = 0; i < 3; ++i) counted.cache.Get(std::make_shared<const int>(10), stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 3);
+}
+
+TEST_F(ResourcesTest, EveryDevicePassesTheSelfTest) {
+  for (int index = 0; index < NumCudaDevices(nullptr); ++index) {
+    EXPECT_NO_THROW(RequireWorkingDevice(QueryDevice(index)));
+    const SelfTestReport report =
+        RunSelfTest(QueryDevice(index), {.width = 96, .height = 72, .num_iterations = 3});
+    EXPECT_GT(report.agreement, 0.95);
+    EXPECT_NEAR(report.accuracy, report.cpu_accuracy, 0.01);
+    EXPECT_GT(report.cpu_accuracy, 0.8);
+  }
+}
+
+TEST(CudaDevices, AnIndexThatDoesNotExistIsAUsageError) {
+  try {
+    MakeCudaBackends({1000});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kUsage);
+    EXPECT_NE(std::string(error.what()).find("gpu_index"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace phi::gpu
