@@ -58,6 +58,14 @@ class CudaBackend : public Backend {
 
   int NumConcurrentImages() const override { return 2; }
 
+  // Caches only grow between clearings, so what is taken now is what was taken at most; other programs' share counts.
+  std::int64_t PeakDeviceBytes() const override {
+    const ScopedDevice current(device_->properties.index);
+    std::size_t free = 0, total = 0;
+    Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", Task{"summary"});
+    return static_cast<std::int64_t>(total - free);
+  }
+
   EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
   }
