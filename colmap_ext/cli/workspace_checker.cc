@@ -1,0 +1,34 @@
+// phimvs workspace_checker: lists every problem of a workspace at once. Exit code 2 when one of them is an error.
+#include <filesystem>
+#include <iostream>
+
+#include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/workspace_check.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+
+int RunWorkspaceChecker(int argc, char** argv) {
+  WorkspaceOptions options;
+  std::filesystem::path config_path;
+  OptionParser parser("workspace_checker", "List every problem of an undistorted COLMAP workspace");
+  parser.Add("workspace_path", &options.path, "Undistorted workspace: images, sparse, stereo").Required();
+  parser.Add("workspace_format", &options.format, "Only COLMAP");
+  parser.Add("config_path", &config_path, "List of reference images; empty: stereo/patch-match.cfg");
+  parser
+      .Add("PatchMatchStereo.max_image_size", &options.max_image_size,
+           "Longest side of the working resolution, for the estimate of disk space; -1: full size")
+      .Unit("pixels");
+  if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
+
+  const WorkspaceReport report = CheckWorkspace(options, config_path);
+  for (const std::string& error : report.errors) std::cout << "error: " << error << "\n";
+  for (const std::string& warning : report.warnings) std::cout << "warning: " << warning << "\n";
+  std::cout << options.path.string() << ": " << report.num_images << " images, "
+            << report.num_reference_images << " to estimate, " << report.num_points << " sparse points; "
+            << report.errors.size() << " errors, " << report.warnings.size() << " warnings" << std::endl;
+  return static_cast<int>(report.errors.empty() ? phi::ExitCode::kOk : phi::ExitCode::kBadInput);
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,207 @@
+#include "colmap_ext/workspace_check.h"
+
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <system_error>
+
+#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/fusion_config.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "colmap_ext/patch_match_config.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Depth and normal in single precision.
+constexpr std::uint64_t kMapBytesPerPixel = 4 * sizeof(float);
+constexpr std::string_view kMapKinds[] = {kPhotometric, kMeasured, kGeometric};
+
+// The action's problem, if it has one.
+template <typename Action>
+void Try(ProblemList* errors, const Action& action) {
+  try {
+    action();
+  } catch (const phi::InputError& error) {
+    errors->push_back(error.what());
+  }
+}
+
+bool HasCamera(const Workspace& workspace, int image) {
+  return workspace.views()[image].camera.pinhole.width > 0;  // else its camera is reported already
+}
+
+void CheckImages(const Workspace& workspace, ProblemList* errors) {
+  const int count = static_cast<int>(workspace.views().size());
+  std::vector<ProblemList> errors_of_image(count);
+  tbb::parallel_for(0, count, [&](int image) {
+    Try(&errors_of_image[image], [&] {
+      if (HasCamera(workspace, image)) {
+        workspace.ReadGray(image);
+      } else {
+        ReadGrayImage(workspace.ImagePath(image));
+      }
+    });
+  });
+  for (const ProblemList& list : errors_of_image) errors->insert(errors->end(), list.begin(), list.end());
+}
+
+void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
+  const SparseModel& model = workspace.model();
+  if (model.points.empty()) {
+    report->warnings.push_back(
+        (workspace.path() / "sparse").string() +
+        ": the model has no points; source images and depth ranges follow from the cameras "
+        "alone, which is less accurate");
+    return;
+  }
+  for (const SparseImage& image : model.images) {
+    const bool sees_point = std::any_of(image.observations.begin(), image.observations.end(),
+                                        [](const Observation& o) { return o.point3D_id != kInvalidPoint3D; });
+    if (!sees_point) {
+      report->warnings.push_back(workspace.path().string() + ": image '" + image.name +
+                                 "' sees no sparse point; its source images and depth range are guesses");
+    }
+  }
+}
+
+std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+// A map may have any working resolution of its image's camera.
+bool IsWorkingResolution(const MapSize& map, const SparseCamera& camera) {
+  const phi::Pinhole full{static_cast<int>(camera.width), static_cast<int>(camera.height), 1, 1, 0, 0};
+  const phi::Pinhole working = DownsizedPinhole(full, std::max(map.width, map.height));
+  return working.width == map.width && working.height == map.height;
+}
+
+void CheckMapSize(const fs::path& path, const MapSize& size, int channels, const SparseCamera& camera,
+                  ProblemList* errors) {
+  if (size.channels != channels) {
+    errors->push_back(path.string() + ": has " + std::to_string(size.channels) + " channels instead of " +
+                      std::to_string(channels) + "; delete it and compute it again");
+  }
+  if (!IsWorkingResolution(size, camera)) {
+    errors->push_back(path.string() + ": a map of " + SizeText(size.width, size.height) +
+                      " pixels does not fit an image of " + std::to_string(camera.width) + "x" +
+                      std::to_string(camera.height) + "; delete it and compute it again");
+  }
+}
+
+void CheckMapsOfKind(const Workspace& workspace, int image, std::string_view kind, ProblemList* errors) {
+  const fs::path depth = workspace.DepthMapPath(image, kind), normal = workspace.NormalMapPath(image, kind);
+  const bool has_depth = fs::exists(depth), has_normal = fs::exists(normal);
+  if (has_depth != has_normal) {
+    errors->push_back((has_depth ? depth : normal).string() + ": there is no " +
+                      (has_depth ? normal : depth).string() +
+                      " to go with it; delete it or compute both again");
+  }
+  const SparseCamera& camera = workspace.model().cameras.at(workspace.model().images[image].camera_id);
+  std::optional<MapSize> depth_size, normal_size;
+  if (has_depth) Try(errors, [&] { depth_size = ReadMapSize(depth); });
+  if (has_normal) Try(errors, [&] { normal_size = ReadMapSize(normal); });
+  if (depth_size) CheckMapSize(depth, *depth_size, 1, camera, errors);
+  if (normal_size) CheckMapSize(normal, *normal_size, 3, camera, errors);
+  if (depth_size && normal_size &&
+      (depth_size->width != normal_size->width || depth_size->height != normal_size->height)) {
+    errors->push_back(normal.string() + ": the normal map is " +
+                      SizeText(normal_size->width, normal_size->height) + " but the depth map is " +
+                      SizeText(depth_size->width, depth_size->height) +
+                      "; delete both and compute them again");
+  }
+}
+
+void CheckFilledMask(const Workspace& workspace, int image, ProblemList* errors) {
+  const fs::path path = workspace.FilledMaskPath(image), depth = workspace.DepthMapPath(image, kGeometric);
+  if (!fs::exists(path)) return;
+  Try(errors, [&] {
+    const phi::Mask mask = ReadMask(path);
+    if (!fs::exists(depth)) return;
+    const MapSize size = ReadMapSize(depth);
+    if (mask.width() != size.width || mask.height() != size.height) {
+      errors->push_back(path.string() + ": the mask is " + SizeText(mask.width(), mask.height()) +
+                        " but the depth map is " + SizeText(size.width, size.height) +
+                        "; delete both and compute them again");
+    }
+  });
+}
+
+void CheckMaps(const Workspace& workspace, ProblemList* errors) {
+  for (int image = 0; image < static_cast<int>(workspace.views().size()); ++image) {
+    for (const std::string_view kind : kMapKinds) CheckMapsOfKind(workspace, image, kind, errors);
+    CheckFilledMask(workspace, image, errors);
+  }
+}
+
+void WarnOfLeftovers(const Workspace& workspace, ProblemList* warnings) {
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(workspace.path(), error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (IsTemporaryFile(entry->path())) {
+      warnings->push_back(entry->path().string() +
+                          ": left by a run that was killed; delete it when none is running");
+    }
+  }
+}
+
+// Whether the maps still to be written fit on the disk.
+void CheckDisk(const Workspace& workspace, const std::vector<PatchMatchProblem>& problems,
+               WorkspaceReport* report) {
+  const fs::path stereo = workspace.StereoFolder();
+  const fs::path folder = fs::exists(stereo) ? stereo : workspace.path();
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+    report->errors.push_back(folder.string() +
+                             ": maps cannot be written into this folder; change its permissions");
+  }
+  std::uint64_t needed = 0;
+  for (const PatchMatchProblem& problem : problems) {
+    const phi::Pinhole& pinhole = workspace.views()[problem.reference].camera.pinhole;
+    for (const std::string_view kind : kMapKinds) {
+      if (fs::exists(workspace.DepthMapPath(problem.reference, kind))) continue;
+      needed += kMapBytesPerPixel * pinhole.width * pinhole.height;
+    }
+  }
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (!error && space.available < needed) {
+    report->warnings.push_back(folder.string() + ": all maps need " + std::to_string(needed >> 20) +
+                               " MiB, but only " + std::to_string(space.available >> 20) + " MiB are free");
+  }
+}
+
+void CheckConfigs(const Workspace& workspace, const fs::path& config_path, WorkspaceReport* report) {
+  std::vector<PatchMatchProblem> problems;
+  Try(&report->errors, [&] { problems = ReadPatchMatchConfig(workspace, config_path, &report->errors); });
+  Try(&report->errors, [&] { ReadFusionConfig(workspace, {}, &report->errors); });
+  report->num_reference_images = problems.size();
+  CheckDisk(workspace, problems, report);
+}
+
+}  // namespace
+
+WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& config_path) {
+  WorkspaceReport report;
+  std::optional<Workspace> workspace;
+  Try(&report.errors, [&] { workspace.emplace(options, &report.errors); });
+  if (!workspace) return report;  // without a model there is nothing to hold the rest against
+  report.num_images = workspace->views().size();
+  report.num_points = workspace->model().points.size();
+  if (report.num_images == 1) {
+    report.errors.push_back(options.path.string() +
+                            ": one image is not enough for stereo; at least two are needed");
+  }
+  CheckPoints(*workspace, &report);
+  CheckImages(*workspace, &report.errors);
+  CheckConfigs(*workspace, config_path, &report);
+  CheckMaps(*workspace, &report.errors);
+  WarnOfLeftovers(*workspace, &report.warnings);
+  return report;
+}
+
+}  // namespace colmap_ext

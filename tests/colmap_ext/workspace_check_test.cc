@@ -1,0 +1,122 @@
+#include "colmap_ext/workspace_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "tests/support/error_message.h"
+#include "tests/support/small_workspace.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/test_data.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::SmallModel;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+class WorkspaceCheckTest : public ::testing::Test {
+ protected:
+  WorkspaceCheckTest() {
+    options_.path = folder_.path();
+    test_support::WriteSmallWorkspace(folder_.path());
+    // c.png sees no point in the small model.
+    SparseModel model = SmallModel();
+    model.images[2].observations = {{1, 2, 12}};
+    WriteSparseModelBinary(model, folder_ / "sparse");
+  }
+  fs::path Map(const char* folder, const std::string& name) { return folder_ / "stereo" / folder / name; }
+  void WriteMaps(const std::string& name, int width, int height) {
+    WritePlaneMap(Map("depth_maps", name), Map("normal_maps", name), phi::PlaneMap(width, height));
+  }
+
+  TemporaryFolder folder_;
+  WorkspaceOptions options_;
+};
+
+TEST_F(WorkspaceCheckTest, FindsNothingWrongWithAGoodWorkspace) {
+  WriteMaps("a.png.photometric.bin", 32, 24);
+  WriteMaps("a.png.geometric.bin", 16, 12);
+  WriteMask(folder_ / "stereo/filled_masks/a.png.png", phi::Mask(16, 12));
+  const WorkspaceReport report = CheckWorkspace(options_);
+  EXPECT_THAT(report.errors, IsEmpty());
+  EXPECT_THAT(report.warnings, IsEmpty());
+  EXPECT_EQ(report.num_images, 3u);
+  EXPECT_EQ(report.num_points, 2u);
+  EXPECT_EQ(report.num_reference_images, 3u);
+}
+
+TEST_F(WorkspaceCheckTest, ListsEveryProblemAtOnce) {
+  SparseModel model = SmallModel();
+  model.cameras[4].model_id = 2;
+  model.cameras[4].params = {25, 10, 5, 0.1};
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  WriteGrayImage(folder_ / "images/a.png", phi::GrayImage(10, 20));
+  fs::remove(folder_ / "images/sub folder/b \xC3\xA9.png");
+  WriteBytes(folder_ / "images/c.png", "no image");
+  WriteBytes(folder_ / "stereo/patch-match.cfg", "a.png\nd.png\n");
+  fs::remove(folder_ / "stereo/fusion.cfg");
+  WriteBytes(folder_ / "stereo/.phimvs-1-2.tmp", "");
+  const WorkspaceReport report = CheckWorkspace(options_);
+  EXPECT_THAT(report.errors, UnorderedElementsAre(HasSubstr("SIMPLE_RADIAL"), HasSubstr("is 10x20 pixels"),
+                                                  AllOf(HasSubstr("sub folder/b"), HasSubstr("missing")),
+                                                  AllOf(HasSubstr("c.png"), HasSubstr("damaged")),
+                                                  HasSubstr("'d.png'"), HasSubstr("fusion.cfg")));
+  EXPECT_THAT(report.warnings,
+              UnorderedElementsAre(HasSubstr("'c.png' sees no sparse point"), HasSubstr(".phimvs-1-2.tmp")));
+}
+
+TEST_F(WorkspaceCheckTest, ListsProblemsOfMaps) {
+  WriteMaps("a.png.photometric.bin", 32, 24);
+  fs::remove(Map("normal_maps", "a.png.photometric.bin"));
+  WriteMaps("a.png.measured.bin", 30, 24);
+  WriteMaps("a.png.geometric.bin", 32, 24);
+  WriteBytes(Map("depth_maps", "a.png.geometric.bin"), "32&24&1&");
+  WriteMaps("c.png.geometric.bin", 20, 10);
+  WriteDepthMap(Map("normal_maps", "c.png.geometric.bin"), phi::Array2D<float>(20, 10));
+  WriteMask(folder_ / "stereo/filled_masks/c.png.png", phi::Mask(16, 12));
+  const WorkspaceReport report = CheckWorkspace(options_);
+  EXPECT_THAT(
+      report.errors,
+      ElementsAre(AllOf(HasSubstr("depth_maps/a.png.photometric.bin"), HasSubstr("to go with it")),
+                  AllOf(HasSubstr("depth_maps/a.png.measured.bin"), HasSubstr("30x24 pixels does not fit")),
+                  AllOf(HasSubstr("normal_maps/a.png.measured.bin"), HasSubstr("does not fit")),
+                  AllOf(HasSubstr("depth_maps/a.png.geometric.bin"), HasSubstr("has 8 bytes")),
+                  AllOf(HasSubstr("normal_maps/c.png.geometric.bin"), HasSubstr("1 channels instead of 3")),
+                  AllOf(HasSubstr("c.png.png"), HasSubstr("the mask is 16x12"))));
+}
+
+TEST_F(WorkspaceCheckTest, ReportsAModelThatCannotBeRead) {
+  WriteBytes(folder_ / "sparse/images.bin", "short");
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("images.bin: byte 5")));
+  options_.path = folder_ / "none";
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("--workspace_path")));
+  options_.format = "PMVS";
+  EXPECT_THAT(test_support::MessageOf<phi::UsageError>([&] { CheckWorkspace(options_); }), HasSubstr("PMVS"));
+}
+
+TEST_F(WorkspaceCheckTest, WarnsOfModelsWithoutPoints) {
+  SparseModel model = SmallModel();
+  model.points.clear();
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  EXPECT_THAT(CheckWorkspace(options_).warnings, ElementsAre(HasSubstr("the model has no points")));
+}
+
+TEST(RealWorkspaceCheckTest, ScenesAreInOrder) {
+  const auto scene = test_support::FindScene("herzjesu");
+  if (scene.empty()) GTEST_SKIP() << "scene 'herzjesu' is not there; set PHIMVS_TEST_DATA";
+  const WorkspaceReport report = CheckWorkspace({scene / "dense"});
+  EXPECT_THAT(report.errors, IsEmpty());
+  EXPECT_EQ(report.num_images, 8u);
+}
+
+}  // namespace
+}  // namespace colmap_ext
