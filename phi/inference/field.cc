@@ -1,0 +1,77 @@
+#include "phi/inference/field.h"
+
+#include <algorithm>
+
+#include <tbb/parallel_for.h>
+
+namespace phi {
+
+static_assert(kNumDirections <= kMaxLabels);
+
+Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, const InferenceOptions& options)
+    : potentials_(options) {
+  const ArrayView2D<const float> full = hypotheses.maps().inverse_depth[0];
+  width_ = (full.width + kFieldStride - 1) / kFieldStride;
+  height_ = (full.height + kFieldStride - 1) / kFieldStride;
+  const std::size_t n = static_cast<std::size_t>(width_) * height_;
+  measured_ = Array2D<float>(width_, height_, 0.0f);
+  allowed_.assign(n, 0);
+  inverse_depth_.assign(kMaxLabels * n, 0.0f);
+  unary_.assign(kMaxLabels * n, 0);
+  for (int j = 0; j < height_; ++j) {
+    for (int i = 0; i < width_; ++i) {
+      const int x = kFieldStride * i, y = kFieldStride * j;
+      if (hypotheses.measured(x, y)) measured_(i, j) = full(x, y);
+    }
+  }
+  tbb::parallel_for(0, height_, [&](int j) {
+    for (int i = 0; i < width_; ++i) {
+      if (!(measured_(i, j) > 0)) AddNode(hypotheses, matcher, i, j);
+    }
+  });
+  num_nodes_ = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
+}
+
+void Field::AddNode(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, int i, int j) {
+  constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+  const HypothesisMaps maps = hypotheses.maps();
+  const PotentialView potentials = potentials_.view();
+  const int x = kFieldStride * i, y = kFieldStride * j;
+  const std::size_t node = static_cast<std::size_t>(j) * width_ + i;
+  float costs[kNumDirections];
+  allowed_[node] = matcher.Costs(x, y, costs);
+  for (int k = 0; k < kNumDirections; ++k) {
+    if (!(allowed_[node] >> k & 1)) continue;
+    const float w = maps.inverse_depth[k](x, y);
+    std::int32_t energy = UnaryEnergy(potentials, costs[k]);
+    for (const auto& offset : kOffsets) {
+      const int ni = i + offset[0], nj = j + offset[1];
+      if (measured_.view().Contains(ni, nj) && measured_(ni, nj) > 0) {
+        energy += PairwiseEnergy(potentials, w, measured_(ni, nj));
+      }
+    }
+    inverse_depth_[kMaxLabels * node + k] = w;
+    unary_[kMaxLabels * node + k] = energy;
+  }
+}
+
+FieldView Field::view() const {
+  FieldView view;
+  view.width = width_;
+  view.height = height_;
+  view.potentials = potentials_.view();
+  view.allowed = allowed_.data();
+  view.inverse_depth = inverse_depth_.data();
+  view.unary = unary_.data();
+  return view;
+}
+
+Array2D<float> Field::ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const {
+  Array2D<float> chosen = measured_;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] != kNoLabel) chosen.data()[i] = inverse_depth_[kMaxLabels * i + labels[i]];
+  }
+  return chosen;
+}
+
+}  // namespace phi

@@ -1,0 +1,37 @@
+// The Markov random field over an image's holes: half-size, 4-connected, at most 4 labels a node.
+#pragma once
+
+#include <vector>
+
+#include "phi/inference/hypotheses.h"
+#include "phi/inference/hypothesis_matcher.h"
+#include "phi/inference/potential_tables.h"
+#include "phi/inference/trws_node.h"
+#include "phi/options.h"
+
+namespace phi {
+
+// Nodes are the holes among the pixels (2 i, 2 j) that have a hypothesis. Measured neighbours have a single label, so
+// their edges are part of the unary energies. A missing direction is a forbidden label.
+class Field {
+ public:
+  Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, const InferenceOptions& options);
+
+  FieldView view() const;
+  std::int64_t num_nodes() const { return num_nodes_; }
+  // Per node the inverse depth of its label; measured pixels keep theirs; 0 where there is neither.
+  Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
+
+ private:
+  void AddNode(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, int i, int j);
+
+  int width_, height_;
+  std::int64_t num_nodes_ = 0;
+  PotentialTables potentials_;
+  Array2D<float> measured_;  // inverse depth at the nodes' pixels, 0 at holes
+  std::vector<std::uint8_t> allowed_;
+  std::vector<float> inverse_depth_;  // kMaxLabels per node
+  std::vector<std::int32_t> unary_;   // kMaxLabels per node
+};
+
+}  // namespace phi

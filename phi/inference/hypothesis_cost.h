@@ -1,0 +1,53 @@
+// Matching cost of a hypothesis before it has a normal: the window's samples are back-projected with the direction's
+// own hypothesis map, not with one plane.
+#pragma once
+
+#include "phi/geometry/device_camera.h"
+#include "phi/matching/cost_aggregation.h"
+#include "phi/matching/zncc.h"
+
+namespace phi {
+
+// Inverse depth at a window's sample: the map's pixel there; where it has none, the window's centre's.
+PHI_HD float SampleInverseDepth(ArrayView2D<const float> inverse_depth, float u, float v, float center) {
+  const int x = static_cast<int>(Clamp(u, 0.0f, static_cast<float>(inverse_depth.width - 1)));
+  const int y = static_cast<int>(Clamp(v, 0.0f, static_cast<float>(inverse_depth.height - 1)));
+  const float w = inverse_depth(x, y);
+  return w > 0 ? w : center;
+}
+
+// The point at inverse depth w on the ray of reference pixel (u, v), in the source image, homogeneous.
+PHI_HD Vec3f ProjectInverseDepth(const RelativeView& view, float u, float v, float w) {
+  return view.a * Vec3f{u, v, 1.0f} + w * view.b;
+}
+
+// C(x, j) of pixel (x, y) for one direction's map (inverse depth, hypotheses and measured pixels together). kMaxCost
+// where any sample leaves the source image, or either window has no texture.
+template <class Sampler>
+PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source, const RelativeView& view,
+                                const MatchingWindow& window, ArrayView2D<const float> inverse_depth, int x, int y) {
+  const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
+  const float center = inverse_depth(x, y);
+  const float max_u = static_cast<float>(view.source.width) - 0.5f, max_v = static_cast<float>(view.source.height) - 0.5f;
+  const int n = window.samples_per_side;
+  const float shift = reference(u, v);
+  ZnccSums sums;
+  for (int row = -n; row <= n; ++row) {
+    for (int column = -n; column <= n; ++column) {
+      const float ru = u + column * window.step, rv = v + row * window.step;
+      const Vec3f p = ProjectInverseDepth(view, ru, rv, SampleInverseDepth(inverse_depth, ru, rv, center));
+      const float su = p.x / p.z, sv = p.y / p.z;
+      if (!(p.z > 0 && su >= 0.5f && sv >= 0.5f && su <= max_u && sv <= max_v)) return kMaxCost;
+      const float r = reference(ru, rv) - shift;
+      const float s = source(su, sv) - shift;
+      sums.r += r;
+      sums.rr += r * r;
+      sums.s += s;
+      sums.ss += s * s;
+      sums.rs += r * s;
+    }
+  }
+  return sums.Cost(static_cast<float>(window.NumSamples()));
+}
+
+}  // namespace phi

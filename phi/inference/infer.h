@@ -1,0 +1,12 @@
+// Plane hypothesis inference (the paper's section F) on the CPU: hypotheses along four directions, their matching
+// cost, a Markov random field that chooses, normals. Geometric consistency afterwards decides what stays.
+#pragma once
+
+#include "phi/backend.h"
+
+namespace phi {
+
+// Measured pixels (depth > 0) come out unchanged. Holes are filled where a hypothesis was chosen.
+InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo, const InferenceOptions& options);
+
+}  // namespace phi

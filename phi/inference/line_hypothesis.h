@@ -1,0 +1,206 @@
+// Plane hypotheses along scanlines: each run of pixels without depth gets a line through the nearest six reconstructed
+// pixels, three a side where they exist. Four directions give four hypotheses a pixel.
+//
+// Along any scanline of a plane inverse depth is affine, so lines are fitted in inverse depth (robust) and are exact on
+// planes of any slant. The paper's literal form fits depth, without bounds.
+#pragma once
+
+#include <cmath>
+
+#include "phi/base/array2d.h"
+#include "phi/base/hd.h"
+#include "phi/inference/plane_fit.h"
+
+namespace phi {
+
+inline constexpr int kNumDirections = 4;
+enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
+
+struct LineOptions {
+  bool literal = false;           // the paper's form: lines in depth, no bounds, every measured pixel supports
+  int max_extrapolation = 24;     // pixels that a line reaches beyond its outermost support where only one side has any
+  int max_reach = 16;             // pixels from the gap within which a side's supports are looked for
+  float max_jump = 0.05f;         // relative: a gap whose two sides miss each other by more is a depth edge
+};
+
+// A pixel that lines may rest on: value (inverse depth; depth if literal) and its slopes per pixel; value <= 0 = none.
+struct Support {
+  float value = 0, slope_x = 0, slope_y = 0;
+};
+
+// The pixels (x0 + t * dx, y0 + t * dy), 0 <= t < length.
+struct Scanline {
+  int x0, y0, dx, dy, length;
+};
+
+PHI_HD int NumScanlines(int direction, int width, int height) {
+  return direction == kHorizontal ? height : direction == kVertical ? width : width + height - 1;
+}
+
+PHI_HD Scanline MakeScanline(int direction, int index, int width, int height) {
+  if (direction == kHorizontal) return {0, index, 1, 0, width};
+  if (direction == kVertical) return {index, 0, 0, 1, height};
+  const int x0 = index < height ? 0 : index - height + 1;
+  if (direction == kDescending) {
+    const int y0 = index < height ? height - 1 - index : 0;
+    return {x0, y0, 1, 1, width - x0 < height - y0 ? width - x0 : height - y0};
+  }
+  const int y0 = index < height ? index : height - 1;
+  return {x0, y0, 1, -1, width - x0 < y0 + 1 ? width - x0 : y0 + 1};
+}
+
+// Sums for a line through a few points; positions relative to the gap's edge keep them exact in single precision.
+struct LineSums {
+  float n = 0, t = 0, tt = 0, w = 0, tw = 0;
+  float slope = 0;       // sum of the supports' own slopes along the scanline
+  float nearest_t = 0, nearest_w = 0;
+  float min_w = 0, max_w = 0;
+
+  PHI_HD void Add(float position, float value, float own_slope) {
+    if (n == 0) nearest_t = position, nearest_w = min_w = max_w = value;
+    n += 1;
+    t += position;
+    tt += position * position;
+    w += value - nearest_w;
+    tw += position * (value - nearest_w);
+    slope += own_slope;
+    min_w = fminf(min_w, value);
+    max_w = fmaxf(max_w, value);
+  }
+};
+
+// value(t) = value + slope * (t - origin).
+struct Line {
+  float origin = 0, value = 0, slope = 0;
+  PHI_HD float At(float t) const { return value + slope * (t - origin); }
+};
+
+// Least squares; a single point gives the line of its own slope.
+PHI_HD Line FitLine(const LineSums& s) {
+  const float mt = s.t / s.n, mw = s.w / s.n;
+  const float ctt = s.tt - s.t * mt, ctw = s.tw - s.t * mw;
+  return {mt, s.nearest_w + mw, s.n >= 2 ? ctw / ctt : s.slope};
+}
+
+// Least squares through both sides' points. `a` and `b` hold positions on one axis.
+PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
+  const float shift = b.nearest_w - a.nearest_w;
+  LineSums s = a;
+  s.n += b.n;
+  s.t += b.t;
+  s.tt += b.tt;
+  s.w += b.w + b.n * shift;
+  s.tw += b.tw + b.t * shift;
+  return FitLine(s);
+}
+
+// The supports on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
+// surface breaks, or `max_reach` ends. Positions are stored relative to `origin`.
+PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options, int t,
+                            int step, int max_count, int origin) {
+  LineSums sums;
+  for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count; t += step, ++walked) {
+    if (!options.literal && walked >= options.max_reach) break;
+    const Support& s = supports(line.x0 + t * line.dx, line.y0 + t * line.dy);
+    if (!(s.value > 0)) continue;
+    const float position = static_cast<float>(t - origin);
+    const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
+    if (!options.literal && sums.n > 0) {
+      const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
+      if (!(fabsf(s.value - predicted) < kSameSurfaceTolerance * sums.nearest_w)) break;
+    }
+    sums.Add(position, s.value, slope);
+  }
+  return sums;
+}
+
+// What fills one gap: a line across it, or a bounded piece from either side.
+struct GapModel {
+  bool across = false;
+  bool has_before = false, has_after = false;
+  Line line, before, after;         // positions relative to the gap's first pixel
+  float begin = 0, end = 0;         // positions of the supports nearest to the gap
+  float min_value = 0, max_value = 0;  // of the supports
+};
+
+// Whether the two sides are one surface: each side's own slope, followed across the gap, meets the other side.
+PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineOptions& options) {
+  const float length = after.nearest_t - before.nearest_t, rise = after.nearest_w - before.nearest_w;
+  const float miss_before = fabsf(rise - before.slope / before.n * length);
+  const float miss_after = fabsf(rise - after.slope / after.n * length);
+  return fminf(miss_before, miss_after) < options.max_jump * fminf(before.nearest_w, after.nearest_w);
+}
+
+// The gap is [begin, end): positions without support.
+PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options, int begin,
+                       int end) {
+  const bool open_before = begin > 0, open_after = end < line.length;
+  LineSums before, after;
+  if (open_before) before = CollectSide(line, supports, options, begin - 1, -1, open_after ? 3 : 6, begin);
+  if (open_after) after = CollectSide(line, supports, options, end, 1, open_before ? 3 : 6, begin);
+  GapModel model;
+  model.has_before = before.n > 0;
+  model.has_after = after.n > 0;
+  model.begin = before.nearest_t;
+  model.end = after.nearest_t;
+  if (model.has_before) model.before = FitLine(before);
+  if (model.has_after) model.after = FitLine(after);
+  if (model.has_before && model.has_after && (options.literal || SidesMeet(before, after, options))) {
+    model.across = true;
+    model.line = FitLine(before, after);
+  }
+  const LineSums& any = model.has_before ? before : after;
+  model.min_value = model.has_after ? fminf(any.min_w, after.min_w) : any.min_w;
+  model.max_value = model.has_after ? fmaxf(any.max_w, after.max_w) : any.max_w;
+  return model;
+}
+
+// Value at position t of the gap, relative to its first pixel; 0 = no hypothesis.
+PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t) {
+  if (model.across) return model.line.At(t);
+  const float from_before = model.has_before ? t - model.begin : 1e9f;
+  const float from_after = model.has_after ? model.end - t : 1e9f;
+  const float distance = fminf(from_before, from_after);
+  if (distance >= 1e9f || (!options.literal && distance > static_cast<float>(options.max_extrapolation))) return 0;
+  const float value = from_before <= from_after ? model.before.At(t) : model.after.At(t);
+  if (options.literal) return value > 0 ? value : 0;
+  // An extrapolated line never doubles or halves the depth of what it rests on.
+  return value > 0.5f * model.min_value && value < 2 * model.max_value ? value : 0;
+}
+
+// Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;
+// only zeros are written. One call per scanline may run in parallel within a direction.
+PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options,
+                         ArrayView2D<float> hypothesis) {
+  int t = 0;
+  while (t < line.length) {
+    if (supports(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0) {
+      ++t;
+      continue;
+    }
+    const int begin = t;
+    while (t < line.length && !(supports(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0)) ++t;
+    if (begin == 0 && t == line.length) return;
+    const GapModel model = FitGap(line, supports, options, begin, t);
+    for (int s = begin; s < t; ++s) {
+      float& target = hypothesis(line.x0 + s * line.dx, line.y0 + s * line.dy);
+      if (target > 0) continue;
+      const float value = GapValue(model, options, static_cast<float>(s - begin));
+      target = value > 0 ? (options.literal ? 1 / value : value) : 0;
+    }
+  }
+}
+
+// The support at a measured pixel. Robust: the plane of the 7 x 7 window, so that a line rests on more than single
+// noisy pixels; none for isolated specks, whose window holds too few pixels of their surface.
+PHI_HD Support MakeSupport(ArrayView2D<const float> inverse_depth, int x, int y, const LineOptions& options) {
+  constexpr int kMinSurfacePixels = 12;  // of 49; less than a third of the half window at a straight border
+  const float w = inverse_depth(x, y);
+  if (!(w > 0)) return {};
+  if (options.literal) return {1 / w, 0, 0};
+  const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y);
+  if (plane.count < kMinSurfacePixels || !(plane.value > 0)) return {};
+  return {plane.value, plane.slope_x, plane.slope_y};
+}
+
+}  // namespace phi

@@ -1,0 +1,149 @@
+// Max-product tree-reweighted message passing, sequential (Kolmogorov, "Convergent tree-reweighted message passing for
+// energy minimization", PAMI 2006), on a 4-connected grid with at most 4 labels a node and integer energies.
+//
+// The trees are the field's horizontal and vertical runs. A node that lies on two shares its energy between them; both
+// shares are integers (floor and ceiling), so messages, lower bound and labels are exact numbers: they do not depend on
+// the backend or on the number of threads. The lower bound never falls from pass to pass, because min(floor) +
+// min(ceiling) = min of the whole >= the sum of the minima before.
+#pragma once
+
+#include <cstdint>
+
+#include "phi/inference/mrf_potentials.h"
+
+namespace phi {
+
+inline constexpr int kMaxLabels = 4;
+
+// Arrays of one entry, or kMaxLabels entries, per node; node (x, y) has index y * width + x.
+struct FieldView {
+  int width = 0, height = 0;
+  PotentialView potentials;
+  const std::uint8_t* allowed = nullptr;    // bit k: label k may be chosen; 0: the node is not part of the field
+  const float* inverse_depth = nullptr;     // per label, > 0 where allowed
+  const std::int32_t* unary = nullptr;      // per label
+  // Message on the edge to the right / lower neighbour, in the direction in which it was last sent; starts at 0.
+  std::int32_t* horizontal = nullptr;       // per label of the receiving node
+  std::int32_t* vertical = nullptr;
+  std::uint8_t* label = nullptr;            // of the last decoding; kNoLabel outside the field
+};
+
+inline constexpr std::uint8_t kNoLabel = 255;
+
+PHI_HD std::int64_t NodeIndex(const FieldView& f, int x, int y) {
+  return static_cast<std::int64_t>(y) * f.width + x;
+}
+PHI_HD bool InField(const FieldView& f, int x, int y) {
+  return x >= 0 && y >= 0 && x < f.width && y < f.height && f.allowed[NodeIndex(f, x, y)] != 0;
+}
+
+// The message that node `from` with the energies `energy` (its share less what came from `to`) sends to node `to`.
+PHI_HD void SendMessage(const FieldView& f, std::int64_t from, std::int64_t to, const std::int32_t* energy,
+                        std::int32_t* message) {
+  for (int j = 0; j < kMaxLabels; ++j) {
+    std::int32_t best = 0;
+    if (f.allowed[to] >> j & 1) {
+      bool first = true;
+      for (int i = 0; i < kMaxLabels; ++i) {
+        if (!(f.allowed[from] >> i & 1)) continue;
+        const std::int32_t e =
+            energy[i] + PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * from + i], f.inverse_depth[kMaxLabels * to + j]);
+        if (first || e < best) best = e;
+        first = false;
+      }
+    }
+    message[j] = best;
+  }
+}
+
+// Smallest of the allowed entries, and its lowest index.
+PHI_HD int ArgMin(const std::int32_t* energy, std::uint8_t allowed) {
+  int best = -1;
+  for (int k = 0; k < kMaxLabels; ++k) {
+    if ((allowed >> k & 1) && (best < 0 || energy[k] < energy[best])) best = k;
+  }
+  return best;
+}
+
+// Averages the node's share of its row and column runs and sends messages ahead: right and down if forward, left and
+// up if not. Nodes must come in raster order (forward) or its reverse, or any order that keeps each node after its two
+// predecessors, such as anti-diagonals. Returns what the node adds to the lower bound of this sweep.
+PHI_HD std::int64_t UpdateNode(const FieldView& f, int x, int y, bool forward) {
+  const std::int64_t node = NodeIndex(f, x, y);
+  const std::uint8_t allowed = f.allowed[node];
+  if (allowed == 0) return 0;
+  const bool left = InField(f, x - 1, y), right = InField(f, x + 1, y);
+  const bool up = InField(f, x, y - 1), down = InField(f, x, y + 1);
+  std::int32_t* to_left = f.horizontal + kMaxLabels * (node - 1);
+  std::int32_t* to_right = f.horizontal + kMaxLabels * node;
+  std::int32_t* to_up = f.vertical + kMaxLabels * (node - f.width);
+  std::int32_t* to_down = f.vertical + kMaxLabels * node;
+  const bool in_row = left || right, in_column = up || down;
+  std::int32_t row[kMaxLabels] = {}, column[kMaxLabels] = {};
+  for (int k = 0; k < kMaxLabels; ++k) {
+    if (!(allowed >> k & 1)) continue;
+    std::int32_t sum = f.unary[kMaxLabels * node + k];
+    if (left) sum += to_left[k];
+    if (right) sum += to_right[k];
+    if (up) sum += to_up[k];
+    if (down) sum += to_down[k];
+    row[k] = in_row && in_column ? sum >> 1 : sum;  // >> rounds down, also below zero
+    column[k] = in_row ? sum - row[k] : sum;
+  }
+  const bool row_goes_on = forward ? right : left, column_goes_on = forward ? down : up;
+  std::int64_t bound = 0;
+  if (in_row && !row_goes_on) bound += row[ArgMin(row, allowed)];
+  if ((in_column && !column_goes_on) || (!in_row && !in_column)) bound += column[ArgMin(column, allowed)];
+  if (row_goes_on) {
+    std::int32_t* message = forward ? to_right : to_left;
+    for (int k = 0; k < kMaxLabels; ++k) row[k] -= message[k];
+    SendMessage(f, node, forward ? node + 1 : node - 1, row, message);
+  }
+  if (column_goes_on) {
+    std::int32_t* message = forward ? to_down : to_up;
+    for (int k = 0; k < kMaxLabels; ++k) column[k] -= message[k];
+    SendMessage(f, node, forward ? node + f.width : node - f.width, column, message);
+  }
+  return bound;
+}
+
+PHI_HD std::int32_t LabelEnergy(const FieldView& f, std::int64_t node, int k, std::int64_t neighbour) {
+  return PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * node + k],
+                        f.inverse_depth[kMaxLabels * neighbour + f.label[neighbour]]);
+}
+
+// Chooses the node's label in the backward sweep, before UpdateNode: right and lower neighbours have theirs, the
+// others speak through their forward messages. Ties go to the lowest label.
+PHI_HD void DecodeNode(const FieldView& f, int x, int y) {
+  const std::int64_t node = NodeIndex(f, x, y);
+  const std::uint8_t allowed = f.allowed[node];
+  if (allowed == 0) {
+    f.label[node] = kNoLabel;
+    return;
+  }
+  const bool left = InField(f, x - 1, y), right = InField(f, x + 1, y);
+  const bool up = InField(f, x, y - 1), down = InField(f, x, y + 1);
+  std::int32_t energy[kMaxLabels] = {};
+  for (int k = 0; k < kMaxLabels; ++k) {
+    if (!(allowed >> k & 1)) continue;
+    energy[k] = f.unary[kMaxLabels * node + k];
+    if (left) energy[k] += f.horizontal[kMaxLabels * (node - 1) + k];
+    if (up) energy[k] += f.vertical[kMaxLabels * (node - f.width) + k];
+    if (right) energy[k] += LabelEnergy(f, node, k, node + 1);
+    if (down) energy[k] += LabelEnergy(f, node, k, node + f.width);
+  }
+  f.label[node] = static_cast<std::uint8_t>(ArgMin(energy, allowed));
+}
+
+// Energy of the node and of its edges to the right and down, for the labels in f.label.
+PHI_HD std::int64_t NodeEnergy(const FieldView& f, int x, int y) {
+  const std::int64_t node = NodeIndex(f, x, y);
+  if (f.allowed[node] == 0) return 0;
+  const int k = f.label[node];
+  std::int64_t energy = f.unary[kMaxLabels * node + k];
+  if (InField(f, x + 1, y)) energy += LabelEnergy(f, node, k, node + 1);
+  if (InField(f, x, y + 1)) energy += LabelEnergy(f, node, k, node + f.width);
+  return energy;
+}
+
+}  // namespace phi
