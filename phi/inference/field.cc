@@ -25,23 +25,26 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
     }
   }
   tbb::parallel_for(0, height_, [&](int j) {
+    HypothesisMatcher::Scratch scratch;
     for (int i = 0; i < width_; ++i) {
-      if (!(measured_(i, j) > 0)) AddNode(hypotheses, matcher, i, j);
+      if (measured_(i, j) > 0) continue;
+      float costs[kNumDirections];
+      const std::uint8_t allowed = matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch, costs);
+      AddNode(hypotheses, allowed, costs, i, j);
     }
   });
   num_nodes_ = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
 }
 
-void Field::AddNode(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, int i, int j) {
+void Field::AddNode(const Hypotheses& hypotheses, std::uint8_t allowed, const float* costs, int i, int j) {
   constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   const HypothesisMaps maps = hypotheses.maps();
   const PotentialView potentials = potentials_.view();
   const int x = kFieldStride * i, y = kFieldStride * j;
   const std::size_t node = static_cast<std::size_t>(j) * width_ + i;
-  float costs[kNumDirections];
-  allowed_[node] = matcher.Costs(x, y, costs);
+  allowed_[node] = allowed;
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(allowed_[node] >> k & 1)) continue;
+    if (!(allowed >> k & 1)) continue;
     const float w = maps.inverse_depth[k](x, y);
     std::int32_t energy = UnaryEnergy(potentials, costs[k]);
     for (const auto& offset : kOffsets) {

@@ -10,21 +10,34 @@
 
 namespace phi {
 
-// References `input` and `hypotheses`; both must outlive it. Safe for concurrent calls.
+// References `input` and `hypotheses`; both must outlive it. Safe for concurrent const calls, each thread with its own
+// Scratch.
 class HypothesisMatcher {
  public:
   HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses, const StereoOptions& stereo,
                     Formulas formulas);
 
+  // Per sample of the window, row by row, padded to a multiple of kLanes.
+  struct Scratch {
+    std::vector<float> reference, inverse_depth, u, v, source;
+  };
+
   // Aggregated cost of each of the pixel's hypotheses; returns the mask of those that exist, and leaves the others'
   // costs at kMaxCost.
-  std::uint8_t Costs(int x, int y, float costs[kNumDirections]) const;
+  std::uint8_t Costs(int x, int y, Scratch* scratch, float costs[kNumDirections]) const;
 
  private:
+  void SampleReference(int x, int y, Scratch* scratch) const;
+  void SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const;
+  // The same value as HypothesisViewCost, up to the order of its sums.
+  float ViewCost(int view, int x, int y, Scratch* scratch) const;
+  bool ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const;
+
   GraySampler reference_;
   std::vector<GraySampler> sources_;
   std::vector<RelativeView> views_;
   MatchingWindow window_;
+  std::vector<float> offset_u_, offset_v_;  // of the samples from the window's centre, pixels
   HypothesisMaps maps_;
   Formulas formulas_;
 };

@@ -25,10 +25,11 @@ InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatc
   const HypothesisMaps maps = hypotheses.maps();
   InverseDepthMap result(maps.inverse_depth[0].width, maps.inverse_depth[0].height, 0.0f);
   tbb::parallel_for(0, result.height(), [&](int y) {
+    HypothesisMatcher::Scratch scratch;
     for (int x = 0; x < result.width(); ++x) {
       if (hypotheses.measured(x, y)) continue;
       float costs[kNumDirections];
-      const std::uint8_t allowed = matcher.Costs(x, y, costs);
+      const std::uint8_t allowed = matcher.Costs(x, y, &scratch, costs);
       int best = -1;
       for (int k = 0; k < kNumDirections; ++k) {
         if ((allowed >> k & 1) && (best < 0 || costs[k] < costs[best])) best = k;
