@@ -11,6 +11,7 @@
 #include "phi/base/cancellation.h"
 #include "phi/cpu/cpu_estimation.h"
 #include "phi/filtering/filter_setup.h"
+#include "phi/inference/infer.h"
 
 namespace phi {
 namespace {
@@ -39,8 +40,9 @@ class CpuBackend : public Backend {
     return result;
   }
 
-  InferenceResult Infer(const InferenceInput& input, const StereoOptions&, const InferenceOptions&) override {
-    return {*input.measured, Mask(input.measured->width(), input.measured->height()), {}};
+  InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
+                        const InferenceOptions& options) override {
+    return arena_.execute([&] { return InferPlanes(input, stereo, options); });
   }
 
  private:

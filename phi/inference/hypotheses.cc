@@ -17,7 +17,8 @@ Array2D<float> InverseDepth(const PlaneMap& map) {
 
 }  // namespace
 
-Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas) : measured_inverse_depth_(InverseDepth(measured)) {
+Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas)
+    : measured_inverse_depth_(InverseDepth(measured)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
   options.literal = formulas == Formulas::kPaper;

@@ -25,10 +25,12 @@ PHI_HD Vec3f ProjectInverseDepth(const RelativeView& view, float u, float v, flo
 // where any sample leaves the source image, or either window has no texture.
 template <class Sampler>
 PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source, const RelativeView& view,
-                                const MatchingWindow& window, ArrayView2D<const float> inverse_depth, int x, int y) {
+                                const MatchingWindow& window, ArrayView2D<const float> inverse_depth, int x,
+                                int y) {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = inverse_depth(x, y);
-  const float max_u = static_cast<float>(view.source.width) - 0.5f, max_v = static_cast<float>(view.source.height) - 0.5f;
+  const float max_u = static_cast<float>(view.source.width) - 0.5f,
+              max_v = static_cast<float>(view.source.height) - 0.5f;
   const int n = window.samples_per_side;
   const float shift = reference(u, v);
   ZnccSums sums;

@@ -43,7 +43,8 @@ void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
   }
 }
 
-void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const {
+void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y,
+                                  Scratch* scratch) const {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = inverse_depth(x, y);
   scratch->inverse_depth.resize(offset_u_.size());
@@ -56,7 +57,8 @@ void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x,
 bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
   const Vec3f center = view.a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
   const float* a = view.a.m;
-  const float max_x = static_cast<float>(view.source.width - 1), max_y = static_cast<float>(view.source.height - 1);
+  const float max_x = static_cast<float>(view.source.width - 1),
+              max_y = static_cast<float>(view.source.height - 1);
   const float* w = scratch->inverse_depth.data();
   const float *du = offset_u_.data(), *dv = offset_v_.data();
   float *su = scratch->u.data(), *sv = scratch->v.data();

@@ -87,8 +87,8 @@ InferenceResult Compose(const PlaneMap& measured, const InverseDepthMap& inferre
 
 void CheckInput(const InferenceInput& input) {
   const auto& image = input.reference.image;
-  if (!image || !input.measured || input.reference.view == nullptr || image->width() != input.measured->width() ||
-      image->height() != input.measured->height()) {
+  if (!image || !input.measured || input.reference.view == nullptr ||
+      image->width() != input.measured->width() || image->height() != input.measured->height()) {
     throw InputError("plane inference of image " +
                      (input.reference.view != nullptr ? input.reference.view->name : std::string("?")) +
                      ": the depth map's size differs from the image's; run patch_match_stereo again");
@@ -97,7 +97,8 @@ void CheckInput(const InferenceInput& input) {
 
 }  // namespace
 
-InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo, const InferenceOptions& options) {
+InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo,
+                            const InferenceOptions& options) {
   CheckInput(input);
   const PlaneMap& measured = *input.measured;
   InverseDepthMap inferred(measured.width(), measured.height(), 0.0f);
@@ -106,8 +107,9 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
     const Hypotheses hypotheses(measured, options.formulas);
     ThrowIfCancelled();
     const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
-    inferred = options.mode == InferenceMode::kMinCost ? ChooseMinCost(hypotheses, matcher)
-                                                       : ChooseByField(hypotheses, matcher, options, &statistics);
+    inferred = options.mode == InferenceMode::kMinCost
+                   ? ChooseMinCost(hypotheses, matcher)
+                   : ChooseByField(hypotheses, matcher, options, &statistics);
     ThrowIfCancelled();
   }
   InferenceResult result =

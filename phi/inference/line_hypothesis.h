@@ -17,10 +17,11 @@ inline constexpr int kNumDirections = 4;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
 
 struct LineOptions {
-  bool literal = false;           // the paper's form: lines in depth, no bounds, every measured pixel supports
-  int max_extrapolation = 24;     // pixels that a line reaches beyond its outermost support where only one side has any
-  int max_reach = 16;             // pixels from the gap within which a side's supports are looked for
-  float max_jump = 0.05f;         // relative: a gap whose two sides miss each other by more is a depth edge
+  bool literal = false;  // the paper's form: lines in depth, no bounds, every measured pixel supports
+  int max_extrapolation =
+      24;              // pixels that a line reaches beyond its outermost support where only one side has any
+  int max_reach = 16;  // pixels from the gap within which a side's supports are looked for
+  float max_jump = 0.05f;  // relative: a gap whose two sides miss each other by more is a depth edge
 };
 
 // A pixel that lines may rest on: value (inverse depth; depth if literal) and its slopes per pixel; value <= 0 = none.
@@ -52,7 +53,7 @@ PHI_HD Scanline MakeScanline(int direction, int index, int width, int height) {
 // Sums for a line through a few points; positions relative to the gap's edge keep them exact in single precision.
 struct LineSums {
   float n = 0, t = 0, tt = 0, w = 0, tw = 0;
-  float slope = 0;       // sum of the supports' own slopes along the scanline
+  float slope = 0;  // sum of the supports' own slopes along the scanline
   float nearest_t = 0, nearest_w = 0;
   float min_w = 0, max_w = 0;
 
@@ -96,10 +97,11 @@ PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
 
 // The supports on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
 // surface breaks, or `max_reach` ends. Positions are stored relative to `origin`.
-PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options, int t,
-                            int step, int max_count, int origin) {
+PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> supports,
+                            const LineOptions& options, int t, int step, int max_count, int origin) {
   LineSums sums;
-  for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count; t += step, ++walked) {
+  for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count;
+       t += step, ++walked) {
     if (!options.literal && walked >= options.max_reach) break;
     const Support& s = supports(line.x0 + t * line.dx, line.y0 + t * line.dy);
     if (!(s.value > 0)) continue;
@@ -118,8 +120,8 @@ PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> sup
 struct GapModel {
   bool across = false;
   bool has_before = false, has_after = false;
-  Line line, before, after;         // positions relative to the gap's first pixel
-  float begin = 0, end = 0;         // positions of the supports nearest to the gap
+  Line line, before, after;            // positions relative to the gap's first pixel
+  float begin = 0, end = 0;            // positions of the supports nearest to the gap
   float min_value = 0, max_value = 0;  // of the supports
 };
 
@@ -132,8 +134,8 @@ PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineO
 }
 
 // The gap is [begin, end): positions without support.
-PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options, int begin,
-                       int end) {
+PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options,
+                       int begin, int end) {
   const bool open_before = begin > 0, open_after = end < line.length;
   LineSums before, after;
   if (open_before) before = CollectSide(line, supports, options, begin - 1, -1, open_after ? 3 : 6, begin);
@@ -161,7 +163,8 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   const float from_before = model.has_before ? t - model.begin : 1e9f;
   const float from_after = model.has_after ? model.end - t : 1e9f;
   const float distance = fminf(from_before, from_after);
-  if (distance >= 1e9f || (!options.literal && distance > static_cast<float>(options.max_extrapolation))) return 0;
+  if (distance >= 1e9f || (!options.literal && distance > static_cast<float>(options.max_extrapolation)))
+    return 0;
   const float value = from_before <= from_after ? model.before.At(t) : model.after.At(t);
   if (options.literal) return value > 0 ? value : 0;
   // An extrapolated line never doubles or halves the depth of what it rests on.
@@ -170,8 +173,8 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
 
 // Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;
 // only zeros are written. One call per scanline may run in parallel within a direction.
-PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options,
-                         ArrayView2D<float> hypothesis) {
+PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> supports,
+                         const LineOptions& options, ArrayView2D<float> hypothesis) {
   int t = 0;
   while (t < line.length) {
     if (supports(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0) {

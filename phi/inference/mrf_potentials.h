@@ -13,9 +13,9 @@
 namespace phi {
 
 inline constexpr int kEnergyUnitsPerNat = 4096;
-inline constexpr int kPotentialSteps = 4096;        // table steps per unit of cost or relative difference
-inline constexpr int kUnaryTableSize = 2 * kPotentialSteps + 1;     // costs in [0, 2]
-inline constexpr int kPairwiseTableSize = kPotentialSteps + 1;      // relative differences in [0, 1]
+inline constexpr int kPotentialSteps = 4096;  // table steps per unit of cost or relative difference
+inline constexpr int kUnaryTableSize = 2 * kPotentialSteps + 1;  // costs in [0, 2]
+inline constexpr int kPairwiseTableSize = kPotentialSteps + 1;   // relative differences in [0, 1]
 
 // Views of the two tables, trivially copyable to a device (see PotentialTables for the owner).
 struct PotentialView {

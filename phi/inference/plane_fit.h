@@ -63,7 +63,8 @@ PHI_HD InverseDepthPlane FitInverseDepthPlane(ArrayView2D<const float> inverse_d
   const float tolerance = kSameSurfaceTolerance * center;
   InverseDepthPlane plane;
   plane.value = center;
-  const int x0 = x > kPlaneFitRadius ? x - kPlaneFitRadius : 0, y0 = y > kPlaneFitRadius ? y - kPlaneFitRadius : 0;
+  const int x0 = x > kPlaneFitRadius ? x - kPlaneFitRadius : 0,
+            y0 = y > kPlaneFitRadius ? y - kPlaneFitRadius : 0;
   const int x1 = x + kPlaneFitRadius < inverse_depth.width ? x + kPlaneFitRadius : inverse_depth.width - 1;
   const int y1 = y + kPlaneFitRadius < inverse_depth.height ? y + kPlaneFitRadius : inverse_depth.height - 1;
   for (int round = 0; round < 2; ++round) {

@@ -24,7 +24,8 @@ PHI_HD Vec3f FrontalNormal(const RayModel& k, int x, int y) {
 // Eq. 10 as printed, but unit: the cross product of the central differences of the 4-neighbours' points. Needs all
 // four; the frontal normal otherwise.
 PHI_HD Vec3f NormalOfFourNeighbours(const RayModel& k, ArrayView2D<const float> inverse_depth, int x, int y) {
-  if (x < 1 || y < 1 || x + 1 >= inverse_depth.width || y + 1 >= inverse_depth.height) return FrontalNormal(k, x, y);
+  if (x < 1 || y < 1 || x + 1 >= inverse_depth.width || y + 1 >= inverse_depth.height)
+    return FrontalNormal(k, x, y);
   const float left = inverse_depth(x - 1, y), right = inverse_depth(x + 1, y);
   const float up = inverse_depth(x, y - 1), down = inverse_depth(x, y + 1);
   if (!(left > 0 && right > 0 && up > 0 && down > 0)) return FrontalNormal(k, x, y);
@@ -36,7 +37,8 @@ PHI_HD Vec3f NormalOfFourNeighbours(const RayModel& k, ArrayView2D<const float> 
 }
 
 // Normal of a filled pixel; inverse_depth: measured and filled pixels together.
-PHI_HD Vec3f FilledNormal(const RayModel& k, ArrayView2D<const float> inverse_depth, int x, int y, bool literal) {
+PHI_HD Vec3f FilledNormal(const RayModel& k, ArrayView2D<const float> inverse_depth, int x, int y,
+                          bool literal) {
   if (literal) return NormalOfFourNeighbours(k, inverse_depth, x, y);
   const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y);
   return plane.count > 0 ? NormalOfInverseDepthPlane(k, plane, x, y) : FrontalNormal(k, x, y);

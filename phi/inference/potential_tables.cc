@@ -5,7 +5,9 @@
 namespace phi {
 namespace {
 
-std::int32_t Quantise(double nats) { return static_cast<std::int32_t>(std::lround(nats * kEnergyUnitsPerNat)); }
+std::int32_t Quantise(double nats) {
+  return static_cast<std::int32_t>(std::lround(nats * kEnergyUnitsPerNat));
+}
 
 }  // namespace
 

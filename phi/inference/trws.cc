@@ -19,7 +19,8 @@ struct Tile {
 // Calls visit(tile) for all tiles, diagonal by diagonal, from the top left (forward) or the bottom right.
 template <typename Visit>
 void ForEachTileInWavefront(const FieldView& field, bool forward, const Visit& visit) {
-  const int columns = (field.width + kTileSize - 1) / kTileSize, rows = (field.height + kTileSize - 1) / kTileSize;
+  const int columns = (field.width + kTileSize - 1) / kTileSize,
+            rows = (field.height + kTileSize - 1) / kTileSize;
   const int num_diagonals = columns + rows - 1;
   for (int i = 0; i < num_diagonals; ++i) {
     const int diagonal = forward ? i : num_diagonals - 1 - i;

@@ -19,13 +19,14 @@ inline constexpr int kMaxLabels = 4;
 struct FieldView {
   int width = 0, height = 0;
   PotentialView potentials;
-  const std::uint8_t* allowed = nullptr;    // bit k: label k may be chosen; 0: the node is not part of the field
-  const float* inverse_depth = nullptr;     // per label, > 0 where allowed
-  const std::int32_t* unary = nullptr;      // per label
+  const std::uint8_t* allowed =
+      nullptr;                           // bit k: label k may be chosen; 0: the node is not part of the field
+  const float* inverse_depth = nullptr;  // per label, > 0 where allowed
+  const std::int32_t* unary = nullptr;   // per label
   // Message on the edge to the right / lower neighbour, in the direction in which it was last sent; starts at 0.
-  std::int32_t* horizontal = nullptr;       // per label of the receiving node
+  std::int32_t* horizontal = nullptr;  // per label of the receiving node
   std::int32_t* vertical = nullptr;
-  std::uint8_t* label = nullptr;            // of the last decoding; kNoLabel outside the field
+  std::uint8_t* label = nullptr;  // of the last decoding; kNoLabel outside the field
 };
 
 inline constexpr std::uint8_t kNoLabel = 255;
@@ -47,7 +48,8 @@ PHI_HD void SendMessage(const FieldView& f, std::int64_t from, std::int64_t to, 
       for (int i = 0; i < kMaxLabels; ++i) {
         if (!(f.allowed[from] >> i & 1)) continue;
         const std::int32_t e =
-            energy[i] + PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * from + i], f.inverse_depth[kMaxLabels * to + j]);
+            energy[i] + PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * from + i],
+                                       f.inverse_depth[kMaxLabels * to + j]);
         if (first || e < best) best = e;
         first = false;
       }

@@ -1,0 +1,143 @@
+#include "phi/inference/infer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+namespace phi {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+constexpr double kFocal = 150;
+
+// A wall seen obliquely, 2 m to 4 m away: n . X = n . (0, 0, 3), n tilted by 30 degrees about the vertical axis.
+struct Wall {
+  Vec3f normal{0.5f, 0, -0.8660254f};
+
+  double InverseDepth(int x, int y) const {
+    const double u = (x + 0.5 - kWidth / 2.0) / kFocal, v = (y + 0.5 - kHeight / 2.0) / kFocal;
+    return (normal.x * u + normal.y * v + normal.z) / (3.0 * normal.z);
+  }
+};
+
+SceneView MakeView(const char* name, double baseline) {
+  SceneView view;
+  view.name = name;
+  view.camera.pinhole = {kWidth, kHeight, kFocal, kFocal, kWidth / 2.0, kHeight / 2.0};
+  view.camera.pose.translation = {-baseline, 0, 0};
+  return view;
+}
+
+// A featureless wall: the images are plain, only the measured surroundings tell the depth.
+struct PlainScene {
+  SceneView reference = MakeView("reference", 0), source = MakeView("source", 0.5);
+  std::shared_ptr<const GrayImage> plain = std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{128});
+
+  InferenceInput Input(const PlaneMap& measured) const {
+    InferenceInput input;
+    input.reference = {&reference, plain};
+    input.sources = {{&source, plain}};
+    input.measured = std::make_shared<PlaneMap>(measured);
+    return input;
+  }
+};
+
+bool InHole(int x, int y) { return x >= 50 && x < 110 && y >= 40 && y < 80; }
+
+// disparity_noise: standard deviation in pixels for a baseline of 0.5 m.
+PlaneMap MakeMeasured(double disparity_noise) {
+  const Wall wall;
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, disparity_noise);
+  PlaneMap map(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (InHole(x, y)) continue;
+      // disparity = focal * baseline / depth
+      const double w = wall.InverseDepth(x, y) + (disparity_noise > 0 ? noise(random) : 0) / (kFocal * 0.5);
+      map(x, y).normal = wall.normal;
+      map(x, y).depth = static_cast<float>(1 / w);
+    }
+  }
+  return map;
+}
+
+bool SameBits(const PlaneHypothesis& a, const PlaneHypothesis& b) {
+  return a.depth == b.depth && a.normal.x == b.normal.x && a.normal.y == b.normal.y &&
+         a.normal.z == b.normal.z;
+}
+
+TEST(Infer, APlaneWithAHoleComesBack) {
+  const PlaneMap measured = MakeMeasured(0);
+  const Wall wall;
+  for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
+    InferenceOptions options;
+    options.mode = mode;
+    const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(result.filled(x, y), InHole(x, y) ? 255 : 0);
+        if (!InHole(x, y)) {
+          ASSERT_TRUE(SameBits(result.map(x, y), measured(x, y)));
+          continue;
+        }
+        EXPECT_NEAR(result.map(x, y).depth * wall.InverseDepth(x, y), 1, 3e-6);
+        EXPECT_GT(Dot(result.map(x, y).normal, wall.normal), 1 - 1e-5f);
+      }
+    }
+  }
+}
+
+TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
+  const InferenceResult result = InferPlanes(PlainScene().Input(MakeMeasured(0.1)), StereoOptions(), {});
+  int filled = 0, close = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (result.filled(x, y) == 0) continue;
+      ++filled;
+      EXPECT_NEAR(Norm(result.map(x, y).normal), 1, 1e-5f);
+      close += Dot(result.map(x, y).normal, Wall().normal) > std::cos(10 * M_PI / 180);
+    }
+  }
+  EXPECT_EQ(filled, 60 * 40);
+  EXPECT_GE(close, 0.95 * filled);
+}
+
+TEST(Infer, OffFillsNothing) {
+  InferenceOptions options;
+  options.mode = InferenceMode::kOff;
+  const PlaneMap measured = MakeMeasured(0);
+  const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
+  EXPECT_EQ(std::count(result.filled.begin(), result.filled.end(), 255), 0);
+  for (std::size_t i = 0; i < measured.size(); ++i)
+    ASSERT_TRUE(SameBits(result.map.data()[i], measured.data()[i]));
+}
+
+TEST(Infer, WithoutAnyMeasurementEverythingStaysAHole) {
+  const InferenceResult result =
+      InferPlanes(PlainScene().Input(PlaneMap(kWidth, kHeight)), StereoOptions(), {});
+  EXPECT_EQ(std::count(result.filled.begin(), result.filled.end(), 255), 0);
+  EXPECT_EQ(result.statistics.num_nodes, 0);
+}
+
+TEST(Infer, GivesTheSameBytesForAnyNumberOfThreads) {
+  const PlainScene scene;
+  const InferenceInput input = scene.Input(MakeMeasured(0.5));
+  InferenceResult results[3];
+  const int threads[3] = {1, 2, 7};
+  for (int i = 0; i < 3; ++i) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads[i]);
+    results[i] = InferPlanes(input, StereoOptions(), {});
+  }
+  for (int i = 1; i < 3; ++i) {
+    for (std::size_t p = 0; p < results[0].map.size(); ++p) {
+      ASSERT_TRUE(SameBits(results[i].map.data()[p], results[0].map.data()[p]));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phi

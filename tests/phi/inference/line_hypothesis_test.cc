@@ -1,0 +1,140 @@
+#include "phi/inference/line_hypothesis.h"
+
+#include <cmath>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "phi/inference/hypotheses.h"
+
+namespace phi {
+namespace {
+
+constexpr int kWidth = 120, kHeight = 90;
+
+// An oblique plane: 1 / z = 0.25 + 0.0015 x - 0.001 y, depths from 2.3 m to 6.3 m.
+float ObliquePlane(int x, int y) { return 0.25f + 0.0015f * x - 0.001f * y; }
+
+template <typename InverseDepth>
+PlaneMap MakeMap(const InverseDepth& inverse_depth) {
+  PlaneMap map(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float w = inverse_depth(x, y);
+      map(x, y).normal = {0, 0, -1};
+      map(x, y).depth = w > 0 ? 1 / w : 0;
+    }
+  }
+  return map;
+}
+
+float ValueAt(const PlaneMap& map, Formulas formulas, int direction, int x, int y) {
+  return Hypotheses(map, formulas).maps().inverse_depth[direction](x, y);
+}
+
+TEST(Scanline, EveryDirectionCoversEachPixelOnce) {
+  for (int direction = 0; direction < kNumDirections; ++direction) {
+    for (const auto& [width, height] : {std::pair{7, 4}, std::pair{4, 7}, std::pair{1, 5}, std::pair{5, 1}}) {
+      Array2D<int> visits(width, height, 0);
+      for (int i = 0; i < NumScanlines(direction, width, height); ++i) {
+        const Scanline line = MakeScanline(direction, i, width, height);
+        EXPECT_GT(line.length, 0);
+        for (int t = 0; t < line.length; ++t) {
+          const int x = line.x0 + t * line.dx, y = line.y0 + t * line.dy;
+          ASSERT_TRUE(visits.view().Contains(x, y));
+          ++visits(x, y);
+        }
+      }
+      for (const int v : visits) EXPECT_EQ(v, 1);
+    }
+  }
+}
+
+TEST(LineHypothesis, IsExactOnAnObliquePlaneInAllDirections) {
+  const auto hole = [](int x, int y) { return x >= 40 && x < 80 && y >= 30 && y < 60; };
+  const PlaneMap map = MakeMap([&](int x, int y) { return hole(x, y) ? 0.0f : ObliquePlane(x, y); });
+  const Hypotheses hypotheses(map, Formulas::kRobust);
+  for (int direction = 0; direction < kNumDirections; ++direction) {
+    for (int y = 30; y < 60; ++y) {
+      for (int x = 40; x < 80; ++x) {
+        const float w = hypotheses.maps().inverse_depth[direction](x, y);
+        EXPECT_NEAR(w, ObliquePlane(x, y), 1e-6f) << "direction " << direction << " at " << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(LineHypothesis, LiteralFormFitsDepthAndBendsOnAnObliquePlane) {
+  const PlaneMap map = MakeMap([&](int x, int y) { return x >= 40 && x < 80 ? 0.0f : ObliquePlane(x, y); });
+  // Depths 1 / w at x = 37..39 and 80..82, least squares in depth, at x = 60, y = 45: worked out here in double.
+  double st = 0, sd = 0, stt = 0, std_ = 0;
+  for (const int x : {37, 38, 39, 80, 81, 82}) {
+    const double d = 1 / (0.25 + 0.0015 * x - 0.001 * 45);
+    st += x, sd += d, stt += double(x) * x, std_ += x * d;
+  }
+  const double slope = (6 * std_ - st * sd) / (6 * stt - st * st);
+  const double depth = sd / 6 + slope * (60 - st / 6);
+  EXPECT_NEAR(1 / ValueAt(map, Formulas::kPaper, kHorizontal, 60, 45), depth, 1e-4);
+  EXPECT_GT(std::abs(depth - 1 / ObliquePlane(60, 45)), 0.03);  // 3 cm off the plane
+}
+
+TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
+  // A wall at 2 m on the left, one at 3 m on the right, nothing measured between x = 30 and x = 90.
+  const PlaneMap map = MakeMap([](int x, int) { return x < 30 ? 0.5f : x >= 90 ? 1 / 3.0f : 0.0f; });
+  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const int reach = LineOptions().max_extrapolation;
+  for (int x = 30; x < 90; ++x) {
+    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    if (x - 29 <= reach) {
+      EXPECT_NEAR(w, 0.5f, 1e-6f) << x;
+    } else if (90 - x <= reach) {
+      EXPECT_NEAR(w, 1 / 3.0f, 1e-6f) << x;
+    } else {
+      EXPECT_EQ(w, 0) << x;
+    }
+  }
+}
+
+TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
+  const PlaneMap map = MakeMap([](int x, int y) { return x >= 60 ? ObliquePlane(x, y) : 0.0f; });
+  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const int reach = LineOptions().max_extrapolation;
+  for (int x = 0; x < 60; ++x) {
+    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    if (60 - x <= reach) {
+      EXPECT_NEAR(w, ObliquePlane(x, 45), 1e-5f) << x;
+    } else {
+      EXPECT_EQ(w, 0) << x;
+    }
+  }
+}
+
+TEST(LineHypothesis, SingleSideUsesSixPixels) {
+  // Literal supports are raw pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
+  const PlaneMap map = MakeMap([](int x, int) { return x >= 60 ? 1.0f / (x - 59) : 0.0f; });
+  // Three pixels would give the same line; a kink after the third tells six from three.
+  PlaneMap kinked = map;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 63; x < kWidth; ++x) kinked(x, y).depth = 3;
+  }
+  EXPECT_EQ(ValueAt(map, Formulas::kPaper, kHorizontal, 58, 45), 0);  // depth -1 is no hypothesis
+  // Least squares of depths (1, 2, 3, 3, 3, 3) at 0..5: mean 2.5, slope 6.5 / 17.5; at -1: 2.5 - 3.5 * 6.5 / 17.5.
+  EXPECT_NEAR(1 / ValueAt(kinked, Formulas::kPaper, kHorizontal, 59, 45), 2.5 - 3.5 * 6.5 / 17.5, 1e-4);
+}
+
+TEST(LineHypothesis, IgnoresIsolatedSpecks) {
+  const auto speck = [](int x, int y) { return x >= 58 && x < 61 && y >= 44 && y < 47; };  // 3 x 3 pixels
+  const PlaneMap map = MakeMap([&](int x, int y) {
+    if (speck(x, y)) return 2 * ObliquePlane(x, y);
+    return x >= 40 && x < 80 ? 0.0f : ObliquePlane(x, y);
+  });
+  const Hypotheses hypotheses(map, Formulas::kRobust);
+  for (int x = 40; x < 80; ++x) {
+    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    // The speck is a measured pixel and keeps its depth; it does not change its surroundings.
+    EXPECT_NEAR(w, (speck(x, 45) ? 2 : 1) * ObliquePlane(x, 45), 1e-6f) << x;
+  }
+}
+
+}  // namespace
+}  // namespace phi
