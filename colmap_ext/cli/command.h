@@ -24,5 +24,6 @@ const Command* FindCommand(std::string_view name);  // null when there is none
 int RunPatchMatchStereo(int argc, char** argv);
 int RunWorkspaceChecker(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);
+int RunMakeScene(int argc, char** argv);
 
 }  // namespace colmap_ext

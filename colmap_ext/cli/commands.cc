@@ -10,6 +10,7 @@ constexpr Command kCommands[] = {
     {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
     {"workspace_checker", "lists every problem of a workspace at once", RunWorkspaceChecker},
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},
+    {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <tbb/parallel_for.h>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace colmap_ext {
 namespace {
@@ -17,43 +18,40 @@ std::uint8_t Quantize(float value) {
 
 }  // namespace
 
-float GaussianNoise(phi::RandomKey key, std::uint64_t pixel) {
-  const phi::Random4 words = phi::Philox(key, pixel, 0, 0);
+std::array<double, 2> GaussianPair(phi::RandomKey key, std::uint64_t index) {
+  const phi::Random4 words = phi::Philox(key, index, 0, 0);
   const double radius = std::sqrt(-2 * std::log(1.0 - phi::UniformFloat(words.v[0])));
-  return static_cast<float>(radius * std::cos(kTwoPi * phi::UniformFloat(words.v[1])));
+  const double angle = kTwoPi * phi::UniformFloat(words.v[1]);
+  return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
-phi::Array2D<Rgb8> Develop(const phi::Array2D<Radiance>& radiance, const SensorOptions& options) {
+ColorImage Develop(const phi::Array2D<Radiance>& radiance, const SensorOptions& options) {
   const int width = radiance.width(), height = radiance.height();
   const float gain = static_cast<float>(options.gain), sigma = static_cast<float>(options.noise_sigma);
-  phi::Array2D<Rgb8> image(width, height);
+  ColorImage image(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      const float noise =
-          sigma > 0 ? sigma * GaussianNoise(options.key, static_cast<std::uint64_t>(y) * width + x) : 0;
+      const std::uint64_t pixel = static_cast<std::uint64_t>(y) * width + x;
+      const float noise = sigma * static_cast<float>(GaussianPair(options.key, pixel)[0]);
       for (int c = 0; c < 3; ++c) image(x, y)[c] = Quantize(gain * radiance(x, y)[c] + noise);
     }
   });
   return image;
 }
 
-phi::GrayImage ToGray(const phi::Array2D<Rgb8>& image) {
+phi::GrayImage ToGray(const ColorImage& image) {
   phi::GrayImage gray(image.width(), image.height());
   for (std::size_t i = 0; i < image.size(); ++i) {
-    const Rgb8& c = image.data()[i];
+    const Rgb& c = image.data()[i];
     gray.data()[i] = Quantize(0.299f * c[0] + 0.587f * c[1] + 0.114f * c[2]);
   }
   return gray;
 }
 
-std::vector<std::uint8_t> EncodeImage(const phi::Array2D<Rgb8>& image, int jpeg_quality) {
-  cv::Mat bgr(image.height(), image.width(), CV_8UC3);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      const Rgb8& c = image(x, y);
-      bgr.at<cv::Vec3b>(y, x) = {c[2], c[1], c[0]};
-    }
-  }
+std::vector<std::uint8_t> EncodeImage(const ColorImage& image, int jpeg_quality) {
+  const cv::Mat rgb(image.height(), image.width(), CV_8UC3, const_cast<Rgb*>(image.data()));
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
   std::vector<std::uint8_t> file;
   if (jpeg_quality == 0) {
     cv::imencode(".png", bgr, file);

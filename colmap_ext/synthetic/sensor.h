@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/image_file.h"
 #include "colmap_ext/synthetic/solid_texture.h"
 #include "phi/backend.h"
 #include "phi/base/random.h"
@@ -19,18 +20,16 @@ struct SensorOptions {
   phi::RandomKey key;
 };
 
-using Rgb8 = std::array<std::uint8_t, 3>;
-
-phi::Array2D<Rgb8> Develop(const phi::Array2D<Radiance>& radiance, const SensorOptions& options);
+ColorImage Develop(const phi::Array2D<Radiance>& radiance, const SensorOptions& options);
 
 // Rec. 601 luma, rounded.
-phi::GrayImage ToGray(const phi::Array2D<Rgb8>& image);
+phi::GrayImage ToGray(const ColorImage& image);
 
 // The bytes of a JPEG file; quality 0 stands for PNG.
-std::vector<std::uint8_t> EncodeImage(const phi::Array2D<Rgb8>& image, int jpeg_quality);
+std::vector<std::uint8_t> EncodeImage(const ColorImage& image, int jpeg_quality);
 phi::GrayImage DecodeGray(const std::vector<std::uint8_t>& file);
 
-// Standard normal draw of one pixel.
-float GaussianNoise(phi::RandomKey key, std::uint64_t pixel);
+// Two independent standard normal draws, a function of (key, index) alone.
+std::array<double, 2> GaussianPair(phi::RandomKey key, std::uint64_t index);
 
 }  // namespace colmap_ext

@@ -54,15 +54,22 @@ double ValueNoise(std::uint32_t seed, const Eigen::Vector3d& point) {
 }
 
 Radiance SolidTexture::At(const Eigen::Vector3d& point) const {
+  std::uint32_t tile = seed;
+  for (int axis = 0; axis < 3; ++axis) {
+    tile = Mix(tile * 31 + static_cast<std::uint32_t>(
+                               static_cast<std::int32_t>(std::floor(point[axis] / tile_size[axis]))));
+  }
   const Eigen::Vector3d p = LatticeRotation() * point.cwiseQuotient(stretch);
   double sum = 0, total = 0, amplitude = 1;
   std::uint32_t octave = 0;
   for (double spacing = coarsest_spacing; spacing >= finest_spacing; spacing /= 2) {
-    sum += amplitude * ValueNoise(seed * 64 + octave++, p / spacing);
+    sum += amplitude * ValueNoise(tile + octave++, p / spacing);
     total += amplitude;
     amplitude *= persistence;
   }
-  const float v = static_cast<float>(total > 0 ? Spread(sum / total) : 0.5);
+  const double tone = tile * (1.0 / 4294967295.0);
+  const double pattern = total > 0 ? Spread(sum / total) : 0.5;
+  const float v = static_cast<float>(pattern + tile_contrast * (tone - pattern));
   return dark + v * (light - dark);
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -20,9 +21,14 @@ struct SolidTexture {
   Radiance dark = {60, 60, 60}, light = {200, 200, 200};
   double coarsest_spacing = 0.4;  // of the noise lattice, world units
   double finest_spacing = 0.0125;
-  double persistence = 0.8;  // amplitude of an octave relative to the next coarser one
+  double persistence = 1;  // amplitude of an octave relative to the next coarser one
   Eigen::Vector3d stretch{
       1, 1, 1};  // spacing along each axis of the object's frame is multiplied by this (wood grain)
+  // Size of the tiles (planks, bricks) that the object is laid with, in its frame; infinite along an axis =
+  // none. Each tile has a pattern of its own and a tone that differs by up to tile_contrast of the range from
+  // dark to light.
+  Eigen::Vector3d tile_size = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  double tile_contrast = 0;
   std::uint32_t seed = 0;
 
   // Colour of the unlit surface at `point` in the object's frame.

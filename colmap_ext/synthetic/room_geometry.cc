@@ -1,0 +1,246 @@
+#include "colmap_ext/synthetic/room_geometry.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace colmap_ext {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kWidth = 5.2, kFront = -0.6, kBack = 4.0, kHeight = 2.7;  // metres
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+Matrix3d AboutX(double degrees) {
+  return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitX()).toRotationMatrix();
+}
+Matrix3d AboutY(double degrees) {
+  return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitY()).toRotationMatrix();
+}
+Matrix3d AboutZ(double degrees) {
+  return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitZ()).toRotationMatrix();
+}
+
+// Adds items with a texture of the room's finest spacing and seeds of their own.
+class Furnisher {
+ public:
+  Furnisher(double texture_spacing, std::uint32_t seed) : spacing_(texture_spacing), seed_(seed) {}
+
+  SolidTexture Texture(const Radiance& dark, const Radiance& light, double coarsest = 0.3) {
+    SolidTexture texture;
+    texture.dark = dark;
+    texture.light = light;
+    texture.finest_spacing = spacing_;
+    texture.coarsest_spacing = coarsest;
+    texture.seed = seed_ * 1024 + static_cast<std::uint32_t>(items_.size());
+    return texture;
+  }
+
+  // Grain along `axis` of the object's frame.
+  SolidTexture Wood(const Radiance& dark, const Radiance& light, int axis) {
+    SolidTexture texture = Texture(dark, light, 0.12);
+    texture.stretch[axis] = 4;
+    return texture;
+  }
+
+  Shape& Add(const std::string& name, ShapeKind kind, const Vector3d& center, const Vector3d& half_size,
+             const Matrix3d& world_from_local, const SolidTexture& texture, const Radiance& paint) {
+    RoomItem item;
+    item.shape = {name, kind, half_size, world_from_local, center, texture, {}};
+    item.paint.color = paint;
+    item.paint.seed = seed_ * 1024 + 512 + static_cast<std::uint32_t>(items_.size());
+    item.paint_axis = kind == ShapeKind::kRectangle ? 1 : 2;
+    items_.push_back(item);
+    return items_.back().shape;
+  }
+
+  // A box that stands on z = `floor` with its lower face's centre at (x, y).
+  void Stand(const std::string& name, const Vector3d& base, const Vector3d& size, const SolidTexture& texture,
+             const Radiance& paint, double turn_degrees = 0) {
+    Add(name, ShapeKind::kBox, base + Vector3d(0, 0, size.z() / 2), size / 2, AboutZ(turn_degrees), texture,
+        paint);
+  }
+
+  std::vector<RoomItem> Take() { return std::move(items_); }
+
+ private:
+  double spacing_;
+  std::uint32_t seed_;
+  std::vector<RoomItem> items_;
+};
+
+const Radiance kWarmWhite{214, 208, 196}, kPaleBlue{186, 200, 210}, kCeilingWhite{222, 221, 216};
+const Radiance kDarkOak{72, 46, 26}, kOak{186, 140, 92}, kPine{222, 186, 138};
+
+// Walls and ceiling. Their frames' y axis points up (or along the slope), so that partial paint begins above
+// a dado.
+void AddShell(Furnisher* room) {
+  const double middle_y = (kFront + kBack) / 2, half_depth = (kBack - kFront) / 2;
+  const auto wallpaper = [&](const Radiance& dark, const Radiance& light) {
+    return room->Texture(dark, light, 0.2);
+  };
+  const Matrix3d back = FrameFromNormal(-Vector3d::UnitY(), Vector3d::UnitX());
+  const Matrix3d left = FrameFromNormal(Vector3d::UnitX(), Vector3d::UnitY());
+  const Matrix3d right = FrameFromNormal(-Vector3d::UnitX(), -Vector3d::UnitY());
+  const Matrix3d ceiling = FrameFromNormal(-Vector3d::UnitZ(), Vector3d::UnitX());
+  room->Add("ceiling", ShapeKind::kRectangle, {kWidth / 2, middle_y, kHeight}, {kWidth / 2, half_depth, 0},
+            ceiling, wallpaper({150, 148, 140}, {226, 224, 218}), kCeilingWhite);
+  room->Add("back wall", ShapeKind::kRectangle, {kWidth / 2, kBack, kHeight / 2},
+            {kWidth / 2, kHeight / 2, 0}, back, wallpaper({120, 105, 90}, {226, 214, 196}), kWarmWhite);
+  room->Add("left wall", ShapeKind::kRectangle, {0, middle_y, kHeight / 2}, {half_depth, kHeight / 2, 0},
+            left, wallpaper({96, 112, 124}, {200, 214, 222}), kPaleBlue);
+  room->Add("front wall", ShapeKind::kRectangle, {kWidth / 2, kFront, kHeight / 2},
+            {kWidth / 2, kHeight / 2, 0}, FrameFromNormal(Vector3d::UnitY(), -Vector3d::UnitX()),
+            wallpaper({120, 105, 90}, {226, 214, 196}), kWarmWhite);
+  // From (x = width, z = 1.3) up to (x = width - 1.5, z = 2.8), leaning over the right side.
+  const Vector3d slope_normal = Vector3d(-1, 0, -1).normalized();
+  SolidTexture panels = room->Wood({130, 92, 56}, {232, 196, 148}, 0);
+  panels.tile_size = {kNone, 0.141, kNone};
+  panels.tile_contrast = 0.4;
+  room->Add("sloping ceiling", ShapeKind::kRectangle, {kWidth - 0.75, middle_y, 2.05}, {half_depth, 1.06, 0},
+            FrameFromNormal(slope_normal, -Vector3d::UnitY()), panels, {206, 198, 184});
+  room->Add("right wall", ShapeKind::kRectangle, {kWidth, middle_y, kHeight / 2},
+            {half_depth, kHeight / 2, 0}, right, wallpaper({126, 84, 72}, {222, 182, 160}), {200, 178, 164});
+}
+
+// Cabinet work that is often painted.
+void AddCabinets(Furnisher* room) {
+  room->Stand("sideboard", {3.55, 3.68, 0.06}, {1.5, 0.5, 0.72},
+              room->Wood({150, 140, 126}, {232, 226, 214}, 0), {228, 224, 214});
+  room->Stand("sideboard foot", {3.55, 3.7, 0}, {1.42, 0.42, 0.06}, room->Wood(kDarkOak, kOak, 0),
+              {70, 66, 62});
+  room->Stand("back skirting", {kWidth / 2, kBack - 0.01, 0}, {kWidth, 0.02, 0.09},
+              room->Wood({150, 146, 138}, {236, 232, 226}, 0), {232, 230, 226});
+  room->Stand("left skirting", {0.01, (kFront + kBack) / 2, 0}, {0.02, kBack - kFront, 0.09},
+              room->Wood({150, 146, 138}, {236, 232, 226}, 1), {232, 230, 226});
+  room->Stand("door", {0.02, 2.35, 0}, {0.05, 0.9, 2.05}, room->Wood(kOak, {236, 206, 160}, 2),
+              {224, 222, 216});
+}
+
+void AddFloor(Furnisher* room) {
+  SolidTexture planks = room->Wood({98, 64, 38}, {206, 160, 110}, 1);
+  planks.tile_size = {0.163, 1.37, kNone};
+  planks.tile_contrast = 0.35;
+  room->Add("floor", ShapeKind::kRectangle, {kWidth / 2, (kFront + kBack) / 2, 0},
+            {kWidth / 2, (kBack - kFront) / 2, 0}, Matrix3d::Identity(), planks, {150, 140, 128});
+  room->Stand("rug", {2.2, 2.15, 0}, {1.9, 1.3, 0.015}, room->Texture({110, 34, 38}, {226, 186, 150}, 0.22),
+              {150, 80, 76}, 8);
+}
+
+void AddSofa(Furnisher* room) {
+  const Radiance dark{42, 58, 84}, light{142, 164, 192}, paint{96, 112, 140};
+  const auto fabric = [&] { return room->Texture(dark, light, 0.1); };
+  room->Stand("sofa seat", {1.5, 3.5, 0.1}, {1.7, 0.8, 0.33}, fabric(), paint);
+  room->Stand("sofa back", {1.5, 3.82, 0.1}, {1.7, 0.22, 0.75}, fabric(), paint);
+  room->Stand("sofa left arm", {0.58, 3.5, 0.1}, {0.18, 0.84, 0.52}, fabric(), paint);
+  room->Stand("sofa right arm", {2.42, 3.5, 0.1}, {0.18, 0.84, 0.52}, fabric(), paint);
+  room->Add("mustard cushion", ShapeKind::kBox, {0.95, 3.58, 0.63}, {0.22, 0.06, 0.2},
+            AboutZ(14) * AboutX(-22), room->Texture({140, 92, 20}, {244, 208, 120}, 0.08), {200, 160, 70});
+  room->Add("red cushion", ShapeKind::kBox, {1.95, 3.56, 0.62}, {0.2, 0.06, 0.19}, AboutZ(-18) * AboutX(-26),
+            room->Texture({110, 30, 28}, {232, 150, 130}, 0.08), {180, 80, 70});
+}
+
+void AddPictures(Furnisher* room) {
+  const auto hang = [&](const std::string& name, double x, double z, double width, double height,
+                        const SolidTexture& canvas) {
+    room->Stand(name + " frame", {x, kBack - 0.02, z}, {width + 0.1, 0.04, height + 0.1},
+                room->Wood({40, 28, 20}, {120, 92, 64}, 0), {60, 50, 44});
+    room->Stand(name, {x, kBack - 0.03, z + 0.05}, {width, 0.04, height}, canvas, {170, 170, 160});
+  };
+  hang("landscape", 1.5, 1.3, 1.0, 0.62, room->Texture({28, 62, 66}, {236, 218, 170}, 0.25));
+  hang("portrait", 3.1, 1.15, 0.5, 0.72, room->Texture({66, 30, 60}, {232, 196, 150}, 0.18));
+  // A mirror-sized panel of figured wood that leans on the right part of the back wall.
+  room->Add("leaning panel", ShapeKind::kBox, {4.62, 3.72, 0.62}, {0.26, 0.015, 0.63},
+            AboutZ(-12) * AboutX(-17), room->Wood(kDarkOak, kPine, 2), {120, 90, 66});
+}
+
+void AddTableAndSmallThings(Furnisher* room) {
+  room->Stand("table top", {2.35, 2.3, 0.4}, {1.1, 0.62, 0.05}, room->Wood({120, 80, 46}, kPine, 0),
+              {196, 170, 140}, 8);
+  for (int i = 0; i < 4; ++i) {
+    const Vector3d corner((i % 2 ? 0.48 : -0.48), (i / 2 ? 0.24 : -0.24), 0);
+    room->Add("table leg", ShapeKind::kCylinder, Vector3d(2.35, 2.3, 0.2) + AboutZ(8) * corner,
+              {0.03, 0.03, 0.2}, Matrix3d::Identity(), room->Wood(kDarkOak, kOak, 2), {110, 84, 60});
+  }
+  room->Add("globe", ShapeKind::kSphere, {2.62, 2.4, 0.6}, Vector3d::Constant(0.15), Matrix3d::Identity(),
+            room->Texture({30, 70, 130}, {226, 222, 160}, 0.16), {110, 140, 150});
+  const auto page = [&](double side) {
+    room->Add("open book", ShapeKind::kBox, {2.1 + side * 0.105, 2.22, 0.483}, {0.11, 0.15, 0.006},
+              AboutZ(8) * AboutY(-side * 14), room->Texture({70, 66, 60}, {246, 242, 230}, 0.05),
+              {220, 214, 200});
+  };
+  page(-1);
+  page(1);
+  room->Add("vase", ShapeKind::kCylinder, {3.2, 3.66, 0.95}, {0.11, 0.11, 0.17}, Matrix3d::Identity(),
+            room->Texture({36, 66, 60}, {190, 224, 200}, 0.1), {130, 170, 150});
+  room->Add("ball of flowers", ShapeKind::kSphere, {3.2, 3.66, 1.24}, Vector3d::Constant(0.17),
+            Matrix3d::Identity(), room->Texture({34, 84, 30}, {250, 206, 220}, 0.06), {120, 160, 110});
+  room->Add("tall plant pot", ShapeKind::kCylinder, {4.3, 2.75, 0.25}, {0.2, 0.2, 0.25}, Matrix3d::Identity(),
+            room->Texture({126, 62, 38}, {230, 168, 128}, 0.12), {190, 120, 90});
+  room->Add("plant stem", ShapeKind::kCylinder, {4.3, 2.75, 0.68}, {0.03, 0.03, 0.22}, AboutY(4),
+            room->Wood(kDarkOak, kOak, 2), {90, 70, 50});
+  room->Add("plant crown", ShapeKind::kSphere, {4.31, 2.75, 1.1}, Vector3d::Constant(0.33),
+            Matrix3d::Identity(), room->Texture({20, 52, 18}, {150, 200, 96}, 0.09), {90, 130, 60});
+  room->Stand("footstool", {3.35, 2.55, 0}, {0.46, 0.46, 0.4},
+              room->Texture({70, 60, 50}, {220, 204, 178}, 0.08), {170, 160, 140}, 33);
+}
+
+void AddBooks(Furnisher* room) {
+  constexpr std::array<std::array<float, 3>, 6> kCovers = {
+      {{150, 40, 36}, {40, 84, 130}, {196, 160, 60}, {52, 100, 70}, {170, 168, 160}, {96, 60, 110}}};
+  double x = 3.58;
+  for (int i = 0; i < 9; ++i) {
+    const double thickness = 0.035 + 0.012 * ((i * 5) % 4), height = 0.2 + 0.025 * ((i * 3) % 4);
+    const Radiance cover(kCovers[i % 6].data());
+    room->Stand("book " + std::to_string(i), {x + thickness / 2, 3.64, 0.78},
+                {thickness - 0.003, 0.17, height},
+                room->Texture(0.5f * cover, (1.35f * cover).cwiseMin(245.0f), 0.06), cover);
+    x += thickness;
+  }
+}
+
+phi::Pose LookAt(const Vector3d& center, const Vector3d& target, double roll) {
+  const Vector3d forward = (target - center).normalized();
+  const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized();
+  Matrix3d upright;
+  upright << right.transpose(), forward.cross(right).transpose(), forward.transpose();
+  phi::Pose pose;
+  pose.rotation = AboutZ(roll) * upright;
+  pose.translation = -pose.rotation * center;
+  return pose;
+}
+
+}  // namespace
+
+std::vector<RoomItem> FurnishRoom(double texture_spacing, std::uint32_t seed) {
+  Furnisher room(texture_spacing, seed);
+  AddShell(&room);
+  AddCabinets(&room);
+  AddFloor(&room);
+  AddSofa(&room);
+  AddPictures(&room);
+  AddTableAndSmallThings(&room);
+  AddBooks(&room);
+  return room.Take();
+}
+
+std::vector<phi::Camera> RoomCameras(int num_views, int width, int height) {
+  constexpr double kSpacing = 0.3, kMaxSpan = 3.0;  // metres between neighbours, and in all
+  const double span = std::min(kSpacing * (num_views - 1), kMaxSpan);
+  std::vector<phi::Camera> cameras(num_views);
+  for (int i = 0; i < num_views; ++i) {
+    const double s = num_views > 1 ? static_cast<double>(i) / (num_views - 1) - 0.5 : 0;
+    const Vector3d center(2.4 + span * s, -0.1 + 0.25 * s * s, 1.5 + (i % 2 ? 0.16 : -0.16));
+    const Vector3d target(2.5 + 0.3 * s, 3.2, 1.12);
+    cameras[i].pose = LookAt(center, target, 1.5 * ((i * 2) % 3 - 1));
+    cameras[i].pinhole = {width, height, 0.85 * width, 0.853 * width, 0.497 * width, 0.504 * height};
+  }
+  return cameras;
+}
+
+}  // namespace colmap_ext
