@@ -47,6 +47,8 @@ std::string StereoOptions::Check() const {
                window_step, "between 1 and window_radius pixels")
       .Require(num_iterations >= 1 && num_iterations <= 100, "--PatchMatchStereo.num_iterations",
                num_iterations, "between 1 and 100")
+      .Require(num_window_levels >= 1 && num_window_levels <= 4, "--PhiStereo.num_window_levels",
+               num_window_levels, "between 1 and 4")
       .message();
 }
 

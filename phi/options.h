@@ -23,9 +23,10 @@ struct ViewSelectionOptions {
 };
 
 struct StereoOptions {
-  double window_radius = 7;  // --PatchMatchStereo.window_radius: r_orig, pixels
-  double window_step = 1.4;  // --PatchMatchStereo.window_step: r_orig / r_now, pixels between samples
-  int num_iterations = 8;    // --PatchMatchStereo.num_iterations
+  double window_radius = 7;   // --PatchMatchStereo.window_radius: r_orig, pixels
+  double window_step = 1.4;   // --PatchMatchStereo.window_step: r_orig / r_now, pixels between samples
+  int num_iterations = 8;     // --PatchMatchStereo.num_iterations
+  int num_window_levels = 3;  // --PhiStereo.num_window_levels: 1 + how often a faint window may double
   Formulas formulas = Formulas::kRobust;  // --PhiStereo.formulas
   Quality quality = Quality::kStandard;   // --PhiStereo.quality
   std::uint32_t seed = 0;                 // --default_random_seed

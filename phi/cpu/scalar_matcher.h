@@ -1,41 +1,55 @@
-// The readable matcher: scalar code over 8-bit images. Reference for the vectorised one.
+// The readable matcher: scalar code over 8-bit images. Reference for the vectorised one and for the GPU's.
 #pragma once
 
 #include <vector>
 
 #include "phi/backend.h"
 #include "phi/matching/estimate_pixel.h"
+#include "phi/matching/pyramid.h"
 
 namespace phi {
 
 class ScalarMatcher {
  public:
-  struct Patch {};
+  struct Patch {
+    int level;  // of the pyramid, see window_level.h
+  };
 
   ScalarMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                 const std::vector<RelativeView>& views)
-      : parameters_(parameters), views_(views), reference_{input.reference.image->view()} {
-    for (const ViewImage& source : input.sources) sources_.push_back({source.image->view()});
+      : parameters_(parameters), views_(views), reference_(Levels(*input.reference.image)) {
+    for (const ViewImage& source : input.sources) sources_.push_back(Levels(*source.image));
+    window_levels_ =
+        SelectWindowLevels(reference_[0], {reference_.begin() + 1, reference_.end()}, parameters.window);
   }
 
-  Patch LoadPatch(int, int) const { return {}; }
+  Patch LoadPatch(int x, int y) const { return {window_levels_(x, y)}; }
 
   // One cost per source view.
-  void Costs(const Patch&, int x, int y, const PlaneHypothesis& h, float* costs) const {
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
+    const float scale = 1.0f / static_cast<float>(1 << patch.level);
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);
+    const GraySampler reference{reference_[patch.level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {
-      const GraySampler& source = sources_[j];
-      costs[j] = ZnccCost(reference_, source, source.image.width, source.image.height, parameters_.window, u,
-                          v, PlaneHomography(views_[j], q));
+      const GraySampler source{sources_[j][patch.level].view()};
+      costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, parameters_.window,
+                          scale * u, scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale));
     }
   }
 
  private:
+  std::vector<GrayImage> Levels(const GrayImage& image) const {
+    std::vector<GrayImage> levels = BuildPyramid(image, parameters_.num_levels);
+    levels.insert(levels.begin(), image);
+    return levels;
+  }
+
   const EstimationParameters& parameters_;
   const std::vector<RelativeView>& views_;
-  GraySampler reference_;
-  std::vector<GraySampler> sources_;
+  std::vector<GrayImage> reference_;             // by level
+  std::vector<std::vector<GrayImage>> sources_;  // by view and level
+  Array2D<std::uint8_t> window_levels_;
 };
 
 }  // namespace phi

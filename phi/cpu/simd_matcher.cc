@@ -1,22 +1,37 @@
 #include "phi/cpu/simd_matcher.h"
 
-namespace phi {
+#include <utility>
 
+#include "phi/matching/pyramid.h"
+
+namespace phi {
 SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                          const std::vector<RelativeView>& views)
-    : rays_(parameters.reference), window_(parameters.window), reference_(*input.reference.image) {
-  images_.reserve(input.sources.size());  // sources_ points into them
-  for (std::size_t j = 0; j < input.sources.size(); ++j) {
-    images_.emplace_back(*input.sources[j].image);
-    sources_.emplace_back(images_[j], views[j]);
+    : rays_(parameters.reference), window_(parameters.window) {
+  const int num_levels = parameters.num_levels;
+  const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
+  window_levels_ = SelectWindowLevels(*input.reference.image, reference, parameters.window);
+  levels_.push_back({PackedImage(*input.reference.image), {}, {}});
+  for (const GrayImage& image : reference) levels_.push_back({PackedImage(image), {}, {}});
+  for (const ViewImage& source : input.sources) {
+    levels_[0].images.emplace_back(*source.image);
+    const std::vector<GrayImage> coarser = BuildPyramid(*source.image, num_levels);
+    for (int l = 1; l < num_levels; ++l) levels_[l].images.emplace_back(coarser[l - 1]);
+  }
+  for (int l = 0; l < num_levels; ++l) {
+    const float scale = 1.0f / static_cast<float>(1 << l);
+    for (std::size_t j = 0; j < views.size(); ++j) {
+      levels_[l].sources.emplace_back(levels_[l].images[j], ScaleView(views[j], scale));
+    }
   }
 }
 
 void SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const {
-  const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
-  const float scale = 1.0f / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
-  const PlaneAtPixel plane = {1.0 / h.depth, scale * h.normal.x / rays_.fx, scale * h.normal.y / rays_.fy};
-  SimdZnccCosts(window_, sources_, patch, u, v, plane, costs);
+  const float u = x + 0.5f, v = y + 0.5f;
+  const float step = static_cast<float>(1 << patch.level);  // pixels of level 0 per pixel of the level
+  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
+  const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
+  SimdZnccCosts(window_, levels_[patch.level].sources, patch, u / step, v / step, plane, costs);
 }
 
 }  // namespace phi

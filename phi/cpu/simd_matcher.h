@@ -1,5 +1,4 @@
-// The view policy's matcher (see estimate_pixel.h) over the vectorised cost; scalar_matcher.h is the readable
-// one.
+// The view policy's matcher (see estimate_pixel.h) over the vectorised cost; scalar_matcher.h is the readable one.
 #pragma once
 
 #include <vector>
@@ -11,18 +10,23 @@
 
 namespace phi {
 
-// Packs the images of one reference: 4 bytes a pixel for the reference and each source while the matcher
-// lives. LoadPatch and Costs allocate nothing and may be called from many threads.
+// Packs the images of one reference, all pyramid levels: 4 bytes a pixel for the reference and each source (a third
+// more with the coarser levels) while the matcher lives. LoadPatch and Costs allocate nothing and may be called from
+// many threads.
 class SimdMatcher {
  public:
-  using Patch = SimdPatch;
+  struct Patch : SimdPatch {
+    int level;  // of the pyramid, see window_level.h
+  };
 
   SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
               const std::vector<RelativeView>& views);
 
   Patch LoadPatch(int x, int y) const {
     Patch patch;
-    LoadSimdPatch(reference_, window_, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, &patch);
+    patch.level = window_levels_(x, y);
+    const float scale = 1.0f / static_cast<float>(1 << patch.level);
+    LoadSimdPatch(levels_[patch.level].reference, window_, scale * (x + 0.5f), scale * (y + 0.5f), &patch);
     return patch;
   }
 
@@ -30,11 +34,16 @@ class SimdMatcher {
   void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const;
 
  private:
+  struct Level {
+    PackedImage reference;
+    std::vector<PackedImage> images;
+    std::vector<SimdSource> sources;  // point into images
+  };
+
   RayModel rays_;
   SimdWindow window_;
-  PackedImage reference_;
-  std::vector<PackedImage> images_;
-  std::vector<SimdSource> sources_;
+  std::vector<Level> levels_;
+  Array2D<std::uint8_t> window_levels_;
 };
 
 }  // namespace phi

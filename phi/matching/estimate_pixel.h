@@ -31,6 +31,7 @@ struct EstimationParameters {
   float inverse_depth_per_pixel = 0;  // change of 1 / z that moves a match by one pixel (median of the views)
   int num_views = 0;
   int num_iterations = 8;
+  int num_levels = 1;  // of the image pyramids, see window_level.h
   bool paper = false;  // Formulas::kPaper
 
   PHI_HD RefinementRange Range(int iteration) const;

@@ -64,6 +64,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
+  p.num_levels = options.formulas == Formulas::kPaper ? 1 : options.num_window_levels;
   p.paper = options.formulas == Formulas::kPaper;
   return p;
 }

@@ -42,7 +42,7 @@ struct Scene {
   EstimationParameters parameters;
   std::vector<RelativeView> relative;
 
-  explicit Scene(double window_radius = 7, double window_step = 1.4) : views(5) {
+  explicit Scene(double window_radius = 7, double window_step = 1.4, int num_levels = 1) : views(5) {
     for (int k = 0; k < 5; ++k) {
       const int width = 240 + 31 * k, height = 200 - 13 * k;
       views[k].image_id = k + 1;
@@ -59,6 +59,7 @@ struct Scene {
     StereoOptions options;
     options.window_radius = window_radius;
     options.window_step = window_step;
+    options.num_window_levels = num_levels;
     parameters = MakeEstimationParameters(input, options);
     relative = MakeRelativeViews(input);
   }
@@ -172,6 +173,47 @@ TEST(SimdMatcher, AgreesForWindowsOfAnySize) {
   ExpectAgreement(Scene(12, 1), {});           // 625 samples
   ExpectAgreement(Scene(2, 1), {1e-3, 1e-4});  // 25 samples: little averaging of the rounding
   ExpectAgreement(Scene(5, 5), {1e-3, 1e-4});  // 9 samples, less than a chunk
+}
+
+// Contrast grows from the left to the right, so that all levels of the pyramid are in use.
+TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
+  Scene scene(7, 1.4, 3);
+  const auto fade = [](ViewImage* view) {
+    auto faint = std::make_shared<GrayImage>(*view->image);
+    for (int y = 0; y < faint->height(); ++y) {
+      for (int x = 0; x < faint->width(); ++x) {
+        const double contrast = 0.02 + 0.3 * x / faint->width();
+        (*faint)(x, y) = static_cast<std::uint8_t>(std::lround(128 + contrast * ((*faint)(x, y) - 128.0)));
+      }
+    }
+    view->image = faint;
+  };
+  fade(&scene.input.reference);
+  for (ViewImage& source : scene.input.sources) fade(&source);
+  const SimdMatcher simd(scene.input, scene.parameters, scene.relative);
+  const ScalarMatcher scalar(scene.input, scene.parameters, scene.relative);
+  int compared[3] = {0, 0, 0}, on_the_edge = 0;
+  for (int y = 0; y < scene.parameters.reference.height; y += 2) {
+    for (int x = 0; x < scene.parameters.reference.width; x += 2) {
+      const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
+      const SimdMatcher::Patch patch = simd.LoadPatch(x, y);
+      ASSERT_EQ(patch.level, scalar.LoadPatch(x, y).level);
+      float expected[4], actual[4];
+      scalar.Costs({patch.level}, x, y, h, expected);
+      simd.Costs(patch, x, y, h, actual);
+      for (int j = 0; j < 4; ++j) {
+        if ((expected[j] == kMaxCost) != (actual[j] == kMaxCost)) {
+          ++on_the_edge;  // of the source or of the smallest variance: rounding decides
+          continue;
+        }
+        if (expected[j] == kMaxCost) continue;
+        ++compared[patch.level];
+        ASSERT_NEAR(actual[j], expected[j], 1e-3) << "pixel " << x << " " << y << ", view " << j;
+      }
+    }
+  }
+  for (int count : compared) EXPECT_GT(count, 100);
+  EXPECT_LT(on_the_edge, 50);
 }
 
 TEST(SimdMatcher, LargestWindowFitsThePatch) {

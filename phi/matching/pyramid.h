@@ -1,0 +1,25 @@
+// Image pyramids and the level of each window, for window_level.h.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/matching/window_level.h"
+
+namespace phi {
+
+// Half the size in each direction (odd sizes rounded up), 2x2 box filter. K's coordinates halve exactly.
+GrayImage HalveImage(const GrayImage& image);
+
+// Levels 1 to num_levels - 1 of `image`.
+std::vector<GrayImage> BuildPyramid(const GrayImage& image, int num_levels);
+
+// The level of each pixel's window (see window_level.h). `coarser`: BuildPyramid(image, ...).
+Array2D<std::uint8_t> SelectWindowLevels(const GrayImage& image, const std::vector<GrayImage>& coarser,
+                                         const MatchingWindow& window);
+
+// The view between images that are both reduced by `scale`.
+RelativeView ScaleView(RelativeView view, float scale);
+
+}  // namespace phi

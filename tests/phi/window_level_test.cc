@@ -1,0 +1,62 @@
+#include "phi/matching/window_level.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "phi/matching/pyramid.h"
+
+namespace phi {
+namespace {
+
+// A vertical sine of the given amplitude (grey levels; variance amplitude^2 / 2) and wavelength (pixels).
+GrayImage Sine(double amplitude, double wavelength) {
+  GrayImage image(256, 256);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 0; x < 256; ++x) {
+      image(x, y) = static_cast<std::uint8_t>(
+          std::lround(128 + amplitude * std::sin(2 * M_PI * (x + 0.5) / wavelength)));
+    }
+  }
+  return image;
+}
+
+int Level(const GrayImage& image, int num_levels) {
+  const std::vector<GrayImage> coarse = BuildPyramid(image, num_levels);
+  std::vector<GraySampler> levels = {{image.view()}};
+  for (const GrayImage& level : coarse) levels.push_back({level.view()});
+  return SelectWindowLevel(levels.data(), num_levels, MatchingWindow{}, 128.5f, 128.5f);
+}
+
+TEST(WindowLevel, StrongTextureStaysAtFullResolution) { EXPECT_EQ(Level(Sine(20, 10), 4), 0); }
+
+// Variance 4.5 is below 6 at level 0; at level 1 the needed variance is 1.5 and a long wave keeps its own.
+TEST(WindowLevel, FaintTextureTakesALargerWindow) { EXPECT_EQ(Level(Sine(3, 40), 4), 1); }
+
+TEST(WindowLevel, NoTextureTakesTheCoarsest) {
+  EXPECT_EQ(Level(Sine(0, 40), 3), 2);
+  EXPECT_EQ(Level(Sine(0, 40), 1), 0);
+}
+
+TEST(WindowLevel, HomographyBetweenReducedImagesAgreesWithTheFullOne) {
+  const Mat3f h = {{1.1f, 0.02f, 30, -0.03f, 0.95f, -12, 1e-4f, -2e-4f, 1.02f}};
+  const Vec3f full = Transform(h, 300.5f, 200.5f);
+  const Vec3f half = Transform(ScaleHomography(h, 0.5f), 150.25f, 100.25f);
+  EXPECT_NEAR(half.x / half.z, 0.5 * full.x / full.z, 1e-4);
+  EXPECT_NEAR(half.y / half.z, 0.5 * full.y / full.z, 1e-4);
+}
+
+TEST(Pyramid, HalvingAveragesBlocksAndKeepsOddEdges) {
+  GrayImage image(3, 2);
+  image(0, 0) = 10, image(1, 0) = 20, image(2, 0) = 100;
+  image(0, 1) = 30, image(1, 1) = 40, image(2, 1) = 50;
+  const GrayImage half = HalveImage(image);
+  ASSERT_EQ(half.width(), 2);
+  ASSERT_EQ(half.height(), 1);
+  EXPECT_EQ(half(0, 0), 25);
+  EXPECT_EQ(half(1, 0), 75);
+}
+
+}  // namespace
+}  // namespace phi
