@@ -14,7 +14,7 @@ constexpr std::size_t kFewestPointsForRange = 10;
 // The sparse points sample the scene's depths; surfaces lie in front of the nearest and behind the farthest
 // of them.
 constexpr double kOutlierShare = 0.01;
-constexpr double kRangeMargin = 1.5;
+constexpr double kRangeMargin = 2;
 // Enough of the scene's points to find out what lies in a frustum.
 constexpr std::size_t kMostPointsForFrustum = 100000;
 

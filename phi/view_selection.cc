@@ -23,6 +23,8 @@ constexpr int kFewestSharedPoints = 3;
 // The cameras' own evidence looks at so many candidates around the reference; the far ones of 10,000 cannot
 // matter.
 constexpr std::size_t kMostNearbyCameras = 128;
+// A point that two views see from directions farther apart than this says little: no window matches itself there.
+constexpr double kWidestAngle = 60 / kDegrees;
 
 // What one point, seen by the reference and by one source view, says about the pair.
 struct Sample {
@@ -58,7 +60,8 @@ struct Pair {
   const Camera& reference;
   const Camera& source;
   Eigen::Vector3d reference_center, source_center;
-  double epsilon;  // of Eq. 1
+  double epsilon;       // of Eq. 1
+  double widest_angle;  // radians
 };
 
 // False when the point is behind one of the cameras, or when `inside` asks for it and the source's image
@@ -76,6 +79,7 @@ bool Measure(const Pair& pair, const Eigen::Vector3d& world, bool inside, Sample
   const Eigen::Vector3d moved = in_source + pair.epsilon * (pair.source.pose.rotation * from_reference);
   if (moved.z() <= 0) return false;
   sample->angle = static_cast<float>(AngleBetween(from_reference, from_source));
+  if (sample->angle > pair.widest_angle) return false;
   sample->displacement = static_cast<float>((Project(k, moved) - pixel).norm());
   const double scale = FocalLength(k) / in_source.z() * depth_reference / FocalLength(pair.reference.pinhole);
   sample->log_scale = static_cast<float>(std::log(scale));
@@ -104,8 +108,12 @@ class Ranking {
       : views_(views), centers_(centers), options_(options), reference_(reference) {}
 
   Pair MakePair(int source) const {
-    return {views_[reference_].camera, views_[source].camera, centers_[reference_], centers_[source],
-            options_.displacement_epsilon};
+    return {views_[reference_].camera,
+            views_[source].camera,
+            centers_[reference_],
+            centers_[source],
+            options_.displacement_epsilon,
+            options_.formulas == Formulas::kPaper ? std::numbers::pi : kWidestAngle};
   }
 
   // Groups the samples by source view.

@@ -68,8 +68,8 @@ TEST(SparseDepth, RangeIgnoresOnePerCentAndAddsAMargin) {
   TwoViews two;
   for (int k = 0; k <= 200; ++k) two.Add({0, 0, 10 + 0.05 * k}, 0);  // depths 10 to 20
   const SparseDepth sparse = SparseDepthSource(two.views, two.scene).ForView(1);
-  EXPECT_FLOAT_EQ(sparse.range.min, 10.1f / 1.5f);
-  EXPECT_FLOAT_EQ(sparse.range.max, 19.9f * 1.5f);
+  EXPECT_FLOAT_EQ(sparse.range.min, 10.1f / 2);
+  EXPECT_FLOAT_EQ(sparse.range.max, 19.9f * 2);
 }
 
 TEST(SparseDepth, AViewWithoutPointsBorrowsItsFrustumsPoints) {
@@ -84,8 +84,8 @@ TEST(SparseDepth, AViewWithoutPointsBorrowsItsFrustumsPoints) {
   for (int k = 0; k < 20; ++k) scene.AddPoint({100, 0, 1}, track);  // outside the third view
   const SparseDepth sparse = SparseDepthSource(two.views, scene).ForView(2);
   EXPECT_TRUE(sparse.points.empty());
-  EXPECT_FLOAT_EQ(sparse.range.min, 15 / 1.5f);
-  EXPECT_FLOAT_EQ(sparse.range.max, 15 * 1.5f);
+  EXPECT_FLOAT_EQ(sparse.range.min, 15 / 2.0f);
+  EXPECT_FLOAT_EQ(sparse.range.max, 15 * 2.0f);
 }
 
 TEST(SparseDepth, WithoutAnyPointTheBaselinesSetTheRange) {

@@ -125,6 +125,36 @@ TEST(ViewSelection, DoesNotDependOnTheOrderOfViewsOrTheOriginOfTheWorld) {
   EXPECT_EQ(select({6, 2, 0, 5, 1, 4, 3}, {1 << 20, -(1 << 20), 1 << 10}), expected);
 }
 
+TEST(ViewSelection, PointsSeenAtTooWideAnAngleDoNotCount) {
+  // Seen from x = 0 and x = 20 at depth 10, the point is 63 degrees apart; from x = 16, 58 degrees.
+  const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {20, 0, 0}),
+                                        MakeView(3, {16, 0, 0})};
+  SparseScene scene = EmptyScene(views);
+  for (int k = 0; k < 10; ++k) AddPoint({0, 1, 2}, {0, 0, 10}, &scene);
+  const auto selected = ViewSelector(views, scene, {}).Select(0, 1);
+  ASSERT_EQ(selected.size(), 1u);
+  EXPECT_EQ(selected[0].view, 2);
+  for (const SourceView& source : ViewSelector(views, scene, {}).Select(0, 8)) {
+    if (source.view == 1) {
+      EXPECT_EQ(source.num_shared_points, 0);
+    }
+  }
+}
+
+// 10,000 views along a street: a pair costs only what it shares.
+TEST(ViewSelection, ScalesToLargeScenes) {
+  std::vector<SceneView> views;
+  for (int k = 0; k < 10000; ++k) views.push_back(MakeView(k + 1, {static_cast<double>(k), 0, 0}));
+  SparseScene scene = EmptyScene(views);
+  for (int k = 2; k < 9998; ++k) {
+    for (int p = 0; p < 20; ++p) AddPoint({k - 2, k - 1, k, k + 1, k + 2}, {k + 0.05 * p, 0, 10}, &scene);
+  }
+  const auto selected = SelectSourceViews(views, scene, {});
+  const auto neighbours = Ids(views, selected[5000]);
+  ASSERT_EQ(neighbours.size(), 8u);
+  for (const std::uint32_t id : neighbours) EXPECT_LE(std::abs(static_cast<int>(id) - 5001), 4);
+}
+
 TEST(ViewSelection, WithoutPointsTheCamerasDecide) {
   std::vector<SceneView> views;
   for (int k = 0; k < 8; ++k) views.push_back(MakeView(k + 1, {0.5 * k, 0, 0}));
