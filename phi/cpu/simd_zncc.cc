@@ -81,7 +81,10 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float u, 
   const VF x_center = hn::Set(df, u - 0.5f), y_center = hn::Set(df, v - 0.5f), zero = hn::Zero(df);
   const auto stride = hn::Set(Ints(), static_cast<std::int32_t>(reference.stride()));
   const int padded = static_cast<int>(window.dx.size());
-  const VF shift = hn::Set(df, SampleAt(reference.origin(), reference.stride(), u - 0.5f, v - 0.5f));
+  // The centre, clamped as all samples are: the padding repeats it and must not count in the sums.
+  const float x_shift = std::clamp(u - 0.5f, 0.0f, static_cast<float>(reference.width() - 1));
+  const float y_shift = std::clamp(v - 0.5f, 0.0f, static_cast<float>(reference.height() - 1));
+  const VF shift = hn::Set(df, SampleAt(reference.origin(), reference.stride(), x_shift, y_shift));
   Totals sum, squares;
   for (int i = 0; i < padded; i += kSimdChunk) {
     for (int p = 0; p < kParts; ++p) {

@@ -208,8 +208,7 @@ TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
         }
         if (expected[j] == kMaxCost) continue;
         ++compared[patch.level];
-        // Where the variance is a fraction of a squared grey level, so is the precision.
-        ASSERT_NEAR(actual[j], expected[j], 1e-2) << "pixel " << x << " " << y << ", view " << j;
+        ASSERT_NEAR(actual[j], expected[j], 1e-3) << "pixel " << x << " " << y << ", view " << j;
       }
     }
   }
