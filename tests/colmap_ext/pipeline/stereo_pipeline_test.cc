@@ -1,0 +1,302 @@
+#include "colmap_ext/pipeline/stereo_pipeline.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "phi/base/error.h"
+#include "tests/support/fake_backend.h"
+#include "tests/support/noise_workspace.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using test_support::FakeBackend;
+using test_support::FakeCalls;
+using test_support::HashMaps;
+using test_support::TemporaryFolder;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+constexpr int kNumImages = 5;
+
+class StereoPipelineTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
+  }
+
+  RunSummary Run(const std::filesystem::path& path) {
+    const Workspace workspace({.path = path});
+    const phi::SparseScene scene = MakeSparseScene(workspace.model());
+    StereoPipeline::Backends backends;
+    for (int i = 0; i < num_backends_; ++i) {
+      backends.push_back(std::make_unique<FakeBackend>(&calls_, num_concurrent_));
+    }
+    StereoPipeline pipeline(
+        workspace, MakeImageJobs(workspace, scene, "", options_.view_selection),
+        [](int) {
+          return phi::SparseDepth{{}, {1, 10}};
+        },
+        options_, {{"option", "value"}}, backends);
+    return pipeline.Run();
+  }
+  RunSummary Run() { return Run(folder_.path()); }
+
+  // The maps that an undisturbed run makes with the present options.
+  std::vector<std::string> CleanMaps() {
+    const TemporaryFolder clean;
+    test_support::WriteNoiseWorkspace(clean.path(), {.num_images = kNumImages});
+    FakeCalls* const calls = &calls_;
+    const auto on_call = std::exchange(calls->on_call, nullptr);
+    Run(clean.path());
+    calls->on_call = on_call;
+    calls->estimates = calls->filters = calls->inferences = 0;
+    return HashMaps(clean.path());
+  }
+
+  std::filesystem::path DepthPath(int image, const std::string& kind) const {
+    return folder_ / "stereo/depth_maps" / (names_[image] + "." + kind + ".bin");
+  }
+
+  TemporaryFolder folder_;
+  std::vector<std::string> names_;
+  PipelineOptions options_;
+  FakeCalls calls_;
+  int num_backends_ = 1, num_concurrent_ = 1;
+};
+
+TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
+  const RunSummary summary = Run();
+  EXPECT_TRUE(summary.failures.empty());
+  EXPECT_EQ(summary.num_images, kNumImages);
+  // Per image: depth and normals of three kinds, and a mask. Nothing else stays.
+  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 7));
+  EXPECT_EQ(calls_.estimates, kNumImages);
+  EXPECT_EQ(calls_.inferences, kNumImages);
+  EXPECT_EQ(calls_.filters, 2 * kNumImages);
+}
+
+TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
+  Run();
+  // What the fake filter does, by hand at one pixel that it keeps: reference + 0.1 * sum of all sources' raw depths.
+  constexpr int kX = 1, kY = 0;
+  std::vector<float> raw;
+  for (int i = 0; i < kNumImages; ++i) raw.push_back(ReadDepthMap(DepthPath(i, "photometric"))(kX, kY));
+  const float measured = ReadDepthMap(DepthPath(2, "measured"))(kX, kY);
+  EXPECT_NEAR(measured, raw[2] + 0.1f * (raw[0] + raw[1] + raw[3] + raw[4]), 1e-3f * measured);
+}
+
+TEST_F(StereoPipelineTest, FilledMaskHoldsOnlyPixelsThatTheSecondFilterKept) {
+  Run();
+  const auto depth = ReadDepthMap(DepthPath(0, "geometric"));
+  const auto filled = ReadMask(folder_ / "stereo/filled_masks" / (names_[0] + ".png"));
+  // The fake estimator leaves every fifth pixel empty, its filter removes every seventh.
+  EXPECT_EQ(filled(5, 0), 255);
+  EXPECT_GT(depth(5, 0), 0);
+  EXPECT_EQ(filled(1, 0), 0);
+  EXPECT_GT(depth(1, 0), 0);
+  EXPECT_EQ(filled(7, 0), 0);
+  EXPECT_EQ(depth(7, 0), 0);
+}
+
+TEST_F(StereoPipelineTest, BytesDependNeitherOnWorkersNorOnMemory) {
+  const auto expected = CleanMaps();
+  calls_.duration = std::chrono::milliseconds(2);
+  for (const auto& [num_backends, num_concurrent, cache_bytes] : {std::tuple{1, 3, std::int64_t{1} << 30},
+                                                                  {3, 2, std::int64_t{1} << 30},
+                                                                  {1, 1, std::int64_t{1}},
+                                                                  {2, 2, std::int64_t{1}},
+                                                                  {2, 2, std::int64_t{20000}}}) {
+    TemporaryFolder other;
+    test_support::WriteNoiseWorkspace(other.path(), {.num_images = kNumImages});
+    num_backends_ = num_backends;
+    num_concurrent_ = num_concurrent;
+    options_.cache_bytes = cache_bytes;
+    Run(other.path());
+    EXPECT_EQ(HashMaps(other.path()), expected)
+        << num_backends << " x " << num_concurrent << ", " << cache_bytes;
+  }
+}
+
+TEST_F(StereoPipelineTest, RunsAsManyImagesAtOnceAsTheBackendsAskFor) {
+  calls_.duration = std::chrono::milliseconds(20);
+  num_backends_ = 2;
+  num_concurrent_ = 2;
+  Run();
+  EXPECT_GT(calls_.most_at_once, 1);
+  EXPECT_LE(calls_.most_at_once, 4);
+}
+
+TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
+  const std::int64_t map_bytes = 24 * 16 * 16;
+  options_.cache_bytes = 3 * map_bytes;
+  const RunSummary summary = Run();
+  // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
+  EXPECT_LE(summary.peak_cache_bytes, options_.cache_bytes + 5 * map_bytes);
+  options_.cache_bytes = std::int64_t{1} << 30;
+  options_.stereo.seed = 1;
+  EXPECT_GT(Run().peak_cache_bytes, 15 * map_bytes);
+}
+
+TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
+  Run();
+  calls_.estimates = calls_.filters = calls_.inferences = 0;
+  const RunSummary summary = Run();
+  EXPECT_EQ(calls_.estimates + calls_.filters + calls_.inferences, 0);
+  EXPECT_EQ(summary.num_images_kept, kNumImages);
+}
+
+TEST_F(StereoPipelineTest, OtherOptionsMakeOnlyWhatDependsOnThem) {
+  Run();
+  calls_.estimates = calls_.filters = calls_.inferences = 0;
+  options_.filter.max_normal_error = 20;
+  Run();
+  EXPECT_EQ(calls_.estimates, 0);
+  EXPECT_EQ(calls_.filters, 2 * kNumImages);
+  options_.stereo.seed = 5;
+  Run();
+  EXPECT_EQ(calls_.estimates, kNumImages);
+}
+
+TEST_F(StereoPipelineTest, GoesOnAfterABreakInEachStageWithTheBytesOfACleanRun) {
+  const auto expected = CleanMaps();
+  for (const std::string stage : {"estimate", "filter", "infer"}) {
+    TemporaryFolder other;
+    test_support::WriteNoiseWorkspace(other.path(), {.num_images = kNumImages});
+    std::atomic<int> count{0};
+    calls_.on_call = [&](const std::string& s, const std::string&) {
+      if (s == stage && ++count == 3) throw std::runtime_error("power cut");
+    };
+    EXPECT_THROW(Run(other.path()), std::runtime_error);
+    calls_.on_call = nullptr;
+    calls_.estimates = 0;
+    Run(other.path());
+    EXPECT_EQ(HashMaps(other.path()), expected) << stage;
+    EXPECT_EQ(calls_.estimates, stage == "estimate" ? kNumImages - 2 : 0) << stage;
+  }
+}
+
+TEST_F(StereoPipelineTest, MakesADamagedMapAgain) {
+  Run();
+  const auto expected = HashMaps(folder_.path());
+  std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
+  std::filesystem::remove(DepthPath(2, "geometric"));
+  calls_.estimates = 0;
+  Run();
+  EXPECT_EQ(calls_.estimates, 1);
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
+}
+
+TEST_F(StereoPipelineTest, RefusesMapsOfAnotherProgramUnlessToldToReplaceThem) {
+  test_support::WriteBytes(DepthPath(3, "geometric"), "foreign");
+  try {
+    Run();
+    FAIL() << "foreign map accepted";
+  } catch (const phi::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("3.png.geometric.bin"));
+    EXPECT_THAT(error.what(), HasSubstr("--overwrite true"));
+  }
+  EXPECT_EQ(test_support::ReadBytes(DepthPath(3, "geometric")), "foreign");
+  EXPECT_EQ(calls_.estimates, 0);
+  options_.overwrite = true;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
+  const auto image = folder_ / "images" / names_[1];
+  const std::string bytes = test_support::ReadBytes(image);
+  std::filesystem::remove(image);
+  const RunSummary summary = Run();
+  ASSERT_THAT(summary.failures, SizeIs(1));
+  EXPECT_EQ(summary.failures[0].image, names_[1]);
+  EXPECT_THAT(summary.failures[0].message, HasSubstr(image.string()));
+  EXPECT_FALSE(std::filesystem::exists(DepthPath(1, "photometric")));
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(4, "geometric")));
+  test_support::WriteBytes(image, bytes);
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
+  test_support::WriteBytes(folder_ / "images" / names_[1], "not a picture");
+  const RunSummary first = Run();
+  ASSERT_THAT(first.failures, SizeIs(1));
+  EXPECT_EQ(first.failures[0].image, names_[1]);
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(0, "geometric")));
+  calls_.estimates = calls_.filters = 0;
+  EXPECT_THAT(Run().failures, SizeIs(1));
+  EXPECT_EQ(calls_.estimates, 0);
+  EXPECT_EQ(calls_.filters, 0);
+}
+
+TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  options_.allow_missing_files = true;
+  EXPECT_TRUE(Run().failures.empty());
+}
+
+TEST_F(StereoPipelineTest, ErrorOfTheDeviceEndsTheRun) {
+  calls_.on_call = [](const std::string&, const std::string&) {
+    throw phi::ResourceError("out of device memory");
+  };
+  EXPECT_THROW(Run(), phi::ResourceError);
+}
+
+TEST_F(StereoPipelineTest, WithoutGeometricConsistencyThePhotometricMapsAreFiltered) {
+  options_.geom_consistency = false;
+  Run();
+  EXPECT_EQ(calls_.filters, kNumImages);
+  EXPECT_EQ(calls_.inferences, 0);
+  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 2));  // the raw maps are gone
+  EXPECT_EQ(ReadDepthMap(DepthPath(0, "photometric"))(7, 0), 0);  // the fake filter was here
+  calls_.estimates = calls_.filters = 0;
+  Run();
+  EXPECT_EQ(calls_.estimates + calls_.filters, 0);
+}
+
+TEST_F(StereoPipelineTest, WithoutAnyFilterThePhotometricMapsAreTheEstimate) {
+  options_.geom_consistency = false;
+  options_.filter_maps = false;
+  Run();
+  EXPECT_EQ(calls_.filters, 0);
+  EXPECT_GT(ReadDepthMap(DepthPath(0, "photometric"))(7, 0), 0);
+}
+
+TEST_F(StereoPipelineTest, WithoutInferenceTheGeometricMapsAreTheMeasuredOnes) {
+  options_.inference.mode = phi::InferenceMode::kOff;
+  Run();
+  EXPECT_EQ(calls_.inferences, 0);
+  EXPECT_EQ(test_support::ReadBytes(DepthPath(0, "geometric")),
+            test_support::ReadBytes(DepthPath(0, "measured")));
+}
+
+TEST_F(StereoPipelineTest, GuidedPassesStartFromTheMapsOfAllViews) {
+  const auto unguided = CleanMaps();
+  options_.num_guided_passes = 2;
+  Run();
+  EXPECT_EQ(calls_.estimates, 3 * kNumImages);
+  EXPECT_EQ(calls_.guided, 2 * kNumImages);
+  const auto guided = HashMaps(folder_.path());
+  EXPECT_EQ(guided.size(), unguided.size());  // no maps of the passes between stay
+  EXPECT_NE(guided, unguided);
+  calls_.estimates = 0;
+  Run();
+  EXPECT_EQ(calls_.estimates, 0);
+}
+
+TEST_F(StereoPipelineTest, CostMapsOnRequest) {
+  options_.write_cost_maps = true;
+  Run();
+  EXPECT_FLOAT_EQ(ReadDepthMap(folder_ / "stereo/cost_maps" / (names_[0] + ".photometric.bin"))(3, 3), 0.25f);
+}
+
+}  // namespace
+}  // namespace colmap_ext

@@ -1,0 +1,107 @@
+// A backend whose results depend on every input in a known way, and that notes how it was called.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "phi/backend.h"
+
+namespace test_support {
+
+// Shared by the backends of a test.
+struct FakeCalls {
+  std::atomic<int> estimates{0}, filters{0}, inferences{0};
+  std::atomic<int> running{0}, most_at_once{0};
+  std::atomic<int> guided{0};  // estimations that got maps to start from
+  // Called at the start of each call with the stage ("estimate", ...) and the reference's name; may throw.
+  std::function<void(const std::string& stage, const std::string& image)> on_call;
+  std::chrono::milliseconds duration{0};
+};
+
+class FakeBackend : public phi::Backend {
+ public:
+  FakeBackend(FakeCalls* calls, int num_concurrent) : calls_(*calls), num_concurrent_(num_concurrent) {}
+
+  std::string Name() const override { return "fake"; }
+  int NumConcurrentImages() const override { return num_concurrent_; }
+
+  // Depth: a number of the pixel, the seed, the images and the maps that came in. Every fifth pixel has none.
+  phi::EstimationResult Estimate(const phi::EstimationInput& input,
+                                 const phi::StereoOptions& options) override {
+    const Call call(this, "estimate", *input.reference.view);
+    ++calls_.estimates;
+    if (input.initial) ++calls_.guided;
+    const phi::GrayImage& gray = *input.reference.image;
+    phi::EstimationResult result{phi::PlaneMap(gray.width(), gray.height()),
+                                 phi::CostMap(gray.width(), gray.height(), 0.25f)};
+    for (std::size_t i = 0; i < gray.size(); ++i) {
+      float depth = 1 + gray.data()[i] + 0.5f * static_cast<float>(options.seed);
+      for (const phi::ViewImage& source : input.sources) depth += 0.01f * source.image->data()[i];
+      if (input.initial) depth += 0.001f * input.initial->data()[i].depth;
+      for (const auto& map : input.source_maps) depth += map ? 0.0001f * map->data()[i].depth : 7;
+      result.map.data()[i] = {{0, 0, -1}, i % 5 == 0 ? 0 : depth};
+    }
+    return result;
+  }
+
+  // Depth of the reference plus a share of the sources' depths: shows which maps a filter has read.
+  phi::PlaneMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
+    const Call call(this, "filter", *input.reference.view);
+    ++calls_.filters;
+    phi::PlaneMap map = *input.reference.map;
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      float& depth = map.data()[i].depth;
+      if (!(depth > 0)) continue;
+      for (const phi::ViewMap& source : input.sources)
+        depth += source.map ? 0.1f * source.map->data()[i].depth : 3;
+      if (i % 7 == 0) map.data()[i] = {};
+    }
+    return map;
+  }
+
+  phi::InferenceResult Infer(const phi::InferenceInput& input, const phi::StereoOptions&,
+                             const phi::InferenceOptions&) override {
+    const Call call(this, "infer", *input.reference.view);
+    ++calls_.inferences;
+    phi::InferenceResult result{
+        *input.measured, phi::Mask(input.measured->width(), input.measured->height()), {}};
+    for (std::size_t i = 0; i < result.map.size(); ++i) {
+      if (result.map.data()[i].depth > 0) continue;
+      result.map.data()[i] = {{0, 0, -1}, 1000};
+      result.filled.data()[i] = 255;
+    }
+    return result;
+  }
+
+ private:
+  // Counts the calls that run at once.
+  struct Call {
+    Call(FakeBackend* backend, const std::string& stage, const phi::SceneView& view)
+        : calls(backend->calls_) {
+      const int now = ++calls.running;
+      int most = calls.most_at_once;
+      while (most < now && !calls.most_at_once.compare_exchange_weak(most, now)) {
+      }
+      try {
+        if (calls.on_call) calls.on_call(stage, view.name);
+      } catch (...) {
+        --calls.running;
+        throw;
+      }
+      std::this_thread::sleep_for(calls.duration);
+    }
+    ~Call() { --calls.running; }
+    FakeCalls& calls;
+  };
+
+  FakeCalls& calls_;
+  int num_concurrent_;
+};
+
+}  // namespace test_support
