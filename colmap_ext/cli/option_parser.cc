@@ -206,8 +206,14 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
     description.add_options()(option.name.c_str(), po::value<std::string>(), "");
   Values values;
   try {
+    const auto options = po::command_line_parser(argc, argv).options(description).run();
+    for (const auto& option : options.options) {
+      if (option.position_key < 0) continue;
+      throw phi::UsageError("'" + option.value.front() + "' belongs to no option; see `phimvs " + command_ +
+                            " --help`");
+    }
     po::variables_map parsed;
-    po::store(po::parse_command_line(argc, argv, description), parsed);
+    po::store(options, parsed);
     *help = parsed.count("help") > 0;
     for (const auto& [name, value] : parsed) {
       if (name != "help") values.emplace_back(name, value.as<std::string>());

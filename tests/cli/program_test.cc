@@ -1,0 +1,233 @@
+// The program as a user meets it: help, exit codes, messages, signals, going on after a kill.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "tests/support/noise_workspace.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/watched_program.h"
+
+namespace {
+
+using test_support::TemporaryFolder;
+using test_support::WatchedResult;
+using test_support::WatchOptions;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+
+WatchedResult RunPhimvs(const std::vector<std::string>& arguments, const WatchOptions& options = {}) {
+  return test_support::RunWatchedProgram(PHIMVS_BINARY, arguments, options);
+}
+
+// Small enough for a unit test, several steps long.
+std::vector<std::string> StereoArguments(const std::filesystem::path& workspace) {
+  return {"patch_match_stereo", "--workspace_path", workspace.string(), "--PhiStereo.backend", "cpu"};
+}
+
+WatchedResult RunStereo(const std::filesystem::path& workspace, std::vector<std::string> more = {},
+                        const WatchOptions& options = {}) {
+  std::vector<std::string> arguments = StereoArguments(workspace);
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return RunPhimvs(arguments, options);
+}
+
+int CountMaps(const std::filesystem::path& workspace, const std::string& kind) {
+  const auto folder = workspace / "stereo/depth_maps/a";
+  int count = 0;
+  if (!std::filesystem::exists(folder)) return 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    count += entry.path().filename().string().find("png." + kind + ".bin") != std::string::npos;
+  }
+  return count;
+}
+
+// Sends `signal` once as many maps of a kind are there as asked for.
+WatchOptions SignalAt(const std::filesystem::path& workspace, const std::string& kind, int num_maps,
+                      int signal) {
+  return {.while_running = [workspace, kind, num_maps, signal, sent = false](pid_t pid) mutable {
+    if (sent || CountMaps(workspace, kind) < num_maps) return;
+    sent = true;
+    kill(pid, signal);
+  }};
+}
+
+TEST(ProgramTest, HelpAndVersionGoToStdout) {
+  for (const char* argument : {"help", "-h", "--help"}) {
+    const WatchedResult result = RunPhimvs({argument});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.out, HasSubstr("patch_match_stereo"));
+    EXPECT_EQ(result.err, "");
+  }
+  EXPECT_THAT(RunPhimvs({"version"}).out, MatchesRegex("phimvs [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  for (const char* argument : {"-h", "--help"}) {
+    const WatchedResult result = RunPhimvs({"patch_match_stereo", argument});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.out, HasSubstr("--PatchMatchStereo.window_radius arg (=7)"));
+    EXPECT_THAT(result.out, HasSubstr("[pixels]"));
+    EXPECT_EQ(result.err, "");
+  }
+}
+
+TEST(ProgramTest, UsageErrorsEndWithOne) {
+  EXPECT_EQ(RunPhimvs({}).exit_code, 1);
+  const WatchedResult unknown = RunPhimvs({"patchmatch"});
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.err, HasSubstr("there is no command 'patchmatch'"));
+  EXPECT_EQ(unknown.out, "");
+
+  const WatchedResult missing = RunPhimvs({"patch_match_stereo"});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.err, HasSubstr("--workspace_path is required"));
+  EXPECT_EQ(RunStereo("x", {"--PatchMatchStereo.no_such_option", "1"}).exit_code, 1);
+  const WatchedResult value = RunStereo("x", {"--PatchMatchStereo.geom_consistency", "maybe"});
+  EXPECT_EQ(value.exit_code, 1);
+  EXPECT_THAT(value.err,
+              HasSubstr("--PatchMatchStereo.geom_consistency is 'maybe', but must be true, false, 1 or 0"));
+  const WatchedResult range = RunStereo("x", {"--PatchMatchStereo.num_iterations", "0"});
+  EXPECT_EQ(range.exit_code, 1);
+  EXPECT_THAT(range.err, HasSubstr("--PatchMatchStereo.num_iterations is 0, but must be between 1 and 100"));
+  EXPECT_EQ(RunStereo("x", {"--PatchMatchStereo.depth_min", "2"}).exit_code, 1);
+  EXPECT_EQ(RunStereo("x", {"--workspace_format", "PMVS"}).exit_code, 1);
+}
+
+TEST(ProgramTest, BadInputEndsWithTwoAndNamesIt) {
+  const WatchedResult nowhere = RunStereo("/no/such/workspace");
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("/no/such/workspace"));
+  const WatchedResult project = RunStereo("x", {"--project_path", "/no/such/file.ini"});
+  EXPECT_EQ(project.exit_code, 2);
+  EXPECT_THAT(project.err, HasSubstr("/no/such/file.ini"));
+  EXPECT_THAT(project.out, Not(HasSubstr("error")));
+}
+
+TEST(ProgramTest, ForeignMapsEndWithTwoUnlessOverwritten) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 3});
+  const auto foreign = folder / "stereo/depth_maps/a/1.png.photometric.bin";
+  test_support::WriteBytes(foreign, "24&16&1&");
+  const WatchedResult refused = RunStereo(folder.path());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr(foreign.string()));
+  EXPECT_THAT(refused.err, HasSubstr("--overwrite true"));
+  EXPECT_EQ(RunStereo(folder.path(), {"--overwrite", "true"}).exit_code, 0);
+  EXPECT_EQ(RunStereo(folder.path()).exit_code, 0);  // by now the maps are ours
+}
+
+TEST(ProgramTest, MissingImageEndsWithFourAndTheOthersAreDone) {
+  const TemporaryFolder folder;
+  const auto names = test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 4});
+  std::filesystem::remove(folder / "images" / names[2]);
+  const WatchedResult result = RunStereo(folder.path());
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr("1 of 4 images failed"));
+  EXPECT_THAT(result.err, HasSubstr((folder / "images" / names[2]).string()));
+  EXPECT_EQ(CountMaps(folder.path(), "geometric"), 3);
+}
+
+TEST(ProgramTest, UnwritableWorkspaceIsBadInput) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path());
+  std::filesystem::permissions(folder / "stereo",
+                               std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_EQ(RunStereo(folder.path()).exit_code, 2);
+  std::filesystem::permissions(folder / "stereo", std::filesystem::perms::owner_all);
+}
+
+TEST(ProgramTest, SummaryTellsTimesAndMemory) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 3});
+  const WatchedResult result = RunStereo(folder.path());
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(result.err, HasSubstr("PatchMatchStereo: "));  // the effective options
+  EXPECT_THAT(result.err, HasSubstr("backend: cpu"));
+  EXPECT_THAT(result.err, HasSubstr("time: photometric"));
+  EXPECT_THAT(result.err, HasSubstr("memory: peak "));
+  EXPECT_THAT(result.err, HasSubstr("images/s"));
+}
+
+class InterruptionTest : public ::testing::Test {
+ protected:
+  static constexpr int kNumImages = 6;
+
+  void SetUp() override {
+    const TemporaryFolder clean;
+    test_support::WriteNoiseWorkspace(clean.path(), kOptions);
+    ASSERT_EQ(RunStereo(clean.path()).exit_code, 0);
+    expected_ = test_support::HashMaps(clean.path());
+  }
+
+  static constexpr test_support::NoiseWorkspaceOptions kOptions{
+      .num_images = kNumImages, .width = 48, .height = 32};
+  std::vector<std::string> expected_;
+};
+
+TEST_F(InterruptionTest, KilledRunGoesOnToTheBytesOfACleanRun) {
+  for (const auto& [kind, num_maps] :
+       {std::pair{"photometric", 1}, {"photometric", 4}, {"measured", 2}, {"geometric", 3}}) {
+    const TemporaryFolder folder;
+    test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+    RunStereo(folder.path(), {}, SignalAt(folder.path(), kind, num_maps, SIGKILL));
+    const WatchedResult second = RunStereo(folder.path());
+    EXPECT_EQ(second.exit_code, 0) << second.err;
+    EXPECT_EQ(test_support::HashMaps(folder.path()), expected_) << kind << " " << num_maps;
+  }
+}
+
+TEST_F(InterruptionTest, SignalsStopCleanlyAndSayHowToGoOn) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const TemporaryFolder folder;
+    test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+    const WatchedResult first =
+        RunStereo(folder.path(), {}, SignalAt(folder.path(), "photometric", 1, signal));
+    EXPECT_EQ(first.exit_code, 128 + signal);
+    EXPECT_THAT(first.err, HasSubstr("the same command goes on where this one stopped"));
+    const int num_kept = CountMaps(folder.path(), "photometric");
+    EXPECT_GE(num_kept, 1);
+    EXPECT_LT(num_kept, kNumImages);
+    EXPECT_EQ(RunStereo(folder.path()).exit_code, 0);
+    EXPECT_EQ(test_support::HashMaps(folder.path()), expected_);
+  }
+}
+
+TEST_F(InterruptionTest, BytesDependOnNeitherThreadsNorCache) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+  EXPECT_EQ(RunStereo(folder.path(),
+                      {"--PatchMatchStereo.num_threads", "1", "--PatchMatchStereo.cache_size", "1e-6"})
+                .exit_code,
+            0);
+  EXPECT_EQ(test_support::HashMaps(folder.path()), expected_);
+}
+
+TEST_F(InterruptionTest, TerminalShowsABar) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+  const WatchedResult result = RunStereo(folder.path(), {}, {.terminal = true});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("\r\033[K["));
+  EXPECT_THAT(result.err, HasSubstr("images, time left"));
+}
+
+TEST_F(InterruptionTest, SecondProcessInTheSameWorkspaceIsRefused) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+  WatchedResult second;
+  bool tried = false;
+  RunStereo(folder.path(), {}, {.while_running = [&](pid_t pid) {
+              if (tried || CountMaps(folder.path(), "photometric") < 1) return;
+              tried = true;
+              kill(pid, SIGSTOP);
+              second = RunStereo(folder.path());
+              kill(pid, SIGCONT);
+            }});
+  ASSERT_TRUE(tried);
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_THAT(second.err, HasSubstr("another phimvs is at work"));
+}
+
+}  // namespace
