@@ -25,5 +25,6 @@ int RunPatchMatchStereo(int argc, char** argv);
 int RunWorkspaceChecker(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);
 int RunMakeScene(int argc, char** argv);
+int RunReport(int argc, char** argv);
 
 }  // namespace colmap_ext

@@ -11,6 +11,7 @@ constexpr Command kCommands[] = {
     {"workspace_checker", "lists every problem of a workspace at once", RunWorkspaceChecker},
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},
     {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},
+    {"report", "one self-contained HTML page about a workspace", RunReport},
 };
 
 }  // namespace

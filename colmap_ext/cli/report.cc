@@ -1,0 +1,40 @@
+// phimvs report: one HTML page about a workspace.
+#include "colmap_ext/report/report.h"
+
+#include <sstream>
+
+#include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/option_parser.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+
+int RunReport(int argc, char** argv) {
+  ReportOptions o;
+  std::string evaluations;
+  OptionParser parser("report", "One self-contained HTML page about a workspace");
+  parser.Add("workspace_path", &o.workspace, "Undistorted COLMAP workspace with maps").Required();
+  parser.Add("output_path", &o.output, "The page (.html)").Required();
+  parser.Add("cloud_path", &o.cloud, "Cloud to show; default: fused.ply of the workspace, where it exists");
+  parser.Add("evaluation_path", &evaluations,
+             "Scores that phimvs evaluate wrote; several separated by commas");
+  parser.Add("truth_depth_maps", &o.truth_depth_maps, "True depths to compare with, as for phimvs evaluate");
+  parser.Add("truth_depth_scale", &o.values_per_unit, "Value of one world unit in 16-bit .png depths");
+  parser.Add("compare_workspace_path", &o.compare_workspace,
+             "Workspace with another program's geometric maps");
+  parser.Add("compare_name", &o.compare_name, "That program's name");
+  parser.Add("picture_size", &o.picture_size, "Longest side of the pictures").Unit("pixels");
+  parser.Add("max_images", &o.max_images,
+             "Images with pictures, evenly over the workspace; figures are for all");
+  parser.Add("max_points", &o.max_points, "Points of the cloud to show");
+  if (!parser.Parse(argc, argv)) return 0;
+  std::istringstream paths(evaluations);
+  for (std::string path; std::getline(paths, path, ',');) o.evaluations.emplace_back(path);
+  if (const std::string error = o.Check(); !error.empty()) throw phi::UsageError("report: " + error);
+  WriteReport(o);
+  phi::LogInfo("wrote " + o.output.string());
+  return 0;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,155 @@
+#include "colmap_ext/report/report.h"
+
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/report/report_cloud.h"
+#include "colmap_ext/report/report_images.h"
+#include "colmap_ext/report/report_page.h"
+#include "colmap_ext/workspace.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ReadJson(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  if (!stream) throw phi::InputError("cannot read " + path.string());
+  Json json = Json::parse(stream, nullptr, false);
+  if (json.is_discarded()) throw phi::InputError(path.string() + " is not JSON");
+  return json;
+}
+
+Json ToJson(const ReportImage& image) {
+  Json pictures = Json::array();
+  for (const ReportPicture& p : image.pictures) {
+    pictures.push_back({{"title", p.title}, {"uri", p.uri}, {"caption", p.caption}});
+  }
+  return {{"name", image.name},           {"photometric", image.photometric}, {"measured", image.measured},
+          {"geometric", image.geometric}, {"filled", image.filled},           {"pictures", pictures}};
+}
+
+// Sums the tasks of stereo/phimvs.json by kind of result, and collects what they warned of.
+void AddRun(const std::filesystem::path& record_path, Json& report) {
+  const Json record = ReadJson(record_path);
+  report["version"] = record.value("version", "");
+  report["options"] = record.value("options", Json::object());
+  Json stages = Json::object();
+  const Json images = record.value("images", Json::object());
+  for (const auto& [image, kinds] : images.items()) {
+    for (const auto& [kind, task] : kinds.items()) {
+      Json& stage = stages[kind];
+      if (stage.is_null()) stage = Json::object();
+      const std::string state = task.value("state", "");
+      stage["done"] = stage.value("done", 0) + (state == "done" ? 1 : 0);
+      stage["failed"] = stage.value("failed", 0) + (state == "failed" ? 1 : 0);
+      stage["seconds"] = stage.value("seconds", 0.0) + task.value("seconds", 0.0);
+      stage["peak_memory_bytes"] = std::max(stage.value("peak_memory_bytes", std::int64_t{0}),
+                                            task.value("peak_memory_bytes", std::int64_t{0}));
+      for (const auto& warning : task.value("warnings", Json::array())) {
+        report["warnings"].push_back(image + " (" + kind + "): " + warning.get<std::string>());
+      }
+    }
+  }
+  report["stages"] = stages;
+}
+
+void AddImages(const Workspace& workspace, const ReportOptions& options, Json& report) {
+  Json images = Json::array();
+  for (const ReportImage& image : MakeReportImages(workspace, options)) {
+    images.push_back(ToJson(image));
+    for (const std::string& warning : image.warnings)
+      report["warnings"].push_back(image.name + ": " + warning);
+  }
+  report["images"] = images;
+}
+
+void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& report) {
+  for (const auto& path : paths) {
+    const Json scores = ReadJson(path);
+    if (!scores.contains("tolerances")) {
+      throw phi::InputError(path.string() +
+                            " holds no scores of a cloud; write it with phimvs evaluate --cloud_path");
+    }
+    report["evaluations"].push_back({{"name", path.stem().string()},
+                                     {"tolerances", scores["tolerances"]},
+                                     {"accuracy", scores.at("accuracy")},
+                                     {"completeness", scores.at("completeness")},
+                                     {"f1", scores.at("f1")}});
+  }
+}
+
+void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& report) {
+  const auto path = options.cloud.empty() ? options.workspace / "fused.ply" : options.cloud;
+  if (options.cloud.empty() && !std::filesystem::exists(path)) return;
+  const ReportCloud cloud = MakeReportCloud(path, options.max_points);
+  Json cameras = Json::array();
+  for (const phi::SceneView& view : workspace.views()) {
+    const Eigen::Vector3d c = view.camera.pose.Center();
+    const Eigen::Vector3d up = -view.camera.pose.rotation.row(1), forward = view.camera.pose.rotation.row(2);
+    cameras.push_back({{"center", {c.x(), c.y(), c.z()}},
+                       {"up", {up.x(), up.y(), up.z()}},
+                       {"forward", {forward.x(), forward.y(), forward.z()}}});
+  }
+  report["cloud"] = {{"file", path.string()},        {"num_points", cloud.num_points},
+                     {"num_shown", cloud.num_shown}, {"center", cloud.center},
+                     {"scale", cloud.scale},         {"positions", cloud.positions},
+                     {"colors", cloud.colors},       {"cameras", cameras}};
+}
+
+std::string Now() {
+  const std::time_t now = std::time(nullptr);
+  char text[64];
+  std::strftime(text, sizeof(text), "%Y-%m-%d %H:%M UTC", std::gmtime(&now));
+  return text;
+}
+
+// JSON inside a script element: "</script>" and "<!--" must not occur.
+std::string ForScript(const Json& json) {
+  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace), safe;
+  for (char c : text) {
+    if (c == '<') {
+      safe += "\\u003c";
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+}  // namespace
+
+std::string ReportOptions::Check() const {
+  if (picture_size < 64) return "--picture_size must be at least 64 pixels";
+  if (max_images < 1) return "--max_images must be at least 1";
+  if (max_points < 1) return "--max_points must be at least 1";
+  if (!(values_per_unit > 0)) return "--truth_depth_scale must be positive";
+  return "";
+}
+
+void WriteReport(const ReportOptions& options) {
+  WorkspaceOptions workspace_options;
+  workspace_options.path = options.workspace;
+  const Workspace workspace(workspace_options);
+  Json report = {{"workspace", std::filesystem::absolute(options.workspace).lexically_normal().string()},
+                 {"written", Now()},
+                 {"program", PHIMVS_VERSION},
+                 {"warnings", Json::array()},
+                 {"evaluations", Json::array()}};
+  const auto record = workspace.StereoFolder() / "phimvs.json";
+  if (std::filesystem::exists(record)) {
+    AddRun(record, report);
+  } else {
+    report["warnings"].push_back("stereo/phimvs.json is missing: times and settings are unknown");
+  }
+  AddImages(workspace, options, report);
+  AddEvaluations(options.evaluations, report);
+  AddCloud(options, workspace, report);
+  WriteFileAtomically(options.output, ReportPage(ForScript(report)));
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,28 @@
+// One self-contained HTML page about a workspace: what went in, what came out, how good and how long. It opens from
+// disk and needs no network.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace colmap_ext {
+
+struct ReportOptions {
+  std::filesystem::path workspace;  // --workspace_path
+  std::filesystem::path output;     // --output_path
+  std::filesystem::path cloud;      // --cloud_path; empty: fused.ply of the workspace where it exists
+  std::vector<std::filesystem::path> evaluations;  // --evaluation_path: files that `phimvs evaluate` wrote
+  std::filesystem::path truth_depth_maps;          // --truth_depth_maps; empty: none
+  double values_per_unit = 1000;                   // --truth_depth_scale, of 16-bit PNG truth
+  std::filesystem::path compare_workspace;  // --compare_workspace_path: geometric maps of another program
+  std::string compare_name = "COLMAP";      // --compare_name
+  int picture_size = 800;                   // --picture_size: longest side, pixels
+  int max_images = 40;                      // --max_images with pictures; figures are for all
+  int max_points = 250000;                  // --max_points of the cloud's view
+  std::string Check() const;
+};
+
+void WriteReport(const ReportOptions& options);
+
+}  // namespace colmap_ext

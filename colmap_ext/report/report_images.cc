@@ -1,0 +1,161 @@
+#include "colmap_ext/report/report_images.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+
+#include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/report/report_pictures.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+using DepthMap = phi::Array2D<float>;
+using TruthFiles = std::map<std::string, std::filesystem::path>;
+
+double ValidPercent(const DepthMap& depth) {
+  if (depth.empty()) return 0;
+  const auto valid = std::count_if(depth.begin(), depth.end(), [](float d) { return d > 0; });
+  return 100.0 * static_cast<double>(valid) / static_cast<double>(depth.size());
+}
+
+std::string RangeCaption(DepthRange range) {
+  char text[96];
+  std::snprintf(text, sizeof(text), "%.4g (near) to %.4g (far), world units", range.lower, range.upper);
+  return range.upper > 0 ? text : "no depth";
+}
+
+class ImageMaker {
+ public:
+  ImageMaker(const Workspace& workspace, const ReportOptions& options, const TruthFiles& truth, int image,
+             bool with_pictures)
+      : workspace_(workspace),
+        options_(options),
+        truth_(truth),
+        image_(image),
+        with_pictures_(with_pictures) {}
+
+  ReportImage Make() {
+    result_.name = workspace_.views()[image_].name;
+    const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
+    const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadDepthMap);
+    const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
+    const auto filled = Read(workspace_.FilledMaskPath(image_), ReadGrayImage);
+    if (photometric) result_.photometric = ValidPercent(*photometric);
+    if (measured) result_.measured = ValidPercent(*measured);
+    if (geometric) result_.geometric = ValidPercent(*geometric);
+    if (geometric && filled) result_.filled = FilledPercent(*geometric, *filled);
+    if (!photometric && !geometric) result_.warnings.push_back("has no depth map");
+    if (with_pictures_) AddPictures(photometric, measured, geometric, filled);
+    return std::move(result_);
+  }
+
+ private:
+  // None when the file is not there; a damaged file becomes a warning.
+  template <typename Reader>
+  auto Read(const std::filesystem::path& path, Reader read) -> std::optional<decltype(read(path))> {
+    if (!std::filesystem::exists(path)) return std::nullopt;
+    try {
+      return read(path);
+    } catch (const phi::InputError& error) {
+      result_.warnings.push_back(error.what());
+      return std::nullopt;
+    }
+  }
+
+  static double FilledPercent(const DepthMap& depth, const phi::Mask& filled) {
+    if (filled.size() != depth.size()) return -1;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < depth.size(); ++i) count += depth.data()[i] > 0 && filled.data()[i] > 0;
+    return 100.0 * static_cast<double>(count) / static_cast<double>(depth.size());
+  }
+
+  void Add(const std::string& title, std::string uri, const std::string& caption) {
+    result_.pictures.push_back({title, std::move(uri), caption});
+  }
+
+  void AddPictures(const std::optional<DepthMap>& photometric, const std::optional<DepthMap>& measured,
+                   const std::optional<DepthMap>& geometric, const std::optional<phi::Mask>& filled) {
+    const int side = options_.picture_size;
+    if (std::filesystem::exists(workspace_.ImagePath(image_))) {
+      Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), side), "undistorted photo");
+    } else {
+      result_.warnings.push_back("its photo is missing");
+    }
+    // One range for all depths of the image, so that equal colours are equal depths.
+    const auto& best = geometric ? geometric : measured ? measured : photometric;
+    if (!best) return;
+    const DepthRange range = RobustDepthRange(*best);
+    if (photometric) Add("Raw depth", DepthPicture(*photometric, range, side), RangeCaption(range));
+    if (measured)
+      Add("Measured depth", DepthPicture(*measured, range, side), "confirmed by other views; black: none");
+    if (geometric) Add("Final depth", DepthPicture(*geometric, range, side), RangeCaption(range));
+    const auto normals =
+        Read(workspace_.NormalMapPath(image_, geometric ? kGeometric : kPhotometric), ReadNormalMap);
+    if (normals)
+      Add("Normals", NormalPicture(*normals, side), "red right, green up, blue towards the camera");
+    const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric), ReadDepthMap);
+    if (cost) Add("Matching cost", CostPicture(*cost, side), "dark 0 (alike) to bright 2 (unlike)");
+    if (filled) Add("Filled mask", MaskPicture(*filled, side), "white: inferred, not measured");
+    AddDifferences(*best);
+  }
+
+  void AddDifferences(const DepthMap& depth) {
+    const std::string caption = "dark 0 to yellow 5 % of the depth or more; grey: not in both";
+    if (const auto file = truth_.find(result_.name); file != truth_.end()) {
+      const auto truth = Read(file->second, [&](const std::filesystem::path& p) {
+        return ReadTruthDepth(p, options_.values_per_unit);
+      });
+      if (truth) Add("Difference to truth", DifferencePicture(depth, *truth, options_.picture_size), caption);
+    }
+    if (options_.compare_workspace.empty()) return;
+    const auto other =
+        Read(options_.compare_workspace / "stereo" / "depth_maps" / (result_.name + ".geometric.bin"),
+             ReadDepthMap);
+    if (!other) {
+      result_.warnings.push_back("has no geometric depth map in " + options_.compare_workspace.string());
+      return;
+    }
+    Add("Depth, " + options_.compare_name,
+        DepthPicture(*other, RobustDepthRange(depth), options_.picture_size),
+        "same colours as the final depth");
+    Add("Difference to " + options_.compare_name, DifferencePicture(depth, *other, options_.picture_size),
+        caption);
+  }
+
+  const Workspace& workspace_;
+  const ReportOptions& options_;
+  const TruthFiles& truth_;
+  int image_;
+  bool with_pictures_;
+  ReportImage result_;
+};
+
+}  // namespace
+
+std::vector<ReportImage> MakeReportImages(const Workspace& workspace, const ReportOptions& options) {
+  const TruthFiles truth =
+      options.truth_depth_maps.empty() ? TruthFiles() : FindTruthMaps(options.truth_depth_maps);
+  const std::size_t count = workspace.views().size();
+  // Evenly over the sequence.
+  const std::size_t step = std::max<std::size_t>(1, (count + options.max_images - 1) / options.max_images);
+  std::vector<int> by_name(count);
+  std::iota(by_name.begin(), by_name.end(), 0);
+  std::sort(by_name.begin(), by_name.end(),
+            [&](int a, int b) { return workspace.views()[a].name < workspace.views()[b].name; });
+  std::vector<ReportImage> images(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    phi::ThrowIfCancelled();
+    images[i] = ImageMaker(workspace, options, truth, by_name[i], i % step == 0).Make();
+  });
+  return images;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,182 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/report/report_pictures.h"
+#include "colmap_ext/sparse_model.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using test_support::HasProgram;
+using test_support::ProgramResult;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kWidth = 64, kHeight = 48;
+
+// One red photo; a depth map that is valid in its left three quarters, of which the last was filled.
+void WriteWorkspace(const std::filesystem::path& dense) {
+  colmap_ext::SparseModel model;
+  model.cameras[1] = {1, 1, kWidth, kHeight, {60, 60, kWidth / 2.0, kHeight / 2.0}};
+  colmap_ext::SparseImage image;
+  image.image_id = 1;
+  image.camera_id = 1;
+  image.name = "a.png";
+  model.images.push_back(image);
+  std::filesystem::create_directories(dense / "sparse");
+  colmap_ext::WriteSparseModelBinary(model, dense / "sparse");
+  std::filesystem::create_directories(dense / "images");
+  cv::imwrite((dense / "images/a.png").string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(0, 0, 255)));
+
+  phi::Array2D<float> raw(kWidth, kHeight, 2.0f), measured(kWidth, kHeight), geometric(kWidth, kHeight);
+  cv::Mat filled(kHeight, kWidth, CV_8UC1, cv::Scalar(0));
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < 48; ++x) {
+      geometric(x, y) = 2;
+      if (x < 32) measured(x, y) = 2;
+      if (x >= 32) filled.at<std::uint8_t>(y, x) = 255;
+    }
+  }
+  const auto maps = dense / "stereo" / "depth_maps";
+  colmap_ext::WriteDepthMap(maps / "a.png.photometric.bin", raw);
+  colmap_ext::WriteDepthMap(maps / "a.png.measured.bin", measured);
+  colmap_ext::WriteDepthMap(maps / "a.png.geometric.bin", geometric);
+  std::filesystem::create_directories(dense / "stereo/filled_masks");
+  cv::imwrite((dense / "stereo/filled_masks/a.png.png").string(), filled);
+  WriteBytes(
+      dense / "stereo/phimvs.json",
+      R"({"version": "1.2.3", "options": {"PhiStereo.quality": "fast"}, "options_hash": "h", "images": {"a.png":
+             {"photometric": {"state": "done", "key": "k", "seconds": 2.5, "peak_memory_bytes": 5000000,
+              "warnings": ["</script> sees <one> view"]}}}})");
+  WriteBytes(dense / "fused.ply",
+             "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+             "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 2 9 8 7\n1 1 2 "
+             "255 0 0\n");
+  WriteBytes(
+      dense / "ours.json",
+      R"({"tolerances": [0.01, 0.02], "accuracy": [50, 60], "completeness": [70, 80], "f1": [58.3, 68.6]})");
+}
+
+class ReportCommand : public testing::Test {
+ protected:
+  ReportCommand() { WriteWorkspace(folder_ / "dense"); }
+
+  ProgramResult Write() {
+    return RunProgram({PHIMVS_BINARY, "report", "--workspace_path", folder_ / "dense", "--output_path",
+                       folder_ / "report.html", "--evaluation_path", folder_ / "dense/ours.json"});
+  }
+
+  // The data that the page draws from.
+  nlohmann::json Data() {
+    const std::string page = ReadBytes(folder_ / "report.html"),
+                      mark = "<script id=\"data\" type=\"application/json\">";
+    const std::size_t begin = page.find(mark) + mark.size();
+    return nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReportCommand, TellsCoverageTimesSettingsAndScores) {
+  const ProgramResult result = Write();
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json data = Data();
+  const auto& image = data["images"][0];
+  EXPECT_EQ(image["photometric"], 100.0);
+  EXPECT_EQ(image["measured"], 50.0);
+  EXPECT_EQ(image["geometric"], 75.0);
+  EXPECT_EQ(image["filled"], 25.0);
+  EXPECT_EQ(data["stages"]["photometric"]["seconds"], 2.5);
+  EXPECT_EQ(data["stages"]["photometric"]["peak_memory_bytes"], 5000000);
+  EXPECT_EQ(data["options"]["PhiStereo.quality"], "fast");
+  EXPECT_EQ(data["warnings"][0], "a.png (photometric): </script> sees <one> view");
+  EXPECT_EQ(data["evaluations"][0]["name"], "ours");
+  EXPECT_EQ(data["cloud"]["num_points"], 2);
+}
+
+TEST_F(ReportCommand, NeedsNoNetwork) {
+  ASSERT_EQ(Write().exit_code, 0);
+  const std::string page = ReadBytes(folder_ / "report.html");
+  EXPECT_THAT(page, Not(HasSubstr("src=\"http")));
+  EXPECT_THAT(page, Not(HasSubstr("href=\"http")));
+  EXPECT_THAT(page, Not(HasSubstr("@import")));
+  EXPECT_THAT(page, Not(HasSubstr("/*PAGE*/")));
+}
+
+TEST_F(ReportCommand, DamagedMapIsAWarningNotAnEnd) {
+  WriteBytes(folder_ / "dense/stereo/depth_maps/a.png.measured.bin", "64&48&1&short");
+  const ProgramResult result = Write();
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(Data()["warnings"].dump(), HasSubstr("a.png.measured.bin"));
+}
+
+TEST_F(ReportCommand, RefusesScoresOfAnotherKind) {
+  WriteBytes(folder_ / "dense/ours.json", "{}");
+  const ProgramResult result = Write();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("ours.json"));
+}
+
+// A real browser draws the page at a desktop's and at a phone's width.
+TEST_F(ReportCommand, BrowserDrawsIt) {
+  std::string browser;
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
+    if (browser.empty() && HasProgram(name)) browser = name;
+  }
+  if (browser.empty()) GTEST_SKIP() << "no chromium on PATH";
+  ASSERT_EQ(Write().exit_code, 0);
+  for (const char* size : {"1280,2600", "500,5600"}) {
+    const std::vector<std::string> flags{browser,
+                                         "--headless",
+                                         "--no-sandbox",
+                                         "--disable-dev-shm-usage",
+                                         "--use-angle=swiftshader",
+                                         "--enable-unsafe-swiftshader",
+                                         "--hide-scrollbars",
+                                         "--virtual-time-budget=8000",
+                                         "--user-data-dir=" + (folder_ / "profile").string(),
+                                         std::string("--window-size=") + size,
+                                         "--screenshot=" + (folder_ / "page.png").string(),
+                                         "file://" + (folder_ / "report.html").string()};
+    const ProgramResult result = RunProgram(flags);
+    const cv::Mat page = cv::imread((folder_ / "page.png").string());
+    ASSERT_FALSE(page.empty()) << result.errors;
+    // The photo is the only large red area; coverage bars are blue and orange.
+    const auto share = [&](const cv::Scalar& lower, const cv::Scalar& upper) {
+      cv::Mat inside;
+      cv::inRange(page, lower, upper, inside);
+      return static_cast<double>(cv::countNonZero(inside)) / static_cast<double>(page.total());
+    };
+    EXPECT_GT(share({0, 0, 240}, {15, 15, 255}), 0.005) << "the photo at " << size;
+    EXPECT_GT(share({180, 115, 40}, {186, 125, 44}), 0.0005) << "the measured bar at " << size;
+    EXPECT_GT(share({59, 161, 230}, {63, 165, 234}), 0.0002) << "the filled bar at " << size;
+    std::filesystem::remove(folder_ / "page.png");
+  }
+}
+
+TEST(Base64, PadsAsTheStandardDoes) {
+  EXPECT_EQ(colmap_ext::Base64("Man"), "TWFu");
+  EXPECT_EQ(colmap_ext::Base64("Ma"), "TWE=");
+  EXPECT_EQ(colmap_ext::Base64("M"), "TQ==");
+}
+
+TEST(RobustDepthRange, LeavesOutHolesAndStrays) {
+  phi::Array2D<float> depth(100, 10);
+  for (int i = 0; i < 900; ++i) depth.data()[i] = 1.0f + i / 900.0f;
+  depth.data()[0] = 1000;
+  const colmap_ext::DepthRange range = colmap_ext::RobustDepthRange(depth);
+  EXPECT_NEAR(range.lower, 1.02, 0.005);
+  EXPECT_NEAR(range.upper, 1.98, 0.005);
+}
+
+}  // namespace
