@@ -1,0 +1,30 @@
+// Options of the fusion of depth maps into a point cloud (paper section G), with units and defaults.
+#pragma once
+
+#include <string>
+
+namespace phi {
+
+// support: see support_rule.h. paper: the paper's literal rule, see paper_rule.h.
+enum class FusionRule { kSupport, kPaper };
+
+struct FusionOptions {
+  FusionRule rule = FusionRule::kSupport;  // --PhiFusion.rule
+  // --StereoFusion.min_num_pixels: images that must agree on a point, its own included
+  int min_num_views = 2;
+  // --StereoFusion.max_num_pixels: most measurements merged into one point
+  int max_num_views = 10000;
+  // --StereoFusion.max_reproj_error, pixels of the neighbour
+  double max_reproj_error = 2;
+  // --StereoFusion.max_depth_error, difference over depth
+  double max_depth_error = 0.01;
+  // --StereoFusion.max_normal_error, degrees
+  double max_normal_error = 30;
+  // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]
+  double min_support = 0.6;
+  // --PhiFusion.max_conflicts: images that see through the point, per image that supports it
+  double max_conflicts = 1;
+  std::string Check() const;
+};
+
+}  // namespace phi
