@@ -82,6 +82,19 @@ void AtomicFile::Write(const void* data, std::size_t num_bytes) {
   }
 }
 
+void AtomicFile::Overwrite(std::uint64_t offset, std::string_view text) {
+  Flush();
+  while (!text.empty()) {
+    const ssize_t written = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      Fail("write the file");
+    }
+    offset += static_cast<std::uint64_t>(written);
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
 void AtomicFile::Flush() {
   WriteToFile(buffer_.data(), buffer_.size());
   buffer_.clear();

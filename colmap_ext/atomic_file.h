@@ -26,6 +26,9 @@ class AtomicFile {
   void Write(const void* data, std::size_t num_bytes);
   void Write(std::string_view text) { Write(text.data(), text.size()); }
 
+  // Replaces bytes that were written before, such as a count in a header that is known only at the end.
+  void Overwrite(std::uint64_t offset, std::string_view text);
+
   std::uint64_t bytes_written() const { return bytes_written_; }
 
   // Flushes, checks that everything reached the file system, and renames. The file is complete or an

@@ -1,0 +1,141 @@
+#include "colmap_ext/fusion/fusion_map_reader.h"
+
+#include <cmath>
+#include <utility>
+
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+// Column or row of the source whose pixel holds the centre of pixel `i` of the target.
+int SourceIndex(int i, int target_size, int source_size) {
+  return static_cast<int>((std::int64_t{2} * i + 1) * source_size / (2 * target_size));
+}
+
+// A normal that is missing or damaged becomes the direction to the camera.
+phi::PackedNormal PackChecked(phi::Vec3f normal, phi::Vec3f ray) {
+  const float norm = phi::Norm(normal);
+  if (std::isfinite(norm) && norm > 0.5f && norm < 2.0f) return phi::PackNormal(normal);
+  return phi::PackNormal({-ray.x, -ray.y, -ray.z});
+}
+
+}  // namespace
+
+FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input)
+    : workspace_(workspace), input_(std::move(input)) {}
+
+bool FusionMapReader::Exists(int image) const {
+  return fs::exists(workspace_.DepthMapPath(image, input_.kind)) &&
+         fs::exists(workspace_.NormalMapPath(image, input_.kind));
+}
+
+phi::Camera FusionMapReader::ReadCamera(int image) const {
+  const fs::path path = workspace_.DepthMapPath(image, input_.kind);
+  const fs::path normal_path = workspace_.NormalMapPath(image, input_.kind);
+  const MapSize size = ReadMapSize(path), normal_size = ReadMapSize(normal_path);
+  if (size.channels != 1 || normal_size.channels != 3) {
+    throw phi::InputError((size.channels != 1 ? path : normal_path).string() +
+                          ": a depth map has one channel and a normal map three; estimate this image again");
+  }
+  if (size.width != normal_size.width || size.height != normal_size.height) {
+    throw phi::InputError(path.string() + ": this map is " + SizeText(size.width, size.height) +
+                          ", but the image's normal map is " +
+                          SizeText(normal_size.width, normal_size.height) + "; estimate this image again");
+  }
+  phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
+  phi::Pinhole& pinhole = camera.pinhole;
+  // Rounding the smaller size moves a side by half a pixel at most.
+  const double scale_x = static_cast<double>(size.width) / pinhole.width;
+  const double scale_y = static_cast<double>(size.height) / pinhole.height;
+  if (std::abs(scale_x - scale_y) > (0.5 / pinhole.width + 0.5 / pinhole.height) * 2) {
+    throw phi::InputError(path.string() + ": this map is " + SizeText(size.width, size.height) +
+                          ", which is not the shape of its " + SizeText(pinhole.width, pinhole.height) +
+                          " image; it belongs to another image or was made before the undistortion");
+  }
+  if (input_.downsize && size.width > pinhole.width) return camera;
+  pinhole = {size.width,           size.height,          pinhole.fx * scale_x,
+             pinhole.fy * scale_y, pinhole.cx * scale_x, pinhole.cy * scale_y};
+  return camera;
+}
+
+phi::FusionMap FusionMapReader::Read(int image) const {
+  const phi::Pinhole pinhole = ReadCamera(image).pinhole;
+  phi::FusionMap map(pinhole.width, pinhole.height);
+  AddMaps(image, &map);
+  AddColors(image, &map);
+  if (input_.kind == kGeometric) AddInferred(image, &map);
+  if (!input_.mask_path.empty()) ApplyMask(image, &map);
+  return map;
+}
+
+std::int64_t FusionMapReader::TransientBytes(std::int64_t num_pixels) {
+  // Depth, normals and colours as read; the decoder holds the image a second time.
+  return num_pixels * static_cast<std::int64_t>(sizeof(float) + sizeof(phi::Vec3f) + 2 * sizeof(Rgb));
+}
+
+std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
+  return num_pixels * static_cast<std::int64_t>(sizeof(phi::FusionPixel));
+}
+
+void FusionMapReader::AddMaps(int image, phi::FusionMap* map) const {
+  const phi::Array2D<float> depth = ReadDepthMap(workspace_.DepthMapPath(image, input_.kind));
+  const phi::Array2D<phi::Vec3f> normals = ReadNormalMap(workspace_.NormalMapPath(image, input_.kind));
+  const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
+  for (int y = 0; y < map->height(); ++y) {
+    const int source_y = SourceIndex(y, map->height(), depth.height());
+    for (int x = 0; x < map->width(); ++x) {
+      const int source_x = SourceIndex(x, map->width(), depth.width());
+      const float value = depth(source_x, source_y);
+      if (!(value > 0) || !std::isfinite(value)) continue;
+      phi::FusionPixel& pixel = (*map)(x, y);
+      pixel.depth = value;
+      pixel.normal = PackChecked(normals(source_x, source_y), rays.Ray(x + 0.5f, y + 0.5f));
+    }
+  }
+}
+
+void FusionMapReader::AddColors(int image, phi::FusionMap* map) const {
+  const ColorImage colors = workspace_.ReadColor(image, map->width(), map->height());
+  for (std::size_t i = 0; i < map->size(); ++i) {
+    const Rgb& rgb = colors.data()[i];
+    phi::FusionPixel& pixel = map->data()[i];
+    for (std::size_t c = 0; c < 3; ++c) pixel.rgb[c] = rgb[c];
+  }
+}
+
+void FusionMapReader::AddInferred(int image, phi::FusionMap* map) const {
+  const fs::path path = workspace_.FilledMaskPath(image);
+  if (!fs::exists(path)) return;
+  const phi::Mask filled = ReadMask(path);
+  for (int y = 0; y < map->height(); ++y) {
+    const int source_y = SourceIndex(y, map->height(), filled.height());
+    for (int x = 0; x < map->width(); ++x) {
+      if (filled(SourceIndex(x, map->width(), filled.width()), source_y) != 0) {
+        (*map)(x, y).flags |= phi::FusionPixel::kInferred;
+      }
+    }
+  }
+}
+
+void FusionMapReader::ApplyMask(int image, phi::FusionMap* map) const {
+  const std::string& name = workspace_.views()[static_cast<std::size_t>(image)].name;
+  const fs::path path = input_.mask_path / (name + ".png");
+  if (!fs::exists(path)) return;
+  const phi::GrayImage mask = ReadGrayImage(path);
+  for (int y = 0; y < map->height(); ++y) {
+    const int source_y = SourceIndex(y, map->height(), mask.height());
+    for (int x = 0; x < map->width(); ++x) {
+      if (mask(SourceIndex(x, map->width(), mask.width()), source_y) == 0) (*map)(x, y).depth = 0;
+    }
+  }
+}
+
+}  // namespace colmap_ext

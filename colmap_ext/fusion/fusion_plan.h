@@ -1,0 +1,34 @@
+// The order in which images are fused, and which maps are read and dropped when, so that they fit in a budget and few
+// are read twice. All look-ups are known beforehand, so the map whose next use lies furthest ahead can be dropped.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "colmap_ext/fusion/neighbor_graph.h"
+
+namespace colmap_ext {
+
+// Positions as in NeighborGraph. Depends on the graph alone: the order decides which pixel of several gives a point.
+std::vector<int> OrderImages(const NeighborGraph& graph);
+
+struct FusionStep {
+  int reference = 0;
+  std::vector<int> neighbors;   // as in the graph; fewer when not all fit in the budget at once
+  std::vector<int> drop;        // before anything else
+  std::vector<int> load;        // needed by this step
+  std::vector<int> load_ahead;  // for later steps, while this one computes
+};
+
+struct FusionPlan {
+  std::vector<FusionStep> steps;
+  std::int64_t num_loads = 0;
+  int num_trimmed_steps = 0;      // steps that had to leave out neighbours
+  std::int64_t bytes_wanted = 0;  // budget with which no step would have
+};
+
+// bytes: of each map in memory. The reference and two neighbours must fit, else throws phi::ResourceError.
+FusionPlan PlanFusion(const NeighborGraph& graph, const std::vector<int>& order,
+                      const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes);
+
+}  // namespace colmap_ext

@@ -1,0 +1,94 @@
+#include "colmap_ext/fusion/fusion_report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+namespace colmap_ext {
+namespace {
+
+using phi::PixelOutcome;
+
+// Fewer pixels than this share of those with depth end in a point or under one: something is wrong.
+constexpr double kFewShare = 0.05;
+
+struct Reason {
+  PixelOutcome outcome;
+  const char* text;
+  const char* cause;  // when it keeps most pixels from the cloud
+};
+
+constexpr Reason kReasons[] = {
+    {PixelOutcome::kFused, "gave a point", ""},
+    {PixelOutcome::kCovered, "covered by another image's point", ""},
+    {PixelOutcome::kNoDepth, "no depth",
+     "the maps are almost empty: was the stereo run on these images, and did its filter leave anything?"},
+    {PixelOutcome::kTooFewViews, "too few images see the spot and have depth there",
+     "the images hardly overlap or few of them have maps: estimate more images, or lower "
+     "--StereoFusion.min_num_pixels"},
+    {PixelOutcome::kDepth, "depth differs between images",
+     "the depth maps contradict each other: were they filtered (geometric consistency), and do they belong "
+     "to this sparse "
+     "model? --StereoFusion.max_depth_error is the tolerance"},
+    {PixelOutcome::kReprojection, "reprojection error too large",
+     "the maps agree less well than --StereoFusion.max_reproj_error asks: inaccurate poses, or maps of "
+     "another image size"},
+    {PixelOutcome::kNormal, "normals differ between images",
+     "the normals contradict each other: raise --StereoFusion.max_normal_error, or check that the normal "
+     "maps are in camera "
+     "frames"},
+    {PixelOutcome::kSeenThrough, "other images see through the point",
+     "most points float before surfaces that other images see: the maps are unfiltered, or "
+     "--PhiFusion.max_conflicts is too "
+     "low"},
+    {PixelOutcome::kWeakSupport, "enough images agree, but not closely",
+     "the maps agree only just: lower --PhiFusion.min_support"},
+    {PixelOutcome::kOutsideBox, "outside the bounding box",
+     "the box of --bbox_path does not hold the scene: is it in the "
+     "sparse model's coordinates?"},
+};
+
+}  // namespace
+
+std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes) {
+  std::int64_t total = 0;
+  std::vector<std::pair<std::int64_t, const char*>> rows;
+  for (const Reason& reason : kReasons) {
+    total += outcomes[reason.outcome];
+    if (outcomes[reason.outcome] > 0) rows.emplace_back(outcomes[reason.outcome], reason.text);
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (const auto& [count, reason] : rows) {
+    char line[160];
+    std::snprintf(line, sizeof(line), "%s  %6.2f %%  %s", text.empty() ? "" : "\n",
+                  100.0 * static_cast<double>(count) / static_cast<double>(total), reason);
+    text += line;
+  }
+  return text;
+}
+
+std::string ExplainFewPoints(const SceneFusionReport& report) {
+  const phi::OutcomeCounts& outcomes = report.outcomes;
+  std::int64_t total = 0;
+  for (const Reason& reason : kReasons) total += outcomes[reason.outcome];
+  const double good = static_cast<double>(outcomes[PixelOutcome::kFused] + outcomes[PixelOutcome::kCovered]);
+  const double with_depth = static_cast<double>(total - outcomes[PixelOutcome::kNoDepth]);
+  const bool empty_maps = with_depth < kFewShare * static_cast<double>(total);
+  if (!empty_maps && good >= kFewShare * with_depth) return "";
+  if (report.num_images == 1) {
+    return "only one image has maps, and a point needs the agreement of several: estimate more images, or "
+           "set "
+           "--StereoFusion.min_num_pixels 1";
+  }
+  const Reason* likely = &kReasons[2];
+  for (const Reason& reason : kReasons) {
+    if (empty_maps || *reason.cause == '\0' || reason.outcome == PixelOutcome::kNoDepth) continue;
+    if (likely->outcome == PixelOutcome::kNoDepth || outcomes[reason.outcome] > outcomes[likely->outcome])
+      likely = &reason;
+  }
+  return likely->cause;
+}
+
+}  // namespace colmap_ext

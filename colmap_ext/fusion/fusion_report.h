@@ -1,0 +1,16 @@
+// Tells in words what became of the pixels, and the likely cause when few or no points came out.
+#pragma once
+
+#include <string>
+
+#include "colmap_ext/fusion/scene_fusion.h"
+
+namespace colmap_ext {
+
+// One line a reason with its share of all pixels, most frequent first.
+std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes);
+
+// Empty when the number of points is plausible; else one sentence with the likely cause and what to do.
+std::string ExplainFewPoints(const SceneFusionReport& report);
+
+}  // namespace colmap_ext

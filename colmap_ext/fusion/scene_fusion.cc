@@ -1,0 +1,231 @@
+#include "colmap_ext/fusion/scene_fusion.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/fusion/fusion_plan.h"
+#include "colmap_ext/fusion/neighbor_graph.h"
+#include "colmap_ext/fusion/settled_store.h"
+#include "colmap_ext/fusion_config.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+namespace {
+
+constexpr int kRowsPerBlock = 16;
+
+std::int64_t BudgetBytes(const SceneFusionOptions& options) {
+  if (options.max_memory_gb > 0) return static_cast<std::int64_t>(options.max_memory_gb * 1e9);
+  return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
+}
+
+std::vector<int> ImagesToFuse(const Workspace& workspace) {
+  if (std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
+    std::vector<int> images = ReadFusionConfig(workspace);
+    std::sort(images.begin(), images.end());
+    images.erase(std::unique(images.begin(), images.end()), images.end());
+    return images;
+  }
+  std::vector<int> images(workspace.views().size());
+  for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<int>(i);
+  return images;
+}
+
+// One run. Positions as in NeighborGraph index images_, cameras_ and maps_.
+class SceneFuser {
+ public:
+  SceneFuser(const Workspace& workspace, const SceneFusionOptions& options, CloudWriter* writer)
+      : options_(options), reader_(workspace, options.input), writer_(writer) {
+    FindImages(workspace);
+    settled_ = std::make_unique<SettledStore>(options.scratch_folder, images_.size());
+    done_.assign(images_.size(), false);
+    maps_.resize(images_.size());
+    plan_ = MakePlan(BuildNeighborGraph(workspace, images_, options.max_neighbors));
+  }
+
+  SceneFusionReport Run() {
+    for (const FusionStep& step : plan_.steps) {
+      phi::ThrowIfCancelled();
+      Drop(step.drop);
+      Load(step.load);
+      tbb::task_group group;
+      group.run([&] { Load(step.load_ahead); });
+      try {
+        Fuse(step);
+      } catch (...) {
+        group.cancel();
+        group.wait();
+        throw;
+      }
+      group.wait();
+      done_[Index(step.reference)] = true;
+    }
+    report_.num_map_reads = plan_.num_loads;
+    return report_;
+  }
+
+ private:
+  static std::size_t Index(int position) { return static_cast<std::size_t>(position); }
+
+  void FindImages(const Workspace& workspace) {
+    for (const int image : ImagesToFuse(workspace)) {
+      if (reader_.Exists(image)) {
+        images_.push_back(image);
+      } else {
+        ++report_.num_images_without_maps;
+      }
+    }
+    report_.num_images = static_cast<int>(images_.size());
+    const std::string kind = options_.input.kind;
+    if (images_.empty()) {
+      throw phi::InputError(
+          "fusion: " + workspace.StereoFolder().string() + " has no " + kind +
+          " depth and normal maps of the images in fusion.cfg; run patch_match_stereo first" +
+          (kind == kGeometric ? ", or choose --input_type photometric" : ""));
+    }
+    if (report_.num_images_without_maps > 0) {
+      phi::LogWarning("fusion: " + std::to_string(report_.num_images_without_maps) + " of " +
+                      std::to_string(report_.num_images_without_maps + report_.num_images) +
+                      " images have no " + kind + " depth and normal maps and are left out");
+    }
+    cameras_.resize(images_.size());
+    tbb::parallel_for(std::size_t{0}, images_.size(),
+                      [&](std::size_t p) { cameras_[p] = reader_.ReadCamera(images_[p]); });
+  }
+
+  std::int64_t NumPixels(std::size_t position) const {
+    return std::int64_t{cameras_[position].pinhole.width} * cameras_[position].pinhole.height;
+  }
+
+  FusionPlan MakePlan(const NeighborGraph& graph) {
+    std::vector<std::int64_t> bytes;
+    std::int64_t largest = 0;
+    for (std::size_t p = 0; p < images_.size(); ++p) {
+      bytes.push_back(FusionMapReader::ResidentBytes(NumPixels(p)));
+      largest = std::max(largest, FusionMapReader::TransientBytes(NumPixels(p)));
+    }
+    // At most a quarter of the budget is for maps that are just being read.
+    const std::int64_t budget = BudgetBytes(options_);
+    num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
+    num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
+    FusionPlan plan = PlanFusion(graph, OrderImages(graph), bytes, budget - num_concurrent_reads_ * largest);
+    if (plan.num_trimmed_steps > 0) {
+      phi::LogWarning("fusion: " + std::to_string(plan.num_trimmed_steps) +
+                      " images are compared with fewer neighbours than --StereoFusion.check_num_images for "
+                      "want of memory; "
+                      "--PhiFusion.max_memory_gb " +
+                      std::to_string((plan.bytes_wanted + num_concurrent_reads_ * largest) / 1000000000 + 1) +
+                      " would be enough");
+    }
+    return plan;
+  }
+
+  void Drop(const std::vector<int>& positions) {
+    for (const int p : positions) {
+      if (done_[Index(p)]) settled_->Save(p, maps_[Index(p)]);
+      maps_[Index(p)] = phi::FusionMap();
+    }
+  }
+
+  // Batches bound what is in memory only while maps are being read.
+  void Load(const std::vector<int>& positions) {
+    const std::size_t batch = static_cast<std::size_t>(num_concurrent_reads_);
+    for (std::size_t begin = 0; begin < positions.size(); begin += batch) {
+      phi::ThrowIfCancelled();
+      tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
+        phi::FusionMap map = reader_.Read(images_[Index(positions[i])]);
+        settled_->Restore(positions[i], &map);
+        maps_[Index(positions[i])] = std::move(map);
+      });
+    }
+  }
+
+  phi::ImageFuser::Image MakeImage(int position) {
+    return {static_cast<std::uint32_t>(images_[Index(position)]), cameras_[Index(position)],
+            &maps_[Index(position)], done_[Index(position)]};
+  }
+
+  void Fuse(const FusionStep& step) {
+    std::vector<phi::ImageFuser::Image> neighbors;
+    for (const int p : step.neighbors) neighbors.push_back(MakeImage(p));
+    const phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule,
+                                options_.box ? &*options_.box : nullptr);
+    const int height = cameras_[Index(step.reference)].pinhole.height;
+    int next_row = 0;
+    const auto next_block = [&](tbb::flow_control& control) {
+      const int begin = next_row;
+      if (begin >= height) control.stop();
+      next_row += kRowsPerBlock;
+      return begin;
+    };
+    const auto fuse = [&](int begin) {
+      return std::make_shared<phi::FusedBlock>(
+          fuser.FuseRows(begin, std::min(begin + kRowsPerBlock, height)));
+    };
+    const auto write = [&](const std::shared_ptr<phi::FusedBlock>& block) {
+      report_.num_points += static_cast<std::int64_t>(block->points.size());
+      report_.outcomes += block->outcomes;
+      writer_->Write(*block);
+    };
+    using Block = std::shared_ptr<phi::FusedBlock>;
+    tbb::parallel_pipeline(static_cast<std::size_t>(2 * tbb::this_task_arena::max_concurrency()),
+                           tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, next_block) &
+                               tbb::make_filter<int, Block>(tbb::filter_mode::parallel, fuse) &
+                               tbb::make_filter<Block, void>(tbb::filter_mode::serial_in_order, write));
+  }
+
+  const SceneFusionOptions& options_;
+  FusionMapReader reader_;
+  CloudWriter* writer_;
+  std::vector<int> images_;  // indices into the workspace's views
+  std::vector<phi::Camera> cameras_;
+  std::vector<phi::FusionMap> maps_;  // empty: not in memory
+  std::vector<char> done_;            // fused; not bool, whose elements share bytes
+  std::unique_ptr<SettledStore> settled_;
+  FusionPlan plan_;
+  int num_concurrent_reads_ = 1;
+  SceneFusionReport report_;
+};
+
+}  // namespace
+
+SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
+                            CloudWriter* writer) {
+  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
+  return arena.execute([&] { return SceneFuser(workspace, options, writer).Run(); });
+}
+
+std::array<double, 3> ChooseWorldOffset(const Workspace& workspace) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double farthest = 0;
+  for (const phi::SceneView& view : workspace.views()) {
+    mean += view.camera.pose.Center() / static_cast<double>(workspace.views().size());
+    farthest = std::max(farthest, view.camera.pose.Center().cwiseAbs().maxCoeff());
+  }
+  // Distance of the sparse points from the cameras: a pixel is about a thousandth of it.
+  std::vector<double> distances;
+  for (const SparsePoint& point : workspace.model().points) {
+    double nearest = std::numeric_limits<double>::max();
+    nearest = (point.xyz - mean).norm();
+    distances.push_back(nearest);
+  }
+  if (distances.empty()) return {0, 0, 0};
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  constexpr double kSinglePrecision = 1.0 / (1 << 24), kNegligible = 1e-5;
+  if (farthest * kSinglePrecision <= kNegligible * *middle) return {0, 0, 0};
+  return {std::round(mean.x()), std::round(mean.y()), std::round(mean.z())};
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,41 @@
+// Fuses all images of a workspace: plans which maps are in memory when, reads them ahead of their use, fuses image by
+// image and hands the points on as they are made.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/fusion/fusion_map_reader.h"
+#include "colmap_ext/workspace.h"
+#include "phi/fusion/fusion_options.h"
+
+namespace colmap_ext {
+
+struct SceneFusionOptions {
+  phi::FusionOptions rule;
+  FusionInput input;
+  std::optional<phi::BoundingBox> box;  // --bbox_path
+  int num_threads = -1;                 // --StereoFusion.num_threads; <= 0: all
+  int max_neighbors = 50;    // --StereoFusion.check_num_images: images that each image is compared with
+  double max_memory_gb = 0;  // --PhiFusion.max_memory_gb; 0: half of the computer's
+  std::filesystem::path scratch_folder;  // for state that does not fit in memory
+};
+
+struct SceneFusionReport {
+  int num_images = 0, num_images_without_maps = 0;
+  std::int64_t num_map_reads = 0;
+  std::int64_t num_points = 0;
+  phi::OutcomeCounts outcomes;  // pixels
+};
+
+// Throws phi::InputError when no image has maps. Does not commit the writer.
+SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
+                            CloudWriter* writer);
+
+// Subtracted from the points of a PLY file, whose single precision would otherwise be too coarse for a world so far
+// from its origin; zero for most scenes. World units.
+std::array<double, 3> ChooseWorldOffset(const Workspace& workspace);
+
+}  // namespace colmap_ext

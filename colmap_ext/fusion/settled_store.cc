@@ -1,0 +1,82 @@
+#include "colmap_ext/fusion/settled_store.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+std::size_t NumBytes(const phi::FusionMap& map) { return (map.size() + 7) / 8; }
+
+}  // namespace
+
+SettledStore::SettledStore(std::filesystem::path folder, std::size_t num_images)
+    : folder_(std::move(folder)), offsets_(num_images, -1) {
+  if (folder_.empty()) folder_ = ".";
+}
+
+SettledStore::~SettledStore() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void SettledStore::Fail(const char* action) const {
+  const std::string what =
+      folder_.string() + ": fusion cannot " + action + " its scratch file: " + std::strerror(errno);
+  if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
+    throw phi::ResourceError(what + "; free some space");
+  throw phi::InputError(what);
+}
+
+void SettledStore::OpenScratchFile() {
+  std::filesystem::create_directories(folder_);
+  std::string name = (folder_ / ".phimvs-fusion-XXXXXX").string();
+  descriptor_ = ::mkstemp(name.data());
+  if (descriptor_ < 0) Fail("create");
+  // Without a name it goes away with the process, however that ends.
+  ::unlink(name.c_str());
+}
+
+void SettledStore::Save(int image, const phi::FusionMap& map) {
+  if (descriptor_ < 0) OpenScratchFile();
+  std::vector<std::uint8_t> bits(NumBytes(map), 0);
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if ((map.data()[i].flags & phi::FusionPixel::kSettled) != 0)
+      bits[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
+  }
+  std::int64_t& offset = offsets_[static_cast<std::size_t>(image)];
+  if (offset < 0) {
+    offset = end_;
+    end_ += static_cast<std::int64_t>(bits.size());
+  }
+  for (std::size_t done = 0; done < bits.size();) {
+    const ssize_t written = ::pwrite(descriptor_, bits.data() + done, bits.size() - done,
+                                     static_cast<off_t>(offset + static_cast<std::int64_t>(done)));
+    if (written < 0 && errno != EINTR) Fail("write");
+    if (written > 0) done += static_cast<std::size_t>(written);
+  }
+}
+
+void SettledStore::Restore(int image, phi::FusionMap* map) const {
+  const std::int64_t offset = offsets_[static_cast<std::size_t>(image)];
+  if (offset < 0) return;
+  std::vector<std::uint8_t> bits(NumBytes(*map));
+  for (std::size_t done = 0; done < bits.size();) {
+    const ssize_t got = ::pread(descriptor_, bits.data() + done, bits.size() - done,
+                                static_cast<off_t>(offset + static_cast<std::int64_t>(done)));
+    if (got == 0 || (got < 0 && errno != EINTR)) Fail("read");
+    if (got > 0) done += static_cast<std::size_t>(got);
+  }
+  for (std::size_t i = 0; i < map->size(); ++i) {
+    if ((bits[i / 8] >> (i % 8)) & 1u) map->data()[i].flags |= phi::FusionPixel::kSettled;
+  }
+}
+
+}  // namespace colmap_ext

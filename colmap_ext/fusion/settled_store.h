@@ -1,0 +1,36 @@
+// Keeps the settled flags of images whose maps were dropped and will be read again, a bit a pixel, in an unnamed
+// scratch file: they are the only state of fusion, and memory must not grow with the number of images.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "phi/fusion/fusion_pixel.h"
+
+namespace colmap_ext {
+
+class SettledStore {
+ public:
+  // The scratch file is made in `folder` at the first Save.
+  SettledStore(std::filesystem::path folder, std::size_t num_images);
+  ~SettledStore();
+  SettledStore(const SettledStore&) = delete;
+  SettledStore& operator=(const SettledStore&) = delete;
+
+  // Throws phi::ResourceError when the disk is full.
+  void Save(int image, const phi::FusionMap& map);
+  // Sets the flags that were saved; none when there were none. Safe to call concurrently for different images.
+  void Restore(int image, phi::FusionMap* map) const;
+
+ private:
+  void OpenScratchFile();
+  [[noreturn]] void Fail(const char* action) const;
+
+  std::filesystem::path folder_;
+  int descriptor_ = -1;
+  std::int64_t end_ = 0;
+  std::vector<std::int64_t> offsets_;  // -1: not saved
+};
+
+}  // namespace colmap_ext
