@@ -1,0 +1,287 @@
+// Fusion of exact maps: every point lies on the surface that the maps were made from, and every patch has one.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "phi/fusion/image_fusion.h"
+#include "tests/support/exact_scenes.h"
+
+namespace phi {
+namespace {
+
+using test_support::ExactSceneOptions;
+using test_support::PlaneScene;
+using test_support::RenderedScene;
+using test_support::SphereScene;
+
+std::vector<FusionMap> MakeMaps(const RenderedScene& scene) {
+  std::vector<FusionMap> maps;
+  for (const auto& truth : scene.truth) {
+    FusionMap map(truth->width(), truth->height());
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      map.data()[i].depth = truth->data()[i].depth;
+      map.data()[i].normal = PackNormal(truth->data()[i].normal);
+    }
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+ImageFuser MakeFuser(const RenderedScene& scene, std::size_t reference, const FusionOptions& options,
+                     std::vector<FusionMap>* maps, const BoundingBox* box = nullptr) {
+  const auto image = [&](std::size_t i) {
+    return ImageFuser::Image{static_cast<std::uint32_t>(i), scene.views[i].camera, &(*maps)[i],
+                             i < reference};
+  };
+  std::vector<ImageFuser::Image> neighbors;
+  for (std::size_t i = 0; i < maps->size(); ++i) {
+    if (i != reference) neighbors.push_back(image(i));
+  }
+  return ImageFuser(image(reference), neighbors, options, box);
+}
+
+FusedBlock FuseAll(const RenderedScene& scene, const FusionOptions& options, std::vector<FusionMap>* maps,
+                   int rows_per_block = 1 << 20) {
+  FusedBlock all;
+  for (std::size_t i = 0; i < maps->size(); ++i) {
+    const ImageFuser fuser = MakeFuser(scene, i, options, maps);
+    const int height = (*maps)[i].height();
+    for (int row = 0; row < height; row += rows_per_block) {
+      const FusedBlock block = fuser.FuseRows(row, std::min(row + rows_per_block, height));
+      all.points.insert(all.points.end(), block.points.begin(), block.points.end());
+      all.views.insert(all.views.end(), block.views.begin(), block.views.end());
+      all.view_counts.insert(all.view_counts.end(), block.view_counts.begin(), block.view_counts.end());
+      all.outcomes += block.outcomes;
+    }
+  }
+  return all;
+}
+
+Eigen::Vector3d Position(const FusedPoint& point) { return {point.xyz[0], point.xyz[1], point.xyz[2]}; }
+
+TEST(PackedNormal, KeepsDirectionsOfTheWholeSphere) {
+  for (double theta = 0; theta <= M_PI; theta += 0.1) {
+    for (double phi = -M_PI; phi < M_PI; phi += 0.1) {
+      const Vec3f n = {static_cast<float>(std::sin(theta) * std::cos(phi)),
+                       static_cast<float>(std::sin(theta) * std::sin(phi)),
+                       static_cast<float>(std::cos(theta))};
+      const Vec3f back = UnpackNormal(PackNormal(n));
+      EXPECT_NEAR(Norm(back), 1, 1e-6);
+      EXPECT_LT(Norm(back - n), 1e-4) << theta << " " << phi;  // 0.006 degrees
+    }
+  }
+}
+
+TEST(Fusion, PointsOfAPlaneLieOnItWithItsNormal) {
+  const Eigen::Vector3d n = Eigen::Vector3d(0.4, -0.2, -1).normalized();
+  const RenderedScene scene = PlaneScene({}, n);
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const FusedBlock cloud = FuseAll(scene, {}, &maps);
+  ASSERT_GT(cloud.points.size(), 0u);
+  for (const FusedPoint& point : cloud.points) {
+    ASSERT_NEAR(n.dot(Position(point) - Eigen::Vector3d(0, 0, 4)), 0, 2e-5);
+    ASSERT_NEAR(n.dot(Eigen::Vector3d(point.normal[0], point.normal[1], point.normal[2])), 1, 1e-6);
+  }
+}
+
+// All five views see nearly the same part of the plane: one point for each pixel of one view, and a few more where the
+// views' borders differ.
+TEST(Fusion, CoversASurfaceOnceWithoutHoles) {
+  const RenderedScene scene = PlaneScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const FusedBlock cloud = FuseAll(scene, {}, &maps);
+  const auto pixels = static_cast<double>(maps[0].size());
+  EXPECT_GT(static_cast<double>(cloud.points.size()), pixels);
+  EXPECT_LT(static_cast<double>(cloud.points.size()), 1.6 * pixels);
+
+  // In each view, every pixel that another view sees too has a point within two pixels of it.
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    Array2D<char> near(maps[i].width(), maps[i].height(), 0);
+    const Pinhole& k = scene.views[i].camera.pinhole;
+    for (const FusedPoint& point : cloud.points) {
+      const Eigen::Vector3d x = scene.views[i].camera.pose * Position(point);
+      const int u = static_cast<int>(std::floor(k.fx * x.x() / x.z() + k.cx));
+      const int v = static_cast<int>(std::floor(k.fy * x.y() / x.z() + k.cy));
+      for (int dv = -2; dv <= 2; ++dv) {
+        for (int du = -2; du <= 2; ++du) {
+          if (near.view().Contains(u + du, v + dv)) near(u + du, v + dv) = 1;
+        }
+      }
+    }
+    const Array2D<int> others = colmap_ext::CountOtherViews(scene, static_cast<int>(i));
+    for (int y = 0; y < near.height(); ++y) {
+      for (int x = 0; x < near.width(); ++x)
+        ASSERT_TRUE(others(x, y) == 0 || near(x, y)) << i << " " << x << " " << y;
+    }
+  }
+}
+
+TEST(Fusion, BlocksOfRowsDoNotChangeTheResult) {
+  const RenderedScene scene = SphereScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const FusedBlock whole = FuseAll(scene, {}, &maps);
+  for (const int rows : {1, 7, 64}) {
+    maps = MakeMaps(scene);
+    const FusedBlock split = FuseAll(scene, {}, &maps, rows);
+    ASSERT_EQ(split.points.size(), whole.points.size());
+    EXPECT_EQ(split.views, whole.views);
+    EXPECT_EQ(split.view_counts, whole.view_counts);
+    for (std::size_t i = 0; i < whole.points.size(); ++i) {
+      ASSERT_EQ(std::memcmp(split.points[i].xyz, whole.points[i].xyz, sizeof(double[3])), 0);
+    }
+  }
+}
+
+TEST(Fusion, LeavesOutWhatNoOtherImageConfirms) {
+  const RenderedScene scene = PlaneScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  maps[2](80, 60).depth *= 0.7f;  // floats before the plane: the others see through it
+  maps[2](90, 60).depth *= 1.3f;  // behind it
+  maps[2](100, 60).normal = PackNormal({1, 0, 0});
+  const ImageFuser fuser = MakeFuser(scene, 2, {}, &maps);
+  const auto outcome_of = [&](int x, int y) {
+    // A row at a time, with every other pixel empty.
+    std::vector<FusionMap> copy = maps;
+    for (int c = 0; c < copy[2].width(); ++c) {
+      if (c != x) copy[2](c, y).depth = 0;
+    }
+    const FusedBlock block = MakeFuser(scene, 2, {}, &copy).FuseRows(y, y + 1);
+    for (int o = 0; o < kNumPixelOutcomes; ++o) {
+      const auto outcome = static_cast<PixelOutcome>(o);
+      if (outcome != PixelOutcome::kNoDepth && block.outcomes[outcome] > 0) return outcome;
+    }
+    return PixelOutcome::kNoDepth;
+  };
+  EXPECT_EQ(outcome_of(70, 60), PixelOutcome::kFused);  // no earlier image has been fused here
+  EXPECT_EQ(outcome_of(80, 60), PixelOutcome::kDepth);
+  EXPECT_EQ(outcome_of(90, 60), PixelOutcome::kDepth);
+  EXPECT_EQ(outcome_of(100, 60), PixelOutcome::kNormal);
+}
+
+TEST(Fusion, CountsViewsAndAsksForEnough) {
+  const RenderedScene scene = PlaneScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  FusionOptions options;
+  options.min_num_views = 5;
+  const FusedBlock cloud = FuseAll(scene, options, &maps);
+  ASSERT_GT(cloud.points.size(), 0u);
+  for (const std::uint32_t count : cloud.view_counts) ASSERT_EQ(count, 5u);
+  EXPECT_EQ(std::vector<std::uint32_t>(cloud.views.begin(), cloud.views.begin() + 5),
+            (std::vector<std::uint32_t>{0, 1, 2, 3, 4}));
+  maps = MakeMaps(scene);
+  options.min_num_views = options.max_num_views = 6;
+  EXPECT_EQ(FuseAll(scene, options, &maps).points.size(), 0u);
+}
+
+TEST(Fusion, TakesTheMiddleOfDisagreeingDepths) {
+  const RenderedScene scene = PlaneScene({}, {0, 0, -1});  // z = 4
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const float factors[5] = {1.006f, 0.998f, 1.0f, 1.002f, 1.0f};
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    for (FusionPixel& pixel : maps[i]) pixel.depth *= factors[i];
+  }
+  const FusedBlock block = MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61);
+  ASSERT_GT(block.points.size(), 0u);
+  for (const FusedPoint& point : block.points)
+    EXPECT_NEAR(point.xyz[2], 4, 4 * 0.002);  // not 4.024, view 0's depth
+}
+
+TEST(Fusion, KeepsTheFinerSamplingOfTheNearerCamera) {
+  // Two cameras before the plane z = 4: one at z = 0, one at z = 2 with half the footprint, fused second.
+  RenderedScene scene = PlaneScene({.num_views = 2}, {0, 0, -1});
+  scene.views[1].camera = scene.views[0].camera;
+  scene.views[1].camera.pose.translation = {0, 0, -2};
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[1]) pixel = {2, PackNormal({0, 0, -1}), {0, 0, 0}, 0};
+  FuseAll(scene, {}, &maps);
+  // Seen from the near camera, all its pixels that the far one sees give points although those were covered coarsely.
+  FusedBlock near = MakeFuser(scene, 1, {}, &maps).FuseRows(60, 61);
+  EXPECT_EQ(near.outcomes[PixelOutcome::kFused], maps[1].width());
+  // The far camera's pixels are covered by the near one's when that comes first.
+  std::swap(maps[0], maps[1]);
+  std::swap(scene.views[0], scene.views[1]);
+  for (FusionMap& map : maps) {
+    for (FusionPixel& pixel : map) pixel.flags = 0;
+  }
+  FuseAll(scene, {}, &maps);
+  const FusedBlock far = MakeFuser(scene, 1, {}, &maps).FuseRows(60, 61);
+  EXPECT_EQ(far.outcomes[PixelOutcome::kFused], 0);
+  EXPECT_GT(far.outcomes[PixelOutcome::kCovered], 70);
+}
+
+TEST(Fusion, AWorldFarFromItsOriginIsAsPrecise) {
+  RenderedScene scene = PlaneScene({}, {0, 0, -1});
+  colmap_ext::Similarity shift;
+  shift.translation = {500000, 4000000, 1000};
+  colmap_ext::Transform(shift, &scene);
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const FusedBlock cloud = FuseAll(scene, {}, &maps);
+  ASSERT_GT(cloud.points.size(), maps[0].size());
+  for (const FusedPoint& point : cloud.points) ASSERT_NEAR(point.xyz[2], 1004, 2e-5);
+}
+
+TEST(Fusion, InferredWhenMostMeasurementsAre) {
+  const RenderedScene scene = PlaneScene({.num_views = 3});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[0]) pixel.flags = FusionPixel::kInferred;
+  for (FusionPixel& pixel : maps[1]) pixel.flags = FusionPixel::kInferred;
+  const FusedBlock block = MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61);
+  ASSERT_GT(block.points.size(), 0u);
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    if (block.view_counts[i] != 3) continue;
+    EXPECT_EQ(block.points[i].inferred, 1);
+  }
+  for (FusionPixel& pixel : maps[0]) pixel.flags = 0;
+  const FusedBlock measured = MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61);
+  for (std::size_t i = 0; i < measured.points.size(); ++i) {
+    if (measured.view_counts[i] != 3) continue;
+    EXPECT_EQ(measured.points[i].inferred, 0);
+  }
+}
+
+TEST(Fusion, DropsPointsOutsideTheBox) {
+  const RenderedScene scene = PlaneScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const BoundingBox box = {{-0.5, -10, 0}, {0.25, 10, 10}};
+  const ImageFuser fuser = MakeFuser(scene, 0, {}, &maps, &box);
+  const FusedBlock block = fuser.FuseRows(0, maps[0].height());
+  ASSERT_GT(block.points.size(), 0u);
+  EXPECT_GT(block.outcomes[PixelOutcome::kOutsideBox], 0);
+  std::size_t num_views = 0;
+  for (const std::uint32_t count : block.view_counts) num_views += count;
+  EXPECT_EQ(block.views.size(), num_views);
+  for (const FusedPoint& point : block.points) {
+    ASSERT_GE(point.xyz[0], -0.5);
+    ASSERT_LE(point.xyz[0], 0.25);
+  }
+}
+
+TEST(Fusion, PaperRuleAveragesPointsAndNeedsNoOtherImage) {
+  const RenderedScene scene = PlaneScene({}, {0, 0, -1});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[0]) pixel.depth *= 1.004f;
+  FusionOptions options;
+  options.rule = FusionRule::kPaper;
+  options.min_num_views = 1;
+  const FusedBlock block = MakeFuser(scene, 0, options, &maps).FuseRows(60, 61);
+  ASSERT_EQ(block.points.size(), static_cast<std::size_t>(maps[0].width()));
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    // The plain mean of one 4.016 and the others' 4.
+    EXPECT_NEAR(block.points[i].xyz[2], 4 + 0.016 / block.view_counts[i], 1e-5);
+  }
+}
+
+TEST(FusionOptions, NamesTheWrongOption) {
+  FusionOptions options;
+  EXPECT_EQ(options.Check(), "");
+  options.max_depth_error = 0;
+  EXPECT_NE(options.Check().find("--StereoFusion.max_depth_error is 0"), std::string::npos);
+  options = {};
+  options.max_num_views = 1;
+  EXPECT_NE(options.Check().find("--StereoFusion.max_num_pixels"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace phi
