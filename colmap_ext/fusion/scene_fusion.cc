@@ -153,7 +153,7 @@ class SceneFuser {
 
   phi::ImageFuser::Image MakeImage(int position) {
     return {static_cast<std::uint32_t>(images_[Index(position)]), cameras_[Index(position)],
-            &maps_[Index(position)], done_[Index(position)]};
+            &maps_[Index(position)], done_[Index(position)] != 0};
   }
 
   void Fuse(const FusionStep& step) {
