@@ -1,0 +1,54 @@
+#include "colmap_ext/pipeline/progress.h"
+
+#include <gtest/gtest.h>
+
+#include "colmap_ext/pipeline/backend_choice.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+TEST(ProgressEstimatorTest, KnowsNothingAtFirst) {
+  ProgressEstimator estimator({1, 0.5});
+  estimator.SetNumTasks(0, 10);
+  estimator.SetNumTasks(1, 10);
+  EXPECT_LT(estimator.SecondsLeft(), 0);
+  EXPECT_EQ(estimator.Fraction(), 0);
+}
+
+TEST(ProgressEstimatorTest, CountsLaterStagesByTheirWeight) {
+  ProgressEstimator estimator({1, 0.5});
+  estimator.SetNumTasks(0, 10);
+  estimator.SetNumTasks(1, 10);
+  estimator.SetDone(0, 4, 8);  // 2 s a task: 6 more, and ten of 1 s
+  EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 6 * 2 + 10 * 1);
+  EXPECT_DOUBLE_EQ(estimator.Fraction(), 8.0 / (8 + 22));
+}
+
+TEST(ProgressEstimatorTest, MeasuredSpeedReplacesTheWeight) {
+  ProgressEstimator estimator({1, 0.5});
+  estimator.SetNumTasks(0, 10);
+  estimator.SetNumTasks(1, 10);
+  estimator.SetDone(0, 10, 20);
+  estimator.SetDone(1, 5, 1);
+  EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 5 * 0.2);
+}
+
+TEST(ProgressEstimatorTest, NothingToDoIsDone) { EXPECT_EQ(ProgressEstimator({1, 1}).Fraction(), 1); }
+
+TEST(FormatDurationTest, PicksTheUnit) {
+  EXPECT_EQ(FormatDuration(7.4), "7 s");
+  EXPECT_EQ(FormatDuration(200), "3 min 20 s");
+  EXPECT_EQ(FormatDuration(7260), "2 h 1 min");
+}
+
+TEST(GpuIndicesTest, ReadsColmapsSpelling) {
+  EXPECT_EQ(ParseGpuIndices("-1"), std::vector<int>{-1});
+  EXPECT_EQ(ParseGpuIndices("0,1, 3"), (std::vector<int>{0, 1, 3}));
+  EXPECT_THROW(ParseGpuIndices(""), phi::UsageError);
+  EXPECT_THROW(ParseGpuIndices("0,x"), phi::UsageError);
+  EXPECT_THROW(ParseGpuIndices("-2"), phi::UsageError);
+}
+
+}  // namespace
+}  // namespace colmap_ext

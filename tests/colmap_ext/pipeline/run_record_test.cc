@@ -1,0 +1,96 @@
+#include "colmap_ext/pipeline/run_record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "phi/base/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RunRecordTest : public ::testing::Test {
+ protected:
+  std::filesystem::path Json() const { return folder_ / "phimvs.json"; }
+  std::filesystem::path Journal() const { return folder_ / "phimvs.json.journal"; }
+  TaskRecord Done(const std::string& key) const { return {"done", key, 1.5, 1000, {"a warning"}}; }
+
+  test_support::TemporaryFolder folder_;
+};
+
+TEST_F(RunRecordTest, RemembersAcrossProcesses) {
+  {
+    RunRecord record(folder_.path());
+    EXPECT_EQ(record.Find("a", "photometric"), nullptr);
+    record.SetOptions({{"log_level", "2"}}, "hash");
+    record.Begin({{"sub/ä.png", "photometric"}, {"b", "photometric"}}, {"k1", "k2"});
+    record.Finish({"sub/ä.png", "photometric"}, Done("k1"));
+  }
+  RunRecord record(folder_.path());
+  const TaskRecord* done = record.Find("sub/ä.png", "photometric");
+  ASSERT_NE(done, nullptr);
+  EXPECT_EQ(done->state, "done");
+  EXPECT_EQ(done->key, "k1");
+  EXPECT_DOUBLE_EQ(done->seconds, 1.5);
+  EXPECT_EQ(done->peak_memory_bytes, 1000);
+  EXPECT_EQ(done->warnings, std::vector<std::string>{"a warning"});
+  ASSERT_NE(record.Find("b", "photometric"), nullptr);
+  EXPECT_EQ(record.Find("b", "photometric")->state, "pending");
+}
+
+TEST_F(RunRecordTest, JsonHoldsVersionOptionsAndTasks) {
+  RunRecord record(folder_.path());
+  record.SetOptions({{"log_level", "2"}}, "hash");
+  record.Begin({{"a", "measured"}}, {"k"});
+  record.Finish({"a", "measured"}, Done("k"));
+  record.Compact();
+  EXPECT_FALSE(std::filesystem::exists(Journal()));
+  const auto json = nlohmann::json::parse(test_support::ReadBytes(Json()));
+  EXPECT_EQ(json["version"], PHIMVS_VERSION);
+  EXPECT_EQ(json["options"]["log_level"], "2");
+  EXPECT_EQ(json["options_hash"], "hash");
+  EXPECT_EQ(json["images"]["a"]["measured"]["state"], "done");
+  EXPECT_EQ(json["images"]["a"]["measured"]["seconds"], 1.5);
+}
+
+TEST_F(RunRecordTest, FinishingATaskDoesNotRewriteTheFile) {
+  RunRecord record(folder_.path());
+  record.Begin({{"a", "measured"}, {"b", "measured"}}, {"k", "l"});
+  const std::string before = test_support::ReadBytes(Json());
+  record.Finish({"a", "measured"}, Done("k"));
+  const auto first = std::filesystem::file_size(Journal());
+  record.Finish({"b", "measured"}, Done("l"));
+  EXPECT_EQ(std::filesystem::file_size(Journal()), 2 * first);
+  EXPECT_EQ(test_support::ReadBytes(Json()), before);
+}
+
+TEST_F(RunRecordTest, TornLastLineOfTheJournalIsIgnored) {
+  {
+    RunRecord record(folder_.path());
+    record.Begin({{"a", "measured"}, {"b", "measured"}}, {"k", "l"});
+    record.Finish({"a", "measured"}, Done("k"));
+    record.Finish({"b", "measured"}, Done("l"));
+  }
+  std::filesystem::resize_file(Journal(), std::filesystem::file_size(Journal()) - 5);
+  RunRecord record(folder_.path());
+  EXPECT_EQ(record.Find("a", "measured")->state, "done");
+  EXPECT_EQ(record.Find("b", "measured")->state, "pending");
+}
+
+TEST_F(RunRecordTest, DamagedFileSaysHowToGoOn) {
+  test_support::WriteBytes(Json(), "{\"version\":");
+  try {
+    RunRecord record(folder_.path());
+    FAIL() << "damaged file accepted";
+  } catch (const phi::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(Json().string()));
+    EXPECT_THAT(error.what(), HasSubstr("--overwrite true"));
+  }
+}
+
+}  // namespace
+}  // namespace colmap_ext

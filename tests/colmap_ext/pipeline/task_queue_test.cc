@@ -1,0 +1,124 @@
+#include "colmap_ext/pipeline/task_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <numeric>
+#include <set>
+
+#include "colmap_ext/pipeline/writer_pool.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "tests/support/fake_backend.h"
+
+namespace colmap_ext {
+namespace {
+
+using Backends = std::vector<std::unique_ptr<phi::Backend>>;
+
+class TaskQueueTest : public ::testing::Test {
+ protected:
+  Backends MakeBackends(int count, int num_concurrent) {
+    Backends backends;
+    for (int i = 0; i < count; ++i) {
+      backends.push_back(std::make_unique<test_support::FakeBackend>(&calls_, num_concurrent));
+    }
+    return backends;
+  }
+  void TearDown() override { phi::CancellationFlag() = false; }
+
+  test_support::FakeCalls calls_;
+};
+
+TEST_F(TaskQueueTest, RunsEachTaskOnceAndUsesEveryBackend) {
+  std::vector<int> tasks(100);
+  std::iota(tasks.begin(), tasks.end(), 0);
+  std::vector<std::atomic<int>> count(tasks.size());
+  std::mutex mutex;
+  std::set<const phi::Backend*> used;
+  const auto backends = MakeBackends(3, 2);
+  const auto failures = RunTasks(tasks, backends, [&](int task, phi::Backend& backend) {
+    ++count[task];
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::lock_guard<std::mutex> lock(mutex);
+    used.insert(&backend);
+  });
+  EXPECT_TRUE(failures.empty());
+  for (const auto& c : count) EXPECT_EQ(c, 1);
+  EXPECT_EQ(used.size(), 3u);
+}
+
+TEST_F(TaskQueueTest, BadInputFailsItsTaskAlone) {
+  std::atomic<int> num_run{0};
+  const auto failures = RunTasks({5, 6, 7, 8}, MakeBackends(2, 1), [&](int task, phi::Backend&) {
+    ++num_run;
+    if (task % 2 == 0) throw phi::InputError("image " + std::to_string(task));
+  });
+  EXPECT_EQ(num_run, 4);
+  ASSERT_EQ(failures.size(), 2u);
+  EXPECT_EQ(failures[0].task, 6);
+  EXPECT_EQ(failures[1].message, "image 8");
+}
+
+TEST_F(TaskQueueTest, OtherErrorsAndCancellationStopTheQueue) {
+  std::atomic<int> num_run{0};
+  const std::vector<int> tasks(50, 0);
+  EXPECT_THROW(RunTasks(tasks, MakeBackends(1, 1),
+                        [&](int, phi::Backend&) {
+                          if (++num_run == 3) throw phi::ResourceError("device lost");
+                        }),
+               phi::ResourceError);
+  EXPECT_EQ(num_run, 3);
+  num_run = 0;
+  EXPECT_THROW(RunTasks(tasks, MakeBackends(1, 1),
+                        [&](int, phi::Backend&) {
+                          if (++num_run == 4) phi::CancellationFlag() = true;
+                        }),
+               phi::Cancelled);
+  EXPECT_EQ(num_run, 4);
+}
+
+TEST(WriterPoolTest, WritesEverythingAndCounts) {
+  WriterPool pool(3);
+  std::atomic<int> num_written{0};
+  for (int i = 0; i < 40; ++i) {
+    pool.Submit([&] {
+      ++num_written;
+      return std::int64_t{10};
+    });
+  }
+  pool.Drain();
+  EXPECT_EQ(num_written, 40);
+  EXPECT_EQ(pool.bytes_written(), 400);
+}
+
+TEST(WriterPoolTest, FullQueueHoldsTheProducerBack) {
+  std::atomic<bool> go{false};
+  std::atomic<int> num_submitted{0};
+  WriterPool pool(1);
+  std::thread producer([&] {
+    for (int i = 0; i < 5; ++i) {
+      pool.Submit([&] {
+        while (!go) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return std::int64_t{0};
+      });
+      ++num_submitted;
+    }
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_LE(num_submitted, 2);  // one is being written, one waits
+  go = true;
+  producer.join();
+  pool.Drain();
+  EXPECT_EQ(num_submitted, 5);
+}
+
+TEST(WriterPoolTest, FailureToWriteIsNoImagesFault) {
+  WriterPool pool(1);
+  pool.Submit([]() -> std::int64_t { throw phi::InputError("cannot write x.bin"); });
+  EXPECT_THROW(pool.Drain(), phi::ResourceError);
+  EXPECT_THROW(pool.Submit([] { return std::int64_t{0}; }), phi::ResourceError);
+}
+
+}  // namespace
+}  // namespace colmap_ext
