@@ -11,7 +11,6 @@
 namespace colmap_ext {
 namespace {
 
-constexpr std::chrono::seconds kLineInterval{10};
 constexpr std::chrono::milliseconds kBarInterval{200};
 constexpr int kBarWidth = 30;
 
@@ -80,8 +79,10 @@ std::string FormatDuration(double seconds) {
   return std::to_string(whole) + " s";
 }
 
-ProgressLine::ProgressLine(std::vector<std::string> stage_names, std::vector<double> weights)
+ProgressLine::ProgressLine(std::vector<std::string> stage_names, std::vector<double> weights,
+                           std::chrono::milliseconds line_interval)
     : terminal_(isatty(STDERR_FILENO) != 0 && phi::GetLogLevel() >= phi::LogLevel::kInfo),
+      line_interval_(line_interval),
       names_(std::move(stage_names)),
       estimator_(weights),
       num_tasks_(weights.size(), 0) {
@@ -155,11 +156,7 @@ void ProgressLine::DrawBar() {
 void ProgressLine::Loop() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stop_) {
-    if (terminal_) {
-      stopped_.wait_for(lock, kBarInterval, [this] { return stop_; });
-    } else {
-      stopped_.wait_for(lock, kLineInterval, [this] { return stop_; });
-    }
+    stopped_.wait_for(lock, terminal_ ? kBarInterval : line_interval_, [this] { return stop_; });
     if (stop_) return;
     const std::string text = Text();
     lock.unlock();

@@ -39,7 +39,8 @@ std::string FormatDuration(double seconds);
 // Prints from a thread of its own. Log lines that appear meanwhile go above the bar. Thread-safe.
 class ProgressLine {
  public:
-  ProgressLine(std::vector<std::string> stage_names, std::vector<double> weights);
+  ProgressLine(std::vector<std::string> stage_names, std::vector<double> weights,
+               std::chrono::milliseconds line_interval = std::chrono::seconds(10));
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -55,6 +56,7 @@ class ProgressLine {
   void UpdateStage();
 
   const bool terminal_;
+  const std::chrono::milliseconds line_interval_;  // where there is no terminal
   const std::vector<std::string> names_;
   mutable std::mutex mutex_;
   std::condition_variable stopped_;

@@ -156,7 +156,12 @@ void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
   progress_->BeginStage(stage);
   const Clock::time_point begin = Clock::now();
   const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
-    RunTask(stage, plan, job, backend);
+    try {
+      RunTask(stage, plan, job, backend);
+    } catch (const phi::InputError&) {
+      progress_->TaskDone();  // a failed image takes no more time either
+      throw;
+    }
     progress_->TaskDone();
   });
   summary_.stages[stage].seconds += SecondsSince(begin);

@@ -1,9 +1,15 @@
 #include "colmap_ext/pipeline/progress.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <mutex>
+#include <thread>
 
 #include "colmap_ext/pipeline/backend_choice.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -35,6 +41,28 @@ TEST(ProgressEstimatorTest, MeasuredSpeedReplacesTheWeight) {
 }
 
 TEST(ProgressEstimatorTest, NothingToDoIsDone) { EXPECT_EQ(ProgressEstimator({1, 1}).Fraction(), 1); }
+
+TEST(ProgressLineTest, LogsALineAtATimeWhereThereIsNoTerminal) {
+  if (isatty(STDERR_FILENO)) GTEST_SKIP() << "stderr is a terminal";
+  std::mutex mutex;
+  std::vector<std::string> lines;
+  phi::SetLogSink([&](phi::LogLevel, const std::string& line) {
+    std::lock_guard<std::mutex> lock(mutex);
+    lines.push_back(line);
+  });
+  {
+    ProgressLine progress({"photometric"}, {1}, std::chrono::milliseconds(20));
+    progress.SetNumTasks(0, 4);
+    progress.BeginStage(0);
+    progress.TaskDone();
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  phi::SetLogSink(nullptr);
+  ASSERT_FALSE(lines.empty());
+  EXPECT_LE(lines.size(), 10u);
+  EXPECT_THAT(lines.back(),
+              ::testing::MatchesRegex("progress: [0-9]+ %, photometric 1 of 4 images, time left .*"));
+}
 
 TEST(FormatDurationTest, PicksTheUnit) {
   EXPECT_EQ(FormatDuration(7.4), "7 s");
