@@ -15,7 +15,7 @@ namespace colmap_ext {
 struct SyntheticRoomOptions {
   int width = 480, height = 360;  // --width, --height: pixels
   int num_views = 8;              // --num_views
-  double texture_share = 0.6;     // --texture_share: of all pixels; the others see paint, [0, 1]
+  double texture_share = 0.55;    // --texture_share: of all pixels; the others see paint, [0, 1]
   double noise_sigma = 1;         // --noise_sigma: grey levels
   double exposure_jitter = 0.05;  // --exposure_jitter: each view's gain is within 1 +- this
   int jpeg_quality = 95;          // --jpeg_quality: percent; 0 = PNG

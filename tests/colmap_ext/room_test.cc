@@ -122,7 +122,7 @@ TEST(SyntheticRoom, MostOfEachViewIsSeenByTwoMoreViews) {
 }
 
 TEST(SyntheticRoom, TexturedShareIsAsAsked) {
-  for (const double share : {0.0, 0.3, 0.6, 1.0}) {
+  for (const double share : {0.0, 0.3, 0.55, 1.0}) {
     SyntheticRoomOptions options = SmallRoom();
     options.texture_share = share;
     EXPECT_NEAR(TexturedShare(MakeSyntheticRoom(options).scene), share, 0.01) << share;
