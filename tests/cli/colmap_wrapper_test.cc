@@ -1,0 +1,91 @@
+// scripts/colmap-phi with a fake COLMAP and a fake phimvs that say who was called, and how.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using test_support::ProgramResult;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+void WriteProgram(const fs::path& path, const std::string& body) {
+  test_support::WriteBytes(path, "#!/bin/sh\n" + body);
+  fs::permissions(path, fs::perms::owner_all);
+}
+
+class ColmapWrapper : public testing::Test {
+ protected:
+  ColmapWrapper() {
+    WriteProgram(folder_ / "real/colmap", "echo \"real colmap: $*\"\nexit 7\n");
+    WriteProgram(folder_ / "bin/phimvs", "echo \"phimvs: $*\"\nexit 3\n");
+    fs::create_directories(folder_ / "ahead");
+    fs::copy_file(fs::path(PHIMVS_SOURCE_DIR) / "scripts/colmap-phi", folder_ / "ahead/colmap");
+  }
+
+  // Calls `colmap` as another program would, with the stand-in ahead on PATH.
+  ProgramResult Colmap(std::vector<std::string> arguments, std::vector<std::string> environment = {}) {
+    const std::string path = (folder_ / "ahead").string() + ":" + (folder_ / "bin").string() + ":" +
+                             (folder_ / "real").string() + ":/usr/bin:/bin";
+    environment.insert(environment.begin(), "PATH=" + path);
+    arguments.insert(arguments.begin(), "colmap");
+    return RunProgram(arguments, environment);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ColmapWrapper, PassesOtherCommandsThroughWithTheirExitCode) {
+  const ProgramResult result = Colmap({"feature_extractor", "--database_path", "a b.db"});
+  EXPECT_EQ(result.output, "real colmap: feature_extractor --database_path a b.db\n");
+  EXPECT_EQ(result.exit_code, 7);
+  EXPECT_EQ(Colmap({"-h"}).output, "real colmap: -h\n");
+  EXPECT_EQ(Colmap({}).output, "real colmap: \n");
+}
+
+TEST_F(ColmapWrapper, TakesOverPatchMatchStereo) {
+  const ProgramResult result = Colmap({"patch_match_stereo", "--workspace_path", "dense"});
+  EXPECT_EQ(result.output, "phimvs: patch_match_stereo --workspace_path dense\n");
+  EXPECT_EQ(result.exit_code, 3);
+}
+
+TEST_F(ColmapWrapper, TakesOverStereoFusionOnRequestOnly) {
+  EXPECT_EQ(Colmap({"stereo_fusion"}).output, "real colmap: stereo_fusion\n");
+  EXPECT_EQ(Colmap({"stereo_fusion"}, {"PHIMVS_STEREO_FUSION=1"}).output, "phimvs: stereo_fusion\n");
+}
+
+TEST_F(ColmapWrapper, DoesNotCallItselfWhenInstalledTwice) {
+  fs::copy_file(folder_ / "ahead/colmap", folder_ / "bin/colmap");
+  EXPECT_EQ(Colmap({"gui"}).output, "real colmap: gui\n");
+}
+
+TEST_F(ColmapWrapper, TakesProgramsFromTheEnvironment) {
+  WriteProgram(folder_ / "other", "echo \"other: $*\"\n");
+  EXPECT_EQ(Colmap({"gui"}, {"PHIMVS_COLMAP=" + (folder_ / "other").string()}).output, "other: gui\n");
+  EXPECT_EQ(Colmap({"patch_match_stereo"}, {"PHIMVS_PROGRAM=" + (folder_ / "other").string()}).output,
+            "other: patch_match_stereo\n");
+}
+
+TEST_F(ColmapWrapper, SaysWhenThereIsNoRealColmap) {
+  fs::remove(folder_ / "real/colmap");
+  // A PATH with the tools that the stand-in needs and no COLMAP.
+  fs::create_directories(folder_ / "tools");
+  for (const char* tool : {"bash", "env", "head", "grep", "dirname", "readlink"}) {
+    for (const char* bin : {"/usr/bin/", "/bin/"}) {
+      if (!fs::exists(folder_ / "tools" / tool) && fs::exists(std::string(bin) + tool)) {
+        fs::create_symlink(std::string(bin) + tool, folder_ / "tools" / tool);
+      }
+    }
+  }
+  const ProgramResult alone = RunProgram(
+      {"colmap", "gui"}, {"PATH=" + (folder_ / "ahead").string() + ":" + (folder_ / "tools").string()});
+  EXPECT_EQ(alone.exit_code, 127);
+  EXPECT_THAT(alone.errors, HasSubstr("PHIMVS_COLMAP"));
+}
+
+}  // namespace

@@ -1,0 +1,225 @@
+// scripts/compare_with_colmap and scripts/eth3d on a synthetic room. Stereo and fusion are stand-ins that hand over the
+// room's exact maps and points, so that what is tested is the scripts; evaluate and report are the real ones.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/sparse_model.h"
+#include "colmap_ext/workspace.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using colmap_ext::Workspace;
+using test_support::ProgramResult;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using test_support::WriteBytes;
+using testing::HasSubstr;
+using testing::Not;
+
+namespace fs = std::filesystem;
+
+void WriteProgram(const fs::path& path, const std::string& body) {
+  WriteBytes(path, "#!/bin/sh\n" + body);
+  fs::permissions(path, fs::perms::owner_all);
+}
+
+void WritePly(const fs::path& path, const std::vector<Eigen::Vector3d>& points) {
+  std::string body;
+  for (const Eigen::Vector3d& p : points) {
+    const Eigen::Vector3f f = p.cast<float>();
+    body.append(reinterpret_cast<const char*>(f.data()), 12);
+  }
+  WriteBytes(path, "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(points.size()) +
+                       "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + body);
+}
+
+// A room rendered once for all tests: workspace room/dense, exact maps room/truth.
+class ComparisonScripts : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    room_ = new TemporaryFolder();
+    const ProgramResult result = RunProgram({PHIMVS_BINARY, "make_scene", "--output_path", *room_ / "room",
+                                             "--width", "160", "--height", "120", "--num_views", "4"});
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+  }
+  static void TearDownTestSuite() { delete room_; }
+
+  void SetUp() override {
+    if (RunProgram({"python3", "--version"}).exit_code != 0) GTEST_SKIP() << "no python3 on PATH";
+    Workspace workspace({*room_ / "room/dense"});
+    for (std::size_t i = 0; i < workspace.views().size(); ++i) {
+      std::vector<Eigen::Vector3d> in_camera = CameraPoints(workspace, static_cast<int>(i));
+      const phi::Pose& pose = workspace.views()[i].camera.pose;
+      for (const Eigen::Vector3d& p : in_camera) {
+        world_.push_back(pose.rotation.transpose() * (p - pose.translation));
+      }
+      scans_.push_back(std::move(in_camera));
+    }
+    WritePly(folder_ / "exact.ply", world_);
+    // patch_match_stereo leaves the exact maps, stereo_fusion the exact points; the rest is the real program.
+    WriteProgram(
+        folder_ / "phimvs",
+        "echo \"$*\" >> '" + (folder_ / "calls").string() +
+            "'\n"
+            "case $1 in\n"
+            "patch_match_stereo) workspace=$3; cd '" +
+            TruthDepths().string() +
+            "'; for f in *; do cp \"$f\" \"$workspace/stereo/depth_maps/${f%.bin}.geometric.bin\"; done ;;\n"
+            "stereo_fusion) cp '" +
+            (folder_ / "exact.ply").string() +
+            "' \"$5\" ;;\n"
+            "*) exec '" PHIMVS_BINARY "' \"$@\" ;;\nesac\n");
+  }
+
+  // The folder of the exact depth maps, files <image name>.bin.
+  fs::path TruthDepths() const {
+    const fs::path link = folder_ / "truth_depths";
+    if (fs::exists(link)) return link;
+    fs::create_directories(link);
+    for (const auto& entry : fs::recursive_directory_iterator(*room_ / "room/truth")) {
+      if (entry.path().string().find("depth") == std::string::npos || entry.path().extension() != ".bin")
+        continue;
+      std::string name = entry.path().stem().string();
+      if (name.ends_with(".geometric")) name.resize(name.size() - 10);
+      fs::copy_file(entry.path(), link / (name + ".bin"));
+    }
+    return link;
+  }
+
+  std::vector<Eigen::Vector3d> CameraPoints(const Workspace& workspace, int view) const {
+    const phi::Pinhole k = workspace.views()[view].camera.pinhole;
+    const auto depth = colmap_ext::ReadDepthMap(TruthDepths() / (workspace.views()[view].name + ".bin"));
+    std::vector<Eigen::Vector3d> points;
+    for (int y = 0; y < depth.height(); ++y) {
+      for (int x = 0; x < depth.width(); ++x) {
+        const double z = depth(x, y);
+        if (z > 0) points.emplace_back((x + 0.5 - k.cx) / k.fx * z, (y + 0.5 - k.cy) / k.fy * z, z);
+      }
+    }
+    return points;
+  }
+
+  ProgramResult Script(const std::string& name, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"python3", PHIMVS_SOURCE_DIR "/scripts/" + name});
+    return RunProgram(arguments);
+  }
+
+  static TemporaryFolder* room_;
+  TemporaryFolder folder_;
+  std::vector<Eigen::Vector3d> world_;               // all views' points
+  std::vector<std::vector<Eigen::Vector3d>> scans_;  // by view, camera frame
+};
+
+TemporaryFolder* ComparisonScripts::room_ = nullptr;
+
+TEST_F(ComparisonScripts, Eth3dScoresASceneOfItsLayoutAndResumes) {
+  const fs::path scene = folder_ / "data/tiny";
+  fs::create_directories(scene);
+  fs::copy(*room_ / "room/dense/images", scene / "images", fs::copy_options::recursive);
+  const colmap_ext::SparseModel model = colmap_ext::ReadSparseModel(*room_ / "room/dense/sparse");
+  fs::create_directories(scene / "dslr_calibration_undistorted");
+  colmap_ext::WriteSparseModelText(model, scene / "dslr_calibration_undistorted");
+  // One laser scan from each camera's place: its frame is the camera's.
+  const Workspace workspace({*room_ / "room/dense"});
+  std::string project = "<MeshLabProject><MeshGroup>\n";
+  for (std::size_t i = 0; i < scans_.size(); ++i) {
+    const std::string name = "scan" + std::to_string(i) + ".ply";
+    WritePly(scene / "dslr_scan_eval" / name, scans_[i]);
+    const phi::Pose& pose = workspace.views()[i].camera.pose;
+    Eigen::Matrix4d world_from_scan = Eigen::Matrix4d::Identity();
+    world_from_scan.topLeftCorner<3, 3>() = pose.rotation.transpose();
+    world_from_scan.topRightCorner<3, 1>() = pose.Center();
+    std::ostringstream matrix;
+    matrix.precision(17);
+    matrix << world_from_scan;
+    project += "<MLMesh label=\"" + name + "\" filename=\"" + name + "\">\n<MLMatrix44>\n" + matrix.str() +
+               "\n</MLMatrix44>\n</MLMesh>\n";
+  }
+  WriteBytes(scene / "dslr_scan_eval/scan_alignment.mlp", project + "</MeshGroup></MeshLabProject>\n");
+
+  const std::vector<std::string> arguments{"--data_path",   folder_ / "data", "--output_path",
+                                           folder_ / "out", "--phimvs",       folder_ / "phimvs"};
+  const ProgramResult first = Script("eth3d", arguments);
+  ASSERT_EQ(first.exit_code, 0) << first.output << first.errors;
+  const auto result = nlohmann::json::parse(ReadBytes(folder_ / "out/tiny/scene.json"));
+  EXPECT_GT(result["scores"]["f1"][0].get<double>(), 99.9) << "the exact points score full marks";
+  EXPECT_EQ(result["num_images"], 4);
+  EXPECT_THAT(ReadBytes(folder_ / "out/table.md"), HasSubstr("| tiny | "));
+  EXPECT_THAT(first.output, HasSubstr("left out: courtyard"));
+  const std::string calls = ReadBytes(folder_ / "calls");
+  EXPECT_THAT(calls, HasSubstr("--PatchMatchStereo.max_image_size 80"));  // half of 160
+
+  const ProgramResult second = Script("eth3d", arguments);
+  ASSERT_EQ(second.exit_code, 0) << second.errors;
+  EXPECT_EQ(ReadBytes(folder_ / "calls"), calls) << "nothing runs twice";
+}
+
+TEST_F(ComparisonScripts, Eth3dSaysWhatLayoutItWants) {
+  fs::create_directories(folder_ / "data/empty");
+  const ProgramResult result =
+      Script("eth3d", {"--data_path", folder_ / "data", "--output_path", folder_ / "out"});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_THAT(result.errors, HasSubstr("scan_alignment.mlp"));
+}
+
+class CompareWithColmap : public ComparisonScripts {
+ protected:
+  // A COLMAP whose head line is `head` and that runs as the stand-in does.
+  ProgramResult Compare(const std::string& head, std::vector<std::string> more = {}) {
+    WriteProgram(folder_ / "colmap", "if [ \"$1\" = help ]; then echo '" + head + "'; exit 0; fi\nexec '" +
+                                         (folder_ / "phimvs").string() + "' \"$@\"\n");
+    std::vector<std::string> arguments{"--workspace_path", *room_ / "room/dense", "--output_path",
+                                       folder_ / "out",    "--truth_path",        folder_ / "exact.ply",
+                                       "--phimvs",         folder_ / "phimvs",    "--colmap",
+                                       folder_ / "colmap"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Script("compare_with_colmap", arguments);
+  }
+
+  nlohmann::json Summary() { return nlohmann::json::parse(ReadBytes(folder_ / "out/summary.json")); }
+};
+
+TEST_F(CompareWithColmap, RunsBothAndCrossesFusers) {
+  const ProgramResult result = Compare("COLMAP 3.11.1 -- with (Commit x on y with CUDA)");
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  const auto summary = Summary();
+  EXPECT_EQ(summary["clouds"].size(), 4u);
+  EXPECT_NEAR(summary["clouds"][0]["scores"]["f1"][0].get<double>(), 100, 1e-6);
+  EXPECT_GT(summary["maps"]["colmap"]["coverage"].get<double>(), 50);
+  EXPECT_GT(summary["maps"]["phimvs"]["seconds"].get<double>(), 0);
+  EXPECT_TRUE(summary["notes"].empty()) << summary["notes"];
+  EXPECT_THAT(ReadBytes(folder_ / "out/report.html"), HasSubstr("Difference to COLMAP"));
+  EXPECT_FALSE(fs::exists(*room_ / "room/dense/stereo/phimvs.json")) << "the workspace itself is not changed";
+}
+
+TEST_F(CompareWithColmap, SaysWhatIsMissingWithoutCudaAndMaps) {
+  const ProgramResult result = Compare("COLMAP 3.8 -- (Commit x on y without CUDA)");
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("COLMAP's side of the comparison is missing"));
+  EXPECT_FALSE(Summary()["maps"].contains("colmap"));
+}
+
+TEST_F(CompareWithColmap, WarnsOfVersionsThatShearUnequalWidths) {
+  EXPECT_THAT(Compare("COLMAP 4.1.1 -- (with CUDA)").output, Not(HasSubstr("shears")))
+      << "all widths are equal here";
+  // The same room with one camera more, of another width.
+  fs::copy(*room_ / "room/dense", folder_ / "unequal", fs::copy_options::recursive);
+  colmap_ext::SparseModel model = colmap_ext::ReadSparseModel(folder_ / "unequal/sparse");
+  colmap_ext::SparseCamera other = model.cameras.begin()->second;
+  other.camera_id = 99;
+  other.width += 8;
+  model.cameras[99] = other;
+  colmap_ext::WriteSparseModelBinary(model, folder_ / "unequal/sparse");
+  EXPECT_THAT(Compare("COLMAP 4.1.1 -- (with CUDA)", {"--workspace_path", folder_ / "unequal"}).output,
+              HasSubstr("shears"));
+  EXPECT_THAT(Compare("COLMAP 4.2.0 -- (with CUDA)", {"--workspace_path", folder_ / "unequal"}).output,
+              Not(HasSubstr("shears")));
+}
+
+}  // namespace
