@@ -22,6 +22,7 @@ const Command* FindCommand(std::string_view name);  // null when there is none
 
 // One function per command, defined in the file of the same name.
 int RunPatchMatchStereo(int argc, char** argv);
+int RunHoleFiller(int argc, char** argv);
 int RunStereoFusion(int argc, char** argv);
 int RunWorkspaceChecker(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);

@@ -17,7 +17,8 @@ Array2D<float> InverseDepth(const PlaneMap& map) {
 
 }  // namespace
 
-Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas)
+Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
+                       std::uint32_t image_id)
     : measured_inverse_depth_(InverseDepth(measured)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
@@ -34,6 +35,33 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas)
       FillScanline(MakeScanline(direction, index, width, height), const_supports.view(), options,
                    inverse_depth_[direction].view());
     });
+  }
+  if (image != nullptr && formulas == Formulas::kRobust) {
+    ReplaceDiagonals(RegionPlanes(*image, const_supports.view(), image_id));
+    RemoveOverexposed(*image);
+  }
+}
+
+void Hypotheses::ReplaceDiagonals(const RegionPlanes& planes) {
+  constexpr int kReplaced[kPlanesPerRegion] = {kDescending, kAscending};
+  tbb::parallel_for(0, measured_inverse_depth_.height(), [&](int y) {
+    for (int x = 0; x < measured_inverse_depth_.width(); ++x) {
+      if (measured(x, y)) continue;
+      const auto& region = planes.At(x, y);
+      for (int k = 0; k < kPlanesPerRegion; ++k) {
+        const float w = region[k].At(x, y);
+        if (w > 0) inverse_depth_[kReplaced[k]](x, y) = w;
+      }
+    }
+  });
+}
+
+void Hypotheses::RemoveOverexposed(const GrayImage& image) {
+  constexpr int kOverexposed = 250;
+  for (Array2D<float>& map : inverse_depth_) {
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      if (image.data()[i] >= kOverexposed && !(measured_inverse_depth_.data()[i] > 0)) map.data()[i] = 0;
+    }
   }
 }
 

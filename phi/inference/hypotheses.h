@@ -4,18 +4,25 @@
 #include <array>
 
 #include "phi/backend.h"
+#include "phi/inference/region_planes.h"
 #include "phi/inference/upsample.h"
 
 namespace phi {
 
 class Hypotheses {
  public:
-  Hypotheses(const PlaneMap& measured, Formulas formulas);
+  // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
+  // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
+  Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image = nullptr,
+             std::uint32_t image_id = 0);
 
   bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
   HypothesisMaps maps() const;
 
  private:
+  void ReplaceDiagonals(const RegionPlanes& planes);
+  void RemoveOverexposed(const GrayImage& image);
+
   Array2D<float> measured_inverse_depth_;
   std::array<Array2D<float>, kNumDirections> inverse_depth_;
 };

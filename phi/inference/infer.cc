@@ -104,7 +104,8 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   InverseDepthMap inferred(measured.width(), measured.height(), 0.0f);
   FieldStatistics statistics;
   if (options.mode != InferenceMode::kOff) {
-    const Hypotheses hypotheses(measured, options.formulas);
+    const Hypotheses hypotheses(measured, options.formulas, input.reference.image.get(),
+                                input.reference.view->image_id);
     ThrowIfCancelled();
     const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
     inferred = options.mode == InferenceMode::kMinCost

@@ -19,7 +19,7 @@ enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3
 struct LineOptions {
   bool literal = false;  // the paper's form: lines in depth, no bounds, every measured pixel supports
   int max_extrapolation =
-      24;              // pixels that a line reaches beyond its outermost support where only one side has any
+      12;              // pixels that a line reaches beyond its outermost support where only one side has any
   int max_reach = 16;  // pixels from the gap within which a side's supports are looked for
   float max_jump = 0.05f;  // relative: a gap whose two sides miss each other by more is a depth edge
 };

@@ -1,0 +1,155 @@
+#include "colmap_ext/pipeline/hole_filling.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/pipeline/result_key.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kNumWriters = 2;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+void CopyAtomically(const fs::path& from, const fs::path& to) {
+  std::ifstream file(from, std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file && !file.eof()) throw phi::InputError(from.string() + " cannot be read; check its permissions");
+  WriteFileAtomically(to, content);
+}
+
+phi::SparseDepth NoSparseDepth(int) { return {}; }  // nothing is estimated here
+
+}  // namespace
+
+HoleFilling::HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs,
+                         const PipelineOptions& options,
+                         const std::map<std::string, std::string>& effective_options,
+                         const Backends& backends)
+    : workspace_(workspace),
+      options_(options),
+      jobs_(std::move(jobs)),
+      backends_(backends),
+      record_(workspace.StereoFolder()),
+      store_(workspace, options.cache_bytes, kNumWriters),
+      tasks_(workspace_, jobs_, options_, NoSparseDepth, &store_),
+      keys_(jobs_.size()) {
+  ResultKey key;
+  for (const auto& [name, value] : effective_options) key.Add(name).Add(value);
+  record_.SetOptions(effective_options, key.Hex());
+}
+
+RunSummary HoleFilling::Run() {
+  const Clock::time_point begin = Clock::now();
+  summary_.num_images = static_cast<int>(jobs_.size());
+  FindMeasuredMaps();
+  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
+  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  if (options_.inference.mode == phi::InferenceMode::kOff) {
+    RunStage(geometric, measured);
+  } else {
+    const Stage inferred{
+        .kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
+    geometric.kind = StageKind::kFilter;
+    RunStage(inferred, measured);
+    RunStage(geometric, inferred);
+  }
+  store_.Drain();
+  for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");
+  record_.Compact();
+  summary_.seconds = SecondsSince(begin);
+  return summary_;
+}
+
+void HoleFilling::FindMeasuredMaps() {
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    const int job = static_cast<int>(j);
+    if (!jobs_[j].problem.empty()) {
+      phi::LogWarning(jobs_[j].problem);
+    } else if (ImportMeasuredMap(job)) {
+      keys_[j] = ResultKey().Add(kMeasured).Add(NameOf(job)).Hex();
+    } else {
+      phi::LogWarning("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
+    }
+  }
+  if (std::all_of(keys_.begin(), keys_.end(), [](const std::string& key) { return key.empty(); })) {
+    throw phi::InputError(
+        workspace_.StereoFolder().string() +
+        " holds no .measured.bin or .geometric.bin maps of the images' size; run patch_match_stereo "
+        "first, or give the --PatchMatchStereo.max_image_size that it ran with");
+  }
+}
+
+// A geometric map that the record does not know is another program's, and newer than any copy of it.
+bool HoleFilling::ImportMeasuredMap(int job) {
+  const int image = jobs_[job].image;
+  const std::string measured(kMeasured), geometric(kGeometric);
+  const bool has_measured = store_.FilesAreWhole(image, measured, false, false);
+  const bool has_geometric = store_.FilesAreWhole(image, geometric, false, false);
+  const bool geometric_is_ours = record_.Find(NameOf(job), geometric) != nullptr;
+  if (has_measured && (geometric_is_ours || !has_geometric)) return true;
+  if (!has_geometric) return false;
+  CopyAtomically(workspace_.NormalMapPath(image, geometric), workspace_.NormalMapPath(image, measured));
+  CopyAtomically(workspace_.DepthMapPath(image, geometric), workspace_.DepthMapPath(image, measured));
+  return true;
+}
+
+void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
+  std::vector<int> pending;
+  std::vector<RunRecord::Task> names;
+  std::vector<std::string> keys;
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    if (keys_[j].empty()) continue;
+    pending.push_back(static_cast<int>(j));
+    names.emplace_back(NameOf(static_cast<int>(j)), stage.result);
+    // Not a key that patch_match_stereo gives: it makes its own geometric maps again when it runs next.
+    keys.push_back("hole_filler " + keys_[j]);
+  }
+  if (!stage.transient) record_.Begin(names, keys);
+  const Clock::time_point begin = Clock::now();
+  const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
+    const Clock::time_point task_begin = Clock::now();
+    TaskRecord record;
+    const StageResult result = tasks_.Run(stage, &previous, keys_, job, backend, &record.warnings);
+    for (const std::string& warning : record.warnings) {
+      phi::LogWarning("image " + NameOf(job) + ": " + warning);
+    }
+    record.state = "done";
+    record.key = "hole_filler " + keys_[job];
+    record.seconds = SecondsSince(task_begin);
+    Save(stage, job, result, record);
+  });
+  summary_.stages.push_back({.name = stage.result});
+  summary_.stages.back().num_made = static_cast<int>(pending.size() - failures.size());
+  summary_.stages.back().seconds = SecondsSince(begin);
+  for (const TaskFailure& failure : failures) {
+    phi::LogError(failure.message);
+    summary_.failures.push_back({NameOf(failure.task), stage.result, failure.message});
+    keys_[failure.task].clear();
+  }
+}
+
+void HoleFilling::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {
+  if (stage.transient) {
+    store_.KeepTransient(jobs_[job].image, stage.result, result);
+    return;
+  }
+  store_.Write(
+      jobs_[job].image, stage.result, result,
+      [this, task = RunRecord::Task(NameOf(job), stage.result), record] { record_.Finish(task, record); });
+}
+
+}  // namespace colmap_ext

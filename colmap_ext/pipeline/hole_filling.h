@@ -1,0 +1,48 @@
+// Plane hypothesis inference and the second filter on maps that are already there: hole_filler's work.
+//
+// Always starts from <image>.measured.bin. Where only <image>.geometric.bin is there (another program's), it is
+// copied to that name first, so that running twice gives the same bytes.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/run_summary.h"
+#include "colmap_ext/pipeline/stage_tasks.h"
+#include "colmap_ext/pipeline/task_queue.h"
+
+namespace colmap_ext {
+
+class HoleFilling {
+ public:
+  using Backends = std::vector<std::unique_ptr<phi::Backend>>;
+
+  // `effective_options` goes into phimvs.json for the reader. References must outlive it.
+  HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs, const PipelineOptions& options,
+              const std::map<std::string, std::string>& effective_options, const Backends& backends);
+
+  // Writes <image>.geometric.bin and the filled masks. Throws phi::InputError when no image has maps; images that
+  // cannot be done are in the summary, and all others are done.
+  RunSummary Run();
+
+ private:
+  void FindMeasuredMaps();
+  bool ImportMeasuredMap(int job);
+  void RunStage(const Stage& stage, const Stage& previous);
+  void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
+  const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
+
+  const Workspace& workspace_;
+  const PipelineOptions options_;
+  const std::vector<ImageJob> jobs_;
+  const Backends& backends_;
+  RunRecord record_;
+  MapStore store_;
+  StageTasks tasks_;
+  std::vector<std::string> keys_;  // by job: of its maps; empty where it has none
+  RunSummary summary_;
+};
+
+}  // namespace colmap_ext

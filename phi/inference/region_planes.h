@@ -1,0 +1,46 @@
+// Plane hypotheses from larger supports than a scanline: an evenly coloured region of the image is likely to be one
+// surface, or a few, and its measured rim carries planes that lines through six pixels only guess.
+//
+// Regions are connected pixels whose smoothed brightness changes slowly. Each gets up to two planes in inverse depth
+// by RANSAC over its measured pixels, refined by least squares. Draws are keyed by image and region: the same planes
+// for any number of threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/inference/line_hypothesis.h"
+
+namespace phi {
+
+inline constexpr int kPlanesPerRegion = 2;
+
+// 1 / z = a + b * x + c * y at array indices (x, y), within the box; the box is the plane's inliers' and a margin, so
+// that a plane is not followed far beyond what carries it.
+struct RegionPlane {
+  double a = 0, b = 0, c = 0;
+  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
+
+  // 0 outside the box.
+  float At(int x, int y) const {
+    if (x < x0 || y < y0 || x > x1 || y > y1) return 0;
+    const double w = a + b * x + c * y;
+    return w > 0 ? static_cast<float>(w) : 0;
+  }
+};
+
+class RegionPlanes {
+ public:
+  RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports, std::uint32_t image_id);
+
+  // The planes of the pixel's region; those without support are 0 everywhere.
+  const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
+
+ private:
+  Array2D<std::int32_t> region_;  // index into planes_, -1 = too little support
+  std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
+};
+
+}  // namespace phi

@@ -1,0 +1,115 @@
+#include "phi/inference/region_planes.h"
+
+#include <cmath>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "phi/inference/hypotheses.h"
+
+namespace phi {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+
+float LeftWall(int x, int y) { return 0.3f + 0.002f * x - 0.0005f * y; }
+float RightWall(int x, int) { return 0.46f - 0.001f * (x - 80); }  // meets the left wall near x = 80
+float Walls(int x, int y) { return x < 80 ? LeftWall(x, y) : RightWall(x, y); }
+
+// Measured on a rim 8 pixels wide; the inside is a hole.
+bool OnRim(int x, int y) { return x < 8 || y < 8 || x >= kWidth - 8 || y >= kHeight - 8; }
+
+template <typename InverseDepth>
+PlaneMap RimOf(const InverseDepth& inverse_depth) {
+  PlaneMap map(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      map(x, y).normal = {0, 0, -1};
+      map(x, y).depth = OnRim(x, y) ? 1 / inverse_depth(x, y) : 0;
+    }
+  }
+  return map;
+}
+
+// Nearest of the hypotheses to the truth, as an error relative to it; large where there is none.
+float BestError(const Hypotheses& hypotheses, int x, int y, float truth) {
+  float best = 1e9f;
+  for (const auto& map : hypotheses.maps().inverse_depth) {
+    if (map(x, y) > 0) best = std::fmin(best, std::fabs(map(x, y) - truth) / truth);
+  }
+  return best;
+}
+
+TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
+  const GrayImage plain(kWidth, kHeight, 120);
+  const Hypotheses hypotheses(RimOf(LeftWall), Formulas::kRobust, &plain);
+  for (int y = 8; y < kHeight - 8; ++y) {
+    for (int x = 8; x < kWidth - 8; ++x) {
+      EXPECT_NEAR(hypotheses.maps().inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
+    }
+  }
+}
+
+TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
+  const GrayImage plain(kWidth, kHeight, 120);
+  const Hypotheses hypotheses(RimOf(Walls), Formulas::kRobust, &plain);
+  for (int y = 20; y < kHeight - 20; y += 5) {
+    for (const int x : {20, 40, 60, 100, 120, 140}) {
+      EXPECT_LT(BestError(hypotheses, x, y, Walls(x, y)), 0.003f) << x << ", " << y;
+    }
+  }
+}
+
+TEST(RegionPlanes, AnImageEdgeEndsARegion) {
+  // Dark left half with a measured rim, bright right half without any measurement.
+  GrayImage image(kWidth, kHeight, 60);
+  PlaneMap map = RimOf(LeftWall);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 80; x < kWidth; ++x) {
+      image(x, y) = 180;
+      map(x, y).depth = 0;
+    }
+  }
+  const Hypotheses hypotheses(map, Formulas::kRobust, &image);
+  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](60, 60), 0);
+  const int reach = LineOptions().max_extrapolation + 8;  // lines may go on from the rims above and below
+  for (int x = 80 + reach; x < kWidth; ++x) {
+    for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](x, 60), 0) << x;
+  }
+}
+
+TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
+  const GrayImage plain(kWidth, kHeight, 120);
+  PlaneMap map = RimOf(LeftWall);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) map(x, y).depth = x < 40 && y < 40 ? 1 / LeftWall(x, y) : 0;
+  }
+  // The box of 40 pixels may grow by a quarter of its side, 9 pixels, and not farther.
+  const Hypotheses hypotheses(map, Formulas::kRobust, &plain);
+  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](48, 48), 0);
+  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
+}
+
+TEST(RegionPlanes, OverexposedHolesStayHoles) {
+  GrayImage image(kWidth, kHeight, 120);
+  for (int y = 50; y < 70; ++y) {
+    for (int x = 50; x < 70; ++x) image(x, y) = 255;
+  }
+  const Hypotheses hypotheses(RimOf(LeftWall), Formulas::kRobust, &image);
+  for (int k = 0; k < kNumDirections; ++k) {
+    EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
+    EXPECT_GT(hypotheses.maps().inverse_depth[k](40, 60), 0);
+  }
+}
+
+TEST(RegionPlanes, PaperFormulasHaveNone) {
+  const GrayImage plain(kWidth, kHeight, 255);
+  const PlaneMap map = RimOf(LeftWall);
+  const Hypotheses with_image(map, Formulas::kPaper, &plain), without(map, Formulas::kPaper);
+  for (int k = 0; k < kNumDirections; ++k) {
+    EXPECT_EQ(with_image.maps().inverse_depth[k](60, 60), without.maps().inverse_depth[k](60, 60));
+  }
+}
+
+}  // namespace
+}  // namespace phi
