@@ -60,6 +60,7 @@ RunSummary HoleFilling::Run() {
   Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
   if (options_.inference.mode == phi::InferenceMode::kOff) {
     RunStage(geometric, measured);
+    for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
   } else {
     const Stage inferred{
         .kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
@@ -70,8 +71,19 @@ RunSummary HoleFilling::Run() {
   store_.Drain();
   for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");
   record_.Compact();
-  summary_.seconds = SecondsSince(begin);
+  Summarize(SecondsSince(begin));
   return summary_;
+}
+
+void HoleFilling::Summarize(double seconds) {
+  summary_.seconds = seconds;
+  summary_.peak_host_bytes = PeakHostBytes();
+  summary_.peak_cache_bytes = store_.cache().peak_bytes();
+  summary_.bytes_written = store_.writers().bytes_written();
+  summary_.write_seconds = store_.writers().busy_seconds();
+  for (const auto& backend : backends_) {
+    summary_.devices.push_back({backend->Name(), backend->PeakDeviceBytes()});
+  }
 }
 
 void HoleFilling::FindMeasuredMaps() {

@@ -28,6 +28,7 @@ class HoleFilling {
   RunSummary Run();
 
  private:
+  void Summarize(double seconds);
   void FindMeasuredMaps();
   bool ImportMeasuredMap(int job);
   void RunStage(const Stage& stage, const Stage& previous);

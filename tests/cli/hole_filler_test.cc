@@ -1,0 +1,152 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "colmap_ext/workspace.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::ProgramResult;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using testing::HasSubstr;
+
+bool InHole(int x, int y) { return x >= 60 && x < 100 && y >= 45 && y < 75; }
+
+std::string MapName(int view, const std::string& kind) {
+  return "view" + std::to_string(view) + ".png." + kind + ".bin";
+}
+
+// A workspace as another program leaves it: exact .geometric.bin maps of an oblique plane, each with a hole.
+class ForeignWorkspace {
+ public:
+  ForeignWorkspace() : scene_(test_support::PlaneScene()) {
+    colmap_ext::SparseModel model;
+    std::string config;
+    for (std::size_t i = 0; i < scene_.views.size(); ++i) {
+      const phi::Camera& camera = scene_.views[i].camera;
+      const phi::Pinhole& k = camera.pinhole;
+      const std::uint32_t id = static_cast<std::uint32_t>(i) + 1;
+      const std::string name = "view" + std::to_string(i) + ".png";
+      model.cameras[id] = {id,
+                           1,
+                           static_cast<std::uint64_t>(k.width),
+                           static_cast<std::uint64_t>(k.height),
+                           {k.fx, k.fy, k.cx, k.cy}};
+      colmap_ext::SparseImage image;
+      image.image_id = image.camera_id = id;
+      image.rotation = Eigen::Quaterniond(camera.pose.rotation);
+      image.translation = camera.pose.translation;
+      image.name = name;
+      model.images.push_back(image);
+      colmap_ext::WriteGrayImage(path() / "images" / name, *scene_.images[i]);
+      phi::PlaneMap map = *scene_.truth[i];
+      for (int y = 0; y < map.height(); ++y) {
+        for (int x = 0; x < map.width(); ++x) {
+          if (InHole(x, y)) map(x, y) = {};
+        }
+      }
+      colmap_ext::WritePlaneMap(path() / "stereo/depth_maps" / MapName(static_cast<int>(i), "geometric"),
+                                path() / "stereo/normal_maps" / MapName(static_cast<int>(i), "geometric"),
+                                map);
+      config += name + "\n__all__\n";
+    }
+    colmap_ext::WriteSparseModelBinary(model, path() / "sparse");
+    test_support::WriteBytes(path() / "stereo/patch-match.cfg", config);
+  }
+
+  const fs::path& path() const { return folder_.path(); }
+  int num_views() const { return static_cast<int>(scene_.views.size()); }
+  const phi::PlaneMap& truth(int view) const { return *scene_.truth[view]; }
+
+  phi::Array2D<float> Depth(int view, const std::string& kind) const {
+    return colmap_ext::ReadDepthMap(path() / "stereo/depth_maps" / MapName(view, kind));
+  }
+  ProgramResult Fill(const std::string& mode) const {
+    return RunProgram({PHIMVS_BINARY, "hole_filler", "--workspace_path", path().string(),
+                       "--PhiStereo.backend", "cpu", "--PhiInference.mode", mode});
+  }
+  // Content of all maps and masks, by path.
+  std::map<std::string, std::string> Files() const {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(path() / "stereo")) {
+      const std::string extension = entry.path().extension();
+      if (extension == ".bin" || extension == ".png") files[entry.path()] = ReadBytes(entry.path());
+    }
+    return files;
+  }
+
+ private:
+  TemporaryFolder folder_;
+  colmap_ext::RenderedScene scene_;
+};
+
+TEST(HoleFillerCommand, FillsMapsOfAnotherProgramAndRepeatsItself) {
+  const ForeignWorkspace workspace;
+  const phi::Array2D<float> before = workspace.Depth(0, "geometric");
+  const ProgramResult result = workspace.Fill("mrf");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  for (int view = 0; view < workspace.num_views(); ++view) {
+    const phi::Array2D<float> depth = workspace.Depth(view, "geometric");
+    int filled = 0, right = 0;
+    for (int y = 45; y < 75; ++y) {
+      for (int x = 60; x < 100; ++x) {
+        filled += depth(x, y) > 0;
+        right += std::abs(depth(x, y) / workspace.truth(view)(x, y).depth - 1) < 1e-3f;
+      }
+    }
+    EXPECT_GT(filled, 0.95 * 40 * 30) << "view " << view;
+    EXPECT_GT(right, 0.95 * filled) << "view " << view;
+  }
+  // What was measured is unchanged or, where no view confirms it, gone.
+  const phi::Array2D<float> after = workspace.Depth(0, "geometric"),
+                            measured = workspace.Depth(0, "measured");
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ASSERT_EQ(measured.data()[i], before.data()[i]);
+    if (before.data()[i] > 0 && after.data()[i] > 0) {
+      ASSERT_EQ(after.data()[i], before.data()[i]);
+    }
+  }
+  const phi::Mask mask = colmap_ext::ReadMask(workspace.path() / "stereo/filled_masks/view0.png.png");
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) ASSERT_EQ(mask(x, y) == 255, InHole(x, y) && after(x, y) > 0);
+  }
+
+  const auto files = workspace.Files();
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  EXPECT_EQ(workspace.Files(), files);
+}
+
+TEST(HoleFillerCommand, OffTakesFilledDepthsBackOut) {
+  const ForeignWorkspace workspace;
+  const std::string depth = workspace.path() / "stereo/depth_maps/view1.png.geometric.bin";
+  const std::string original = ReadBytes(depth);
+  ASSERT_EQ(workspace.Fill("min_cost").exit_code, 0);
+  EXPECT_NE(ReadBytes(depth), original);
+  ASSERT_EQ(workspace.Fill("off").exit_code, 0);
+  EXPECT_EQ(ReadBytes(depth), original);
+  EXPECT_FALSE(fs::exists(workspace.path() / "stereo/filled_masks/view1.png.png"));
+}
+
+TEST(HoleFillerCommand, SaysWhatIsMissing) {
+  const ForeignWorkspace workspace;
+  fs::remove_all(workspace.path() / "stereo/normal_maps");
+  const ProgramResult result = workspace.Fill("mrf");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("run patch_match_stereo first"));
+}
+
+}  // namespace
