@@ -68,6 +68,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
 
 FusedBlock ImageFuser::FuseRows(int begin, int end) const {
   FusedBlock block;
+  std::size_t hint = 0;
   for (int y = begin; y < end; ++y) {
     for (int x = 0; x < reference_.map->width(); ++x) {
       FusionPixel& pixel = (*reference_.map)(x, y);
@@ -75,7 +76,7 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) const {
       if (pixel.depth > 0) {
         const Vec3f ray = rays_.Ray(x + 0.5f, y + 0.5f);
         outcome =
-            rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block) : FuseBySupport(pixel, ray, &block);
+            rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block) : FuseBySupport(pixel, ray, &hint, &block);
       }
       if (outcome == PixelOutcome::kFused || outcome == PixelOutcome::kCovered)
         pixel.flags |= FusionPixel::kSettled;
@@ -91,8 +92,16 @@ bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& their
          theirs.depth * rays_.fx <= kMaxCoarsening * depth * neighbor.view.source.fx;
 }
 
-PixelOutcome ImageFuser::FuseBySupport(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const {
+PixelOutcome ImageFuser::FuseBySupport(const FusionPixel& pixel, Vec3f ray, std::size_t* hint,
+                                       FusedBlock* block) const {
   const Vec3f normal = UnpackNormal(pixel.normal);
+  const auto is_covered_by = [&](std::size_t k, const NeighborAnswer& answer) {
+    return answer.covers && Covers(neighbors_[k], *answer.pixel, pixel.depth);
+  };
+  if (*hint < neighbors_.size() && neighbors_[*hint].earlier &&
+      is_covered_by(*hint, AskNeighbor(neighbors_[*hint], ray, pixel.depth, normal, gates_))) {
+    return PixelOutcome::kCovered;
+  }
   Measurement measurements[kMaxFusionNeighbors + 1];
   measurements[0] = {Measurement::kReference, 0, 1, &pixel};
   int count = 1;
@@ -100,7 +109,10 @@ PixelOutcome ImageFuser::FuseBySupport(const FusionPixel& pixel, Vec3f ray, Fuse
   for (std::size_t k = 0; k < neighbors_.size(); ++k) {
     const NeighborAnswer answer = AskNeighbor(neighbors_[k], ray, pixel.depth, normal, gates_);
     ++answers[static_cast<std::size_t>(answer.agreement)];
-    if (answer.covers && Covers(neighbors_[k], *answer.pixel, pixel.depth)) return PixelOutcome::kCovered;
+    if (is_covered_by(k, answer)) {
+      *hint = k;
+      return PixelOutcome::kCovered;
+    }
     if (answer.agreement == Agreement::kAgrees && count < gates_.max_num_views) {
       measurements[count++] = MakeMeasurement(answer, static_cast<int>(k), gates_);
     }

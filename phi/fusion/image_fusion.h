@@ -85,7 +85,8 @@ class ImageFuser {
     int num_views = 0, num_inferred = 0;
   };
 
-  PixelOutcome FuseBySupport(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
+  // `hint`: the neighbour that covered the last pixel, to be asked first; it saves time and changes no result.
+  PixelOutcome FuseBySupport(const FusionPixel& pixel, Vec3f ray, std::size_t* hint, FusedBlock* block) const;
   PixelOutcome FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
   bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const;
   Vec3f NormalInReference(int neighbor, const FusionPixel& pixel) const;
