@@ -1,0 +1,123 @@
+// The command as its user meets it, and COLMAP's programs on its output.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/exact_scenes.h"
+#include "tests/support/map_workspace.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::HasProgram;
+using test_support::ProgramResult;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using ::testing::HasSubstr;
+
+class StereoFusionCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { test_support::WriteMapWorkspace(test_support::SphereScene(), folder_.path()); }
+
+  ProgramResult Fuse(std::vector<std::string> arguments, const std::string& output = "fused.ply") const {
+    std::vector<std::string> command = {PHIMVS_BINARY,      "stereo_fusion",
+                                        "--workspace_path", folder_.path().string(),
+                                        "--output_path",    (folder_ / output).string()};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return RunProgram(command);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(StereoFusionCommand, TakesColmapsOptions) {
+  const ProgramResult result = Fuse({"--workspace_format",
+                                     "COLMAP",
+                                     "--pmvs_option_name",
+                                     "option-all",
+                                     "--input_type",
+                                     "geometric",
+                                     "--output_type",
+                                     "PLY",
+                                     "--StereoFusion.num_threads",
+                                     "2",
+                                     "--StereoFusion.max_image_size",
+                                     "100",
+                                     "--StereoFusion.min_num_pixels",
+                                     "3",
+                                     "--StereoFusion.max_num_pixels",
+                                     "100",
+                                     "--StereoFusion.max_traversal_depth",
+                                     "50",
+                                     "--StereoFusion.max_reproj_error",
+                                     "1.5",
+                                     "--StereoFusion.max_depth_error",
+                                     "0.02",
+                                     "--StereoFusion.max_normal_error",
+                                     "20",
+                                     "--StereoFusion.check_num_images",
+                                     "10",
+                                     "--StereoFusion.cache_size",
+                                     "4",
+                                     "--StereoFusion.use_cache",
+                                     "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("StereoFusion.max_traversal_depth"));
+  EXPECT_TRUE(fs::exists(folder_ / "fused.ply"));
+  EXPECT_TRUE(fs::exists(folder_ / "fused.ply.vis"));
+}
+
+TEST_F(StereoFusionCommand, RefusesWrongValues) {
+  const ProgramResult result = Fuse({"--StereoFusion.max_depth_error", "-1"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("--StereoFusion.max_depth_error is -1, but must be"));
+  EXPECT_EQ(Fuse({"--input_type", "photometric"}).exit_code, 2);
+}
+
+TEST_F(StereoFusionCommand, AFullDiskLeavesNothingBehind) {
+  const fs::path out = folder_ / "out/fused.ply";
+  // The limit's signal is ignored, so that writing beyond 64 KiB is an error as on a full disk.
+  const ProgramResult result =
+      RunProgram({"/bin/bash", "-c",
+                  "trap '' XFSZ; ulimit -f 64; exec \"$0\" stereo_fusion --workspace_path \"$1\" "
+                  "--output_path \"$2\"",
+                  PHIMVS_BINARY, folder_.path().string(), out.string()});
+  EXPECT_EQ(result.exit_code, 3) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("free some space"));
+  EXPECT_TRUE(fs::is_empty(out.parent_path()));
+}
+
+TEST_F(StereoFusionCommand, ColmapsMeshersTakeTheCloud) {
+  if (!HasProgram("colmap")) GTEST_SKIP() << "colmap is not installed";
+  ASSERT_EQ(Fuse({}).exit_code, 0);
+  const ProgramResult poisson =
+      RunProgram({"colmap", "poisson_mesher", "--input_path", (folder_ / "fused.ply").string(),
+                  "--output_path", (folder_ / "poisson.ply").string(), "--PoissonMeshing.depth", "6"});
+  EXPECT_EQ(poisson.exit_code, 0) << poisson.output << poisson.errors;
+  EXPECT_GT(fs::file_size(folder_ / "poisson.ply"), 1000u);
+  const ProgramResult delaunay =
+      RunProgram({"colmap", "delaunay_mesher", "--input_path", folder_.path().string(), "--output_path",
+                  (folder_ / "delaunay.ply").string(), "--input_type", "dense"});
+  EXPECT_EQ(delaunay.exit_code, 0) << delaunay.output << delaunay.errors;
+  EXPECT_GT(fs::file_size(folder_ / "delaunay.ply"), 1000u);
+}
+
+TEST_F(StereoFusionCommand, ColmapReadsTheSparseModels) {
+  if (!HasProgram("colmap")) GTEST_SKIP() << "colmap is not installed";
+  for (const std::string type : {"BIN", "TXT"}) {
+    ASSERT_EQ(Fuse({"--output_type", type}, type).exit_code, 0);
+    const ProgramResult result =
+        RunProgram({"colmap", "model_analyzer", "--path", (folder_ / type).string()});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.output + result.errors, HasSubstr("Registered images: 5"));
+  }
+}
+
+}  // namespace
+}  // namespace colmap_ext

@@ -1,0 +1,86 @@
+#include "colmap_ext/fusion/fusion_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+// Images in a row, each with the `reach` images before and after it as neighbours.
+NeighborGraph Row(int count, int reach) {
+  NeighborGraph graph(static_cast<std::size_t>(count));
+  for (int p = 0; p < count; ++p) {
+    for (int other = std::max(0, p - reach); other <= std::min(count - 1, p + reach); ++other) {
+      if (other != p) graph[static_cast<std::size_t>(p)].push_back(other);
+    }
+  }
+  return graph;
+}
+
+// Follows the plan: what a step needs is there, nothing is read that is there, and the budget holds.
+void ExpectSound(const FusionPlan& plan, std::size_t max_resident) {
+  std::set<int> resident;
+  for (const FusionStep& step : plan.steps) {
+    for (const int image : step.drop) EXPECT_EQ(resident.erase(image), 1u);
+    for (const int image : step.load) EXPECT_TRUE(resident.insert(image).second);
+    EXPECT_TRUE(resident.contains(step.reference));
+    for (const int image : step.neighbors) EXPECT_TRUE(resident.contains(image));
+    for (const int image : step.load_ahead) EXPECT_TRUE(resident.insert(image).second);
+    EXPECT_LE(resident.size(), max_resident);
+  }
+}
+
+TEST(FusionPlan, OrdersARowFromEndToEnd) {
+  EXPECT_THAT(OrderImages(Row(6, 1)), testing::ElementsAre(0, 1, 2, 3, 4, 5));
+}
+
+TEST(FusionPlan, ReadsEveryMapOnceWhenTheWindowFits) {
+  const NeighborGraph graph = Row(500, 3);
+  const FusionPlan plan = PlanFusion(graph, OrderImages(graph), std::vector<std::int64_t>(500, 10), 70);
+  EXPECT_EQ(plan.num_loads, 500);
+  EXPECT_EQ(plan.num_trimmed_steps, 0);
+  EXPECT_EQ(plan.steps.size(), 500u);
+  ExpectSound(plan, 7);
+}
+
+TEST(FusionPlan, KeepsWithinTheBudgetWhereOrderCannotHelp) {
+  // Everyone needs everyone, and half fit: the rest goes without, and says so.
+  const NeighborGraph graph = Row(20, 20);
+  const FusionPlan plan = PlanFusion(graph, OrderImages(graph), std::vector<std::int64_t>(20, 10), 100);
+  ExpectSound(plan, 10);
+  EXPECT_EQ(plan.num_trimmed_steps, 20);
+  EXPECT_EQ(plan.bytes_wanted, 200);
+  for (const FusionStep& step : plan.steps) EXPECT_EQ(step.neighbors.size(), 9u);
+}
+
+TEST(FusionPlan, DropsWhatIsNeededLast) {
+  // A hub that all six others see: it must never be read twice.
+  NeighborGraph graph(7);
+  for (int p = 1; p < 7; ++p) {
+    graph[0].push_back(p);
+    graph[static_cast<std::size_t>(p)].push_back(0);
+  }
+  const FusionPlan plan = PlanFusion(graph, {1, 2, 3, 4, 5, 6, 0}, std::vector<std::int64_t>(7, 10), 70);
+  EXPECT_EQ(plan.num_loads, 7);
+  std::vector<int> loads;
+  for (const FusionStep& step : plan.steps) {
+    loads.insert(loads.end(), step.load.begin(), step.load.end());
+    loads.insert(loads.end(), step.load_ahead.begin(), step.load_ahead.end());
+  }
+  EXPECT_EQ(std::count(loads.begin(), loads.end(), 0), 1);
+}
+
+TEST(FusionPlan, SaysWhatItNeedsWhenTheBudgetIsHopeless) {
+  const NeighborGraph graph = Row(5, 4);
+  EXPECT_THROW(PlanFusion(graph, OrderImages(graph), std::vector<std::int64_t>(5, 10), 20),
+               phi::ResourceError);
+}
+
+}  // namespace
+}  // namespace colmap_ext

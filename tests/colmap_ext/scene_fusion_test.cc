@@ -1,0 +1,284 @@
+#include "colmap_ext/fusion/scene_fusion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/fusion/bounding_box_file.h"
+#include "colmap_ext/fusion/fusion_report.h"
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "tests/support/error_message.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/log_capture.h"
+#include "tests/support/map_workspace.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using phi::PixelOutcome;
+using test_support::InputErrorOf;
+using test_support::LogCapture;
+using test_support::MapWorkspaceImageName;
+using test_support::PlaneScene;
+using test_support::ReadBytes;
+using test_support::SphereScene;
+using test_support::TemporaryFolder;
+using test_support::WriteMapWorkspace;
+using testing::HasSubstr;
+
+SceneFusionReport Fuse(const fs::path& folder, SceneFusionOptions options = {},
+                       const fs::path& name = "fused.ply", PlyCloudOptions cloud = {}) {
+  const Workspace workspace({.path = folder});
+  options.scratch_folder = folder;
+  cloud.path = folder / name;
+  const auto writer = MakePlyCloudWriter(cloud);
+  const SceneFusionReport report = FuseScene(workspace, options, writer.get());
+  writer->Commit();
+  return report;
+}
+
+fs::path MapPath(const fs::path& folder, const char* maps, int view) {
+  return folder / "stereo" / maps / (MapWorkspaceImageName(view) + ".geometric.bin");
+}
+
+struct Vertex {
+  float xyz[3], normal[3];
+  std::uint8_t rgb[3], views, inferred;
+};
+
+// Independent of the writer but for the format that the documentation promises.
+std::vector<Vertex> ReadCloud(const fs::path& path) {
+  const std::string bytes = ReadBytes(path);
+  const std::size_t end = bytes.find("end_header\n") + 11;
+  const std::size_t element = bytes.find("\nelement vertex ");
+  std::vector<Vertex> vertices(std::stoul(bytes.substr(element + 16)));
+  EXPECT_EQ(bytes.size(), end + vertices.size() * 29);
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    std::memcpy(&vertices[i], bytes.data() + end + 29 * i, 29);
+  return vertices;
+}
+
+TEST(SceneFusion, SameBytesForAnyThreadsAndAnyMemory) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(SphereScene({.num_views = 7}), folder.path());
+  SceneFusionOptions options;
+  options.max_neighbors = 2;
+  options.num_threads = 1;
+  Fuse(folder.path(), options);
+  const std::string cloud = ReadBytes(folder / "fused.ply"), visibility = ReadBytes(folder / "fused.ply.vis");
+  EXPECT_GT(cloud.size(), 29u * 160 * 120);
+  // 160 x 120 pixels are 0.23 MB a map, and 0.42 MB while one is read: in 1.7 MB not all seven fit.
+  bool read_again = false;
+  for (const double gigabytes : {0.0017, 0.0}) {
+    for (const int threads : {1, 2, 3, 8}) {
+      options.num_threads = threads;
+      options.max_memory_gb = gigabytes;
+      const SceneFusionReport report = Fuse(folder.path(), options);
+      read_again |= report.num_map_reads > 7;
+      EXPECT_EQ(ReadBytes(folder / "fused.ply") == cloud, true)
+          << threads << " threads, " << gigabytes << " GB";
+      EXPECT_EQ(ReadBytes(folder / "fused.ply.vis") == visibility, true);
+    }
+  }
+  EXPECT_TRUE(read_again);
+}
+
+TEST(SceneFusion, WritesWhatReadersExpect) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  const SceneFusionReport report = Fuse(folder.path());
+  const std::vector<Vertex> cloud = ReadCloud(folder / "fused.ply");
+  ASSERT_EQ(static_cast<std::int64_t>(cloud.size()), report.num_points);
+  const std::string vis = ReadBytes(folder / "fused.ply.vis");
+  std::uint64_t count = 0;
+  std::memcpy(&count, vis.data(), 8);
+  ASSERT_EQ(count, cloud.size());
+  std::size_t offset = 8;
+  for (const Vertex& vertex : cloud) {
+    ASSERT_NEAR(vertex.xyz[2], 4, 1e-5);
+    ASSERT_NEAR(vertex.normal[2], -1, 1e-5);
+    std::uint32_t n = 0;
+    std::memcpy(&n, vis.data() + offset, 4);
+    ASSERT_EQ(n, vertex.views);
+    std::vector<std::uint32_t> views(n);
+    std::memcpy(views.data(), vis.data() + offset + 4, 4 * n);
+    offset += 4 + 4 * n;
+    // Image k is of brightness 40 + 20 k: the colour is the mean of the images that the .vis file names.
+    double brightness = 0;
+    for (const std::uint32_t view : views) brightness += (40.0 + 20.0 * view) / n;
+    ASSERT_NEAR(vertex.rgb[0], brightness, 0.51);
+    ASSERT_EQ(vertex.inferred, 0);
+  }
+  EXPECT_EQ(offset, vis.size());
+}
+
+TEST(SceneFusion, NamesTruncatedAndEmptyMaps) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  fs::resize_file(MapPath(folder.path(), "normal_maps", 1), 1000);
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("normal_maps/view 1.png.geometric.bin"));
+  fs::resize_file(MapPath(folder.path(), "normal_maps", 1), 0);
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("normal_maps/view 1.png.geometric.bin"));
+  EXPECT_FALSE(fs::exists(folder / "fused.ply"));
+}
+
+TEST(SceneFusion, LeavesOutImagesWithoutMaps) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  fs::remove(MapPath(folder.path(), "depth_maps", 3));
+  const LogCapture log;
+  const SceneFusionReport report = Fuse(folder.path());
+  EXPECT_EQ(report.num_images, 4);
+  EXPECT_THAT(log.messages(), testing::Contains(HasSubstr("1 of 5 images have no geometric depth")));
+  for (int view = 0; view < 5; ++view) fs::remove(MapPath(folder.path(), "depth_maps", view));
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("run patch_match_stereo first"));
+}
+
+// A map of half the size is another sampling of the same surface.
+TEST(SceneFusion, MixesMapSizes) {
+  const TemporaryFolder folder;
+  const auto scene = PlaneScene({}, {0, 0, -1});
+  WriteMapWorkspace(scene, folder.path());
+  WriteDepthMap(MapPath(folder.path(), "depth_maps", 0), phi::Array2D<float>(80, 60, 4.0f));
+  WriteNormalMap(MapPath(folder.path(), "normal_maps", 0), phi::Array2D<phi::Vec3f>(80, 60, {0, 0, -1}));
+  const SceneFusionReport report = Fuse(folder.path());
+  EXPECT_GT(report.num_points, 160 * 120);
+  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_NEAR(vertex.xyz[2], 4, 1e-5);
+  WriteDepthMap(MapPath(folder.path(), "depth_maps", 0), phi::Array2D<float>(80, 80, 4.0f));
+  WriteNormalMap(MapPath(folder.path(), "normal_maps", 0), phi::Array2D<phi::Vec3f>(80, 80, {0, 0, -1}));
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("not the shape of its 160x120 image"));
+}
+
+TEST(SceneFusion, MasksLeavePixelsOut) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  // All images masked where the plane's x < 0 would be seen by view 0; the others at their left halves.
+  for (int view = 0; view < 5; ++view) {
+    phi::GrayImage mask(160, 120, 1);  // COLMAP takes any value but 0
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 80; ++x) mask(x, y) = 0;
+    }
+    WriteGrayImage(folder / "masks" / (MapWorkspaceImageName(view) + ".png"), mask);
+  }
+  SceneFusionOptions options;
+  options.input.mask_path = folder / "masks";
+  const SceneFusionReport report = Fuse(folder.path(), options);
+  EXPECT_GT(report.num_points, 0);
+  EXPECT_EQ(report.outcomes[PixelOutcome::kNoDepth], 5 * 80 * 120);
+}
+
+TEST(SceneFusion, MarksInferredPixels) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  for (int view = 0; view < 5; ++view) {
+    WriteMask(folder / "stereo/filled_masks" / (MapWorkspaceImageName(view) + ".png"),
+              phi::Mask(160, 120, 255));
+  }
+  Fuse(folder.path());
+  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_EQ(vertex.inferred, 1);
+}
+
+TEST(SceneFusion, OneImageExplainsItself) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({.num_views = 1}), folder.path());
+  const SceneFusionReport report = Fuse(folder.path());
+  EXPECT_EQ(report.num_points, 0);
+  EXPECT_EQ(ReadCloud(folder / "fused.ply").size(), 0u);
+  EXPECT_THAT(ExplainFewPoints(report), HasSubstr("only one image"));
+  SceneFusionOptions options;
+  options.rule.min_num_views = 1;
+  EXPECT_EQ(Fuse(folder.path(), options).num_points, 160 * 120);
+}
+
+TEST(SceneFusion, NoConsistentPixelHasAHistogram) {
+  const TemporaryFolder folder;
+  auto scene = PlaneScene({}, {0, 0, -1});
+  for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+    scene.truth[i] =
+        std::make_shared<phi::PlaneMap>(Scaled(*scene.truth[i], 1 + 0.1 * static_cast<double>(i)));
+  }
+  WriteMapWorkspace(scene, folder.path());
+  const SceneFusionReport report = Fuse(folder.path());
+  EXPECT_EQ(report.num_points, 0);
+  EXPECT_THAT(ExplainFewPoints(report), HasSubstr("depth maps contradict each other"));
+  EXPECT_THAT(OutcomeHistogram(report.outcomes), HasSubstr("%  depth differs between images"));
+
+  // Empty maps have another cause.
+  for (int view = 0; view < 5; ++view) {
+    WriteDepthMap(MapPath(folder.path(), "depth_maps", view), phi::Array2D<float>(160, 120, 0.0f));
+  }
+  EXPECT_THAT(ExplainFewPoints(Fuse(folder.path())), HasSubstr("maps are almost empty"));
+}
+
+TEST(SceneFusion, FarWorldsHaveAnOffset) {
+  const TemporaryFolder folder;
+  auto scene = PlaneScene({}, {0, 0, -1});
+  EXPECT_EQ(
+      ChooseWorldOffset((WriteMapWorkspace(scene, folder / "near"), Workspace({.path = folder / "near"}))),
+      (std::array<double, 3>{0, 0, 0}));
+  Similarity shift;
+  shift.translation = {400000, 5000000, 300};
+  Transform(shift, &scene);
+  WriteMapWorkspace(scene, folder.path());
+  const auto offset = ChooseWorldOffset(Workspace({.path = folder.path()}));
+  EXPECT_NEAR(offset[1], 5000000, 1);
+  Fuse(folder.path(), {}, "fused.ply", {.path = {}, .offset = offset});
+  EXPECT_THAT(ReadBytes(folder / "fused.ply").substr(0, 200),
+              HasSubstr("\ncomment offset 400000 5000000 300\n"));
+  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_NEAR(vertex.xyz[2], 4, 1e-4);
+}
+
+TEST(SceneFusion, NumbersFilesBeyondTheMostPoints) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  const std::int64_t total = Fuse(folder.path()).num_points;
+  Fuse(folder.path(), {}, "parts.ply", {.path = {}, .max_points_per_file = 10000});
+  const auto first = ReadCloud(folder / "parts.ply"), second = ReadCloud(folder / "parts_2.ply");
+  EXPECT_EQ(first.size(), 10000u);
+  EXPECT_EQ(second.size(), static_cast<std::size_t>(std::min<std::int64_t>(total - 10000, 10000)));
+  EXPECT_TRUE(fs::exists(folder / "parts_2.ply.vis"));
+}
+
+TEST(SceneFusion, WritesSparseModels) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  const Workspace workspace({.path = folder.path()});
+  for (const SparseFormat format : {SparseFormat::kBinary, SparseFormat::kText}) {
+    const fs::path out = folder / (format == SparseFormat::kBinary ? "bin" : "txt");
+    const auto writer = MakeSparseCloudWriter(workspace.model(), out, format);
+    SceneFusionOptions options;
+    options.scratch_folder = out;
+    const SceneFusionReport report = FuseScene(workspace, options, writer.get());
+    writer->Commit();
+    const SparseModel model = ReadSparseModel(out);
+    EXPECT_EQ(static_cast<std::int64_t>(model.points.size()), report.num_points);
+    EXPECT_NEAR(model.points[100].xyz.z(), 4, 1e-6);
+    EXPECT_EQ(model.images.size(), 5u);
+  }
+}
+
+TEST(BoundingBoxFile, IsSixNumbers) {
+  const TemporaryFolder folder;
+  test_support::WriteBytes(folder / "box.txt", "-1 -2 -3\n4 5 6\n");
+  const phi::BoundingBox box = ReadBoundingBox(folder / "box.txt");
+  EXPECT_EQ(box.min[2], -3);
+  EXPECT_EQ(box.max[0], 4);
+  test_support::WriteBytes(folder / "box.txt", "-1 -2 -3\n4 5\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadBoundingBox(folder / "box.txt"); }), HasSubstr("six numbers"));
+  test_support::WriteBytes(folder / "box.txt", "-1 7 -3\n4 5 6\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadBoundingBox(folder / "box.txt"); }), HasSubstr("smaller"));
+}
+
+}  // namespace
+}  // namespace colmap_ext
