@@ -28,6 +28,7 @@ int RunWorkspaceChecker(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);
 int RunMakeScene(int argc, char** argv);
 int RunReport(int argc, char** argv);
+int RunDense(int argc, char** argv);
 int RunMapInspector(int argc, char** argv);
 
 }  // namespace colmap_ext

@@ -7,6 +7,7 @@ namespace {
 
 // In the order in which a user meets them.
 constexpr Command kCommands[] = {
+    {"dense", "from an undistorted workspace to a cloud and a report", RunDense},
     {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
     {"hole_filler", "fills the holes of depth maps that are there, COLMAP's own included", RunHoleFiller},
     {"stereo_fusion", "fuses depth and normal maps into a coloured point cloud", RunStereoFusion},
