@@ -18,7 +18,7 @@ DeviceResources::DeviceResources(const DeviceProperties& p)
       images(p.total_memory / 4,
              [](const GrayImage& image, cudaStream_t stream) {
                const Task task{"image upload", "", image.width(), image.height()};
-               return std::make_shared<const GrayTexture>(image, stream, task);
+               return std::make_shared<const GrayPyramid>(image, stream, task);
              }),
       maps(p.total_memory / 4, [](const PlaneMap& map, cudaStream_t stream) {
         const Task task{"map upload", "", map.width(), map.height()};

@@ -30,6 +30,7 @@ struct Scratch {
   DeviceBuffer<float> cost;
   DeviceBuffer<std::uint32_t> selected_views;
   DeviceBuffer<std::uint16_t> view_costs;
+  DeviceBuffer<std::uint8_t> window_levels;
   DeviceBuffer<float2> ranges;
   DeviceBuffer<std::uint8_t> mask, filled;
   DeviceBuffer<GuidanceSource> guidance;
@@ -95,7 +96,7 @@ struct DeviceResources {
   explicit DeviceResources(const DeviceProperties& properties);
 
   DeviceProperties properties;
-  DeviceCache<GrayImage, GrayTexture> images;
+  DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
   ScratchPool scratch;
   DeviceTimes times;

@@ -12,19 +12,19 @@
 namespace phi::gpu {
 namespace {
 
-using TextureHandle = std::shared_ptr<const GrayTexture>;
+using TextureHandle = std::shared_ptr<const GrayPyramid>;
 
 // Fills in the textures; the handles keep them alive until the call ends.
-std::vector<TextureHandle> BindTextures(DeviceResources* device, const EstimationInput& input, cudaStream_t stream,
-                                        const Task& task, EstimationLaunch* launch) {
+std::vector<TextureHandle> BindTextures(DeviceResources* device, const EstimationInput& input,
+                                        cudaStream_t stream, const Task& task, EstimationLaunch* launch) {
   std::vector<TextureHandle> handles;
   handles.push_back(device->images.Get(input.reference.image, stream, task));
-  launch->reference = handles.back()->get();
+  handles.back()->CopyTextures(launch->reference);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   for (std::size_t j = 0; j < views.size(); ++j) {
     handles.push_back(device->images.Get(input.sources[j].image, stream, task));
-    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height,
-                          handles.back()->get()};
+    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
+    handles.back()->CopyTextures(launch->sources[j].textures);
   }
   return handles;
 }
@@ -34,13 +34,15 @@ void ReserveState(Scratch* scratch, std::int64_t num_pixels, int num_views, cons
   scratch->cost.Reserve(num_pixels, task);
   scratch->selected_views.Reserve(num_pixels, task);
   scratch->view_costs.Reserve(num_pixels * num_views, task);
+  scratch->window_levels.Reserve(num_pixels, task);
 }
 
 InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges, const Task& task) {
   static_assert(sizeof(DepthRange) == sizeof(float2));
   const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
   scratch->ranges.Reserve(num_cells, task);
-  scratch->ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells, scratch->stream.get(), task);
+  scratch->ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells, scratch->stream.get(),
+                         task);
   InitialDepths initial;
   initial.ranges = scratch->ranges.View(ranges.width(), ranges.height());
   initial.cell = kDepthRangeCell;
@@ -50,8 +52,9 @@ InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges,
 using MapHandle = std::shared_ptr<const DeviceMap>;
 
 // An earlier estimate to start from and the source views' maps; the handles keep them alive until the call ends.
-std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input, Scratch* scratch,
-                                       const Task& task, InitialDepths* initial, EstimationLaunch* launch) {
+std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input,
+                                       Scratch* scratch, const Task& task, InitialDepths* initial,
+                                       EstimationLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   std::vector<MapHandle> handles;
   if (input.initial != nullptr) {
@@ -82,7 +85,8 @@ double NumSamples(const EstimationParameters& p) {
 
 }  // namespace
 
-EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input, const StereoOptions& options) {
+EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
+                               const StereoOptions& options) {
   const Pinhole& size = input.reference.view->camera.pinhole;
   const Task task{"estimation", input.reference.view->name, size.width, size.height};
   EstimationLaunch launch;
@@ -95,6 +99,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   ReserveState(scratch.operator->(), num_pixels, launch.parameters.num_views, task);
   launch.state = {scratch->plane.View(size.width, size.height), scratch->cost.View(size.width, size.height),
                   scratch->selected_views.View(size.width, size.height), scratch->view_costs.data()};
+  launch.window_levels = scratch->window_levels.View(size.width, size.height);
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
   InitialDepths initial = UploadInitialDepths(scratch.operator->(), ranges, task);
   const std::vector<MapHandle> maps =
@@ -102,6 +107,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
+  LaunchWindowLevels(launch, stream, task);
   LaunchInitialization(launch, initial, stream, task);
   for (int i = 0; i < launch.parameters.num_iterations; ++i) LaunchIteration(launch, i, stream, task);
   scratch->end.Record(stream, task);

@@ -7,6 +7,14 @@
 namespace phi::gpu {
 namespace {
 
+__global__ void __launch_bounds__(kThreads)
+    WindowLevelKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
+  const PixelPosition pixel = CheckerboardPixel(colour);
+  if (!launch.window_levels.Contains(pixel.x, pixel.y)) return;
+  launch.window_levels(pixel.x, pixel.y) =
+      static_cast<std::uint8_t>(GpuContext<0>(launch).SelectLevel(pixel.x, pixel.y));
+}
+
 template <int kViews, int kSide>
 __global__ void __launch_bounds__(kThreads)
     InitializeKernel(const __grid_constant__ EstimationLaunch launch, InitialDepths initial, int colour) {
@@ -31,13 +39,14 @@ __global__ void __launch_bounds__(kThreads)
 
 template <int kSide>
 __global__ void __launch_bounds__(kThreads)
-    ViewCostsKernel(const __grid_constant__ EstimationLaunch launch, ArrayView2D<const PlaneHypothesis> hypotheses,
-                    float* costs, int colour) {
+    ViewCostsKernel(const __grid_constant__ EstimationLaunch launch,
+                    ArrayView2D<const PlaneHypothesis> hypotheses, float* costs, int colour) {
   const PixelPosition pixel = CheckerboardPixel(colour);
   if (!hypotheses.Contains(pixel.x, pixel.y)) return;
   const GpuContext<kSide> context(launch);
   float pixel_costs[kMaxSourceViews];
-  context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y), pixel_costs);
+  context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y),
+                pixel_costs);
   const std::int64_t index = static_cast<std::int64_t>(pixel.y) * hypotheses.width + pixel.x;
   for (int j = 0; j < launch.parameters.num_views; ++j) costs[j * hypotheses.size() + index] = pixel_costs[j];
 }
@@ -71,8 +80,8 @@ void WithViewsAndWindow(const EstimationLaunch& launch, const Function& function
 // Lets a kernel use `bytes` of dynamic shared memory, which needs a permission above 48 KB.
 template <class Kernel>
 int AllowSharedMemory(Kernel kernel, int bytes, const Task& task) {
-  Check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes), "cudaFuncSetAttribute",
-        task);
+  Check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
+        "cudaFuncSetAttribute", task);
   return bytes;
 }
 
@@ -81,6 +90,13 @@ dim3 Grid(const EstimationLaunch& launch) {
 }
 
 }  // namespace
+
+void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, const Task& task) {
+  for (int colour = 0; colour < 2; ++colour) {
+    WindowLevelKernel<<<Grid(launch), kThreads, 0, stream>>>(launch, colour);
+    CheckLaunch("WindowLevelKernel", task);
+  }
+}
 
 void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
                           const Task& task) {
@@ -105,8 +121,8 @@ void LaunchIteration(const EstimationLaunch& launch, int iteration, cudaStream_t
   });
 }
 
-void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, float* costs,
-                     cudaStream_t stream, const Task& task) {
+void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,
+                     float* costs, cudaStream_t stream, const Task& task) {
   WithWindow(launch, [&](auto side) {
     const auto kernel = ViewCostsKernel<side.value>;
     const int shared = AllowSharedMemory(kernel, ReferenceWindow<side.value>::kSharedBytes, task);

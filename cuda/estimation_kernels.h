@@ -6,6 +6,7 @@
 #include "cuda/error.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/geometric_guidance.h"
+#include "phi/matching/window_level.h"
 
 namespace phi::gpu {
 
@@ -13,8 +14,8 @@ namespace phi::gpu {
 struct SourceView {
   Mat3f a;
   Vec3f b;
-  int width = 0, height = 0;
-  cudaTextureObject_t texture = 0;
+  int width = 0, height = 0;  // of level 0
+  cudaTextureObject_t textures[kMaxPyramidLevels] = {};
 };
 
 // A source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
@@ -27,7 +28,9 @@ struct GuidanceSource {
 struct EstimationLaunch {
   EstimationParameters parameters;
   EstimationState state;
-  cudaTextureObject_t reference = 0;
+  cudaTextureObject_t reference[kMaxPyramidLevels] = {};
+  ArrayView2D<std::uint8_t>
+      window_levels;  // pyramid level of each pixel's window; LaunchWindowLevels writes it
   const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
 };
@@ -35,9 +38,11 @@ struct EstimationLaunch {
 // Depth range of each cell of pixels for the first hypotheses: x = nearest, y = farthest, both 0 where unknown.
 struct InitialDepths {
   ArrayView2D<const float2> ranges;
-  int cell = 1;                                 // pixels on a side of a cell
+  int cell = 1;                                   // pixels on a side of a cell
   ArrayView2D<const PlaneHypothesis> hypotheses;  // no data, or an earlier estimate; depth <= 0: none
 };
+
+void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, const Task& task);
 
 void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
                           const Task& task);
@@ -46,7 +51,7 @@ void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& i
 void LaunchIteration(const EstimationLaunch& launch, int iteration, cudaStream_t stream, const Task& task);
 
 // The cost of each pixel's hypothesis in each source view: costs[view][pixel]. For tests.
-void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, float* costs,
-                     cudaStream_t stream, const Task& task);
+void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,
+                     float* costs, cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

@@ -1,10 +1,14 @@
 #include "cuda/gray_texture.h"
 
+#include "phi/matching/pyramid.h"
+
 namespace phi::gpu {
 
-GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) : bytes_(image.size()) {
+GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task)
+    : bytes_(image.size()) {
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
-  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray", bytes_, task);
+  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray", bytes_,
+                  task);
   try {
     Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
                                    cudaMemcpyHostToDevice, stream),
@@ -28,6 +32,23 @@ GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task
 GrayTexture::~GrayTexture() {
   cudaDestroyTextureObject(texture_);
   cudaFreeArray(array_);
+}
+
+GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  levels_.push_back(std::make_unique<GrayTexture>(image, stream, task));
+  for (const GrayImage& level : BuildPyramid(image, kMaxPyramidLevels)) {
+    levels_.push_back(std::make_unique<GrayTexture>(level, stream, task));
+  }
+}
+
+void GrayPyramid::CopyTextures(cudaTextureObject_t* textures) const {
+  for (std::size_t level = 0; level < levels_.size(); ++level) textures[level] = levels_[level]->get();
+}
+
+std::size_t GrayPyramid::bytes() const {
+  std::size_t sum = 0;
+  for (const auto& level : levels_) sum += level->bytes();
+  return sum;
 }
 
 }  // namespace phi::gpu

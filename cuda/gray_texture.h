@@ -4,6 +4,8 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <memory>
+#include <vector>
 
 #include "cuda/error.h"
 #include "phi/backend.h"
@@ -26,6 +28,19 @@ class GrayTexture {
   cudaArray_t array_ = nullptr;
   cudaTextureObject_t texture_ = 0;
   std::size_t bytes_ = 0;
+};
+
+// All levels of an image's pyramid (phi/matching/pyramid.h).
+class GrayPyramid {
+ public:
+  GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task);
+
+  // Level 0 first, kMaxPyramidLevels of them.
+  void CopyTextures(cudaTextureObject_t* textures) const;
+  std::size_t bytes() const;
+
+ private:
+  std::vector<std::unique_ptr<GrayTexture>> levels_;
 };
 
 }  // namespace phi::gpu

@@ -27,27 +27,43 @@ __device__ __forceinline__ float ReadGray(cudaTextureObject_t texture, float u, 
   return 255.0f * tex2D<float>(texture, u, v);
 }
 
+// Pixels along a side of a pyramid level (phi::HalveImage rounds up).
+__device__ __forceinline__ int LevelSize(int size, int level) { return (size + (1 << level) - 1) >> level; }
+
+// A level of a pyramid as phi/matching/window_level.h samples it.
+struct LevelSampler {
+  cudaTextureObject_t texture;
+  __device__ __forceinline__ float operator()(float u, float v) const { return ReadGray(texture, u, v); }
+};
+
 // The window's centre in a source image in homogeneous pixels, and its change per sample to the right and down.
 struct WindowWarp {
   Vec3f centre, right, down;
 
-  __device__ __forceinline__ WindowWarp(const SourceView& view, float u, float v, Vec3f q, float inverse_depth,
-                                        float step) {
-    centre = view.a * Vec3f{u, v, 1.0f} + inverse_depth * view.b;
+  // (u, v), q, step: pixels of the full image. `scale`: 2^-level; the warp ends in that level's pixels.
+  __device__ __forceinline__ WindowWarp(const SourceView& view, float u, float v, Vec3f q,
+                                        float inverse_depth, float step, float scale) {
+    centre = InLevel(view.a * Vec3f{u, v, 1.0f} + inverse_depth * view.b, scale);
     const float* a = view.a.m;
-    right = step * (Vec3f{a[0], a[3], a[6]} + q.x * view.b);
-    down = step * (Vec3f{a[1], a[4], a[7]} + q.y * view.b);
+    right = InLevel(step * (Vec3f{a[0], a[3], a[6]} + q.x * view.b), scale);
+    down = InLevel(step * (Vec3f{a[1], a[4], a[7]} + q.y * view.b), scale);
+  }
+
+  __device__ __forceinline__ static Vec3f InLevel(Vec3f p, float scale) {
+    return {scale * p.x, scale * p.y, p.z};
   }
 
   // phi::WindowIsInside without divisions.
-  __device__ __forceinline__ bool IsInside(float samples_per_side, const SourceView& view) const {
+  __device__ __forceinline__ bool IsInside(float samples_per_side, const SourceView& view, int level) const {
+    const float right_limit = LevelSize(view.width, level) - 0.5f,
+                low_limit = LevelSize(view.height, level) - 0.5f;
     bool inside = true;
 #pragma unroll
     for (int corner = 0; corner < 4; ++corner) {
       const Vec3f p = centre + (corner & 1 ? samples_per_side : -samples_per_side) * right +
                       (corner & 2 ? samples_per_side : -samples_per_side) * down;
-      inside = inside && p.z > 0 && p.x >= 0.5f * p.z && p.y >= 0.5f * p.z && p.x <= (view.width - 0.5f) * p.z &&
-               p.y <= (view.height - 0.5f) * p.z;
+      inside = inside && p.z > 0 && p.x >= 0.5f * p.z && p.y >= 0.5f * p.z && p.x <= right_limit * p.z &&
+               p.y <= low_limit * p.z;
     }
     return inside;
   }
@@ -61,7 +77,8 @@ class ReferenceWindow {
   static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
   static constexpr int kSharedBytes = kSide * kPairs * kThreads * static_cast<int>(sizeof(__half2));
 
-  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u, float v) {
+  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u,
+                                       float v) {
     shift_ = ReadGray(texture, u, v);
 #pragma unroll 1
     for (int row = 0; row < kSide; ++row) {
@@ -106,8 +123,8 @@ class ReferenceWindow {
     return reference_samples + threadIdx.x;
   }
 
-  __device__ __forceinline__ void Add(cudaTextureObject_t texture, const WindowWarp& warp, Vec3f middle, float column,
-                                      float r, ZnccSums* sums) const {
+  __device__ __forceinline__ void Add(cudaTextureObject_t texture, const WindowWarp& warp, Vec3f middle,
+                                      float column, float r, ZnccSums* sums) const {
     const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
     const float s = fmaf(255.0f,
                          tex2D<float>(texture, fmaf(column, warp.right.x, middle.x) * inverse_w,
@@ -127,7 +144,8 @@ class ReferenceWindow<0> {
  public:
   static constexpr int kSharedBytes = 0;
 
-  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u, float v) {
+  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u,
+                                       float v) {
     texture_ = texture;
     window_ = window;
     u_ = u;
@@ -142,7 +160,8 @@ class ReferenceWindow<0> {
     for (int row = -n; row <= n; ++row) {
 #pragma unroll 4
       for (int column = -n; column <= n; ++column) {
-        const Vec3f p = warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
+        const Vec3f p =
+            warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
         const float inverse_w = FastReciprocal(p.z);
         const float r = ReadGray(texture_, u_ + column * window_.step, v_ + row * window_.step) - shift_;
         const float s = ReadGray(texture, p.x * inverse_w, p.y * inverse_w) - shift_;
@@ -168,14 +187,27 @@ struct GpuContext {
   const EstimationParameters& parameters;
   EstimationState state;
 
-  using Patch = ReferenceWindow<kSide>;
+  struct Patch {
+    ReferenceWindow<kSide> window;
+    int level;  // of the pyramids, see phi/matching/window_level.h
+  };
 
   __device__ __forceinline__ explicit GpuContext(const EstimationLaunch& l)
       : launch(l), parameters(l.parameters), state(l.state) {}
 
+  __device__ __forceinline__ int SelectLevel(int x, int y) const {
+    LevelSampler levels[kMaxPyramidLevels];
+#pragma unroll
+    for (int l = 0; l < kMaxPyramidLevels; ++l) levels[l].texture = launch.reference[l];
+    return SelectWindowLevel(levels, parameters.num_levels, parameters.window, x + 0.5f, y + 0.5f);
+  }
+
   __device__ __forceinline__ Patch LoadPatch(int x, int y) const {
     Patch patch;
-    patch.Load(launch.reference, parameters.window, x + 0.5f, y + 0.5f);
+    patch.level = launch.window_levels(x, y);
+    const float scale = 1.0f / (1 << patch.level);
+    patch.window.Load(launch.reference[patch.level], parameters.window, scale * (x + 0.5f),
+                      scale * (y + 0.5f));
     return patch;
   }
 
@@ -184,17 +216,19 @@ struct GpuContext {
     const float u = x + 0.5f, v = y + 0.5f;
     const Vec3f q = InverseDepthCoefficients(parameters.reference, u, v, h);
     const float inverse_depth = 1.0f / h.depth;
+    const float pixels = 1 << patch.level, scale = 1.0f / pixels;
 #pragma unroll 1
     for (int j = 0; j < parameters.num_views; ++j) {
       const SourceView& view = launch.sources[j];
-      const WindowWarp warp(view, u, v, q, inverse_depth, parameters.window.step);
-      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view)
-                     ? patch.Sums(view.texture, warp).Cost(static_cast<float>(parameters.window.NumSamples()))
+      const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
+      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, patch.level)
+                     ? patch.window.Sums(view.textures[patch.level], warp)
+                           .Cost(static_cast<float>(parameters.window.NumSamples()))
                      : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
-        costs[j] = fminf(costs[j] + GuidanceCost(parameters.reference, source.view, source.map, u, v, h.depth),
-                         kMaxCost);
+        costs[j] = fminf(
+            costs[j] + GuidanceCost(parameters.reference, source.view, source.map, u, v, h.depth), kMaxCost);
       }
     }
   }

@@ -40,19 +40,23 @@ class MatchingCostTest : public CudaTest {
   }
 
   // costs[view][pixel]
-  std::vector<float> CostsOnGpu(const EstimationInput& input, const StereoOptions& options, const PlaneMap& map) {
+  std::vector<float> CostsOnGpu(const EstimationInput& input, const StereoOptions& options,
+                                const PlaneMap& map) {
     const Task task{"test"};
     const Stream stream(task);
     EstimationLaunch launch;
     launch.parameters = MakeEstimationParameters(input, options);
-    const GrayTexture reference(*input.reference.image, stream.get(), task);
-    launch.reference = reference.get();
-    std::vector<std::unique_ptr<GrayTexture>> textures;
+    const GrayPyramid reference(*input.reference.image, stream.get(), task);
+    reference.CopyTextures(launch.reference);
+    const DeviceBuffer<std::uint8_t> window_levels(static_cast<std::int64_t>(map.size()), task);
+    launch.window_levels = window_levels.View(map.width(), map.height());
+    LaunchWindowLevels(launch, stream.get(), task);
+    std::vector<std::unique_ptr<GrayPyramid>> textures;
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     for (std::size_t j = 0; j < views.size(); ++j) {
-      textures.push_back(std::make_unique<GrayTexture>(*input.sources[j].image, stream.get(), task));
-      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height,
-                           textures.back()->get()};
+      textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, stream.get(), task));
+      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
+      textures.back()->CopyTextures(launch.sources[j].textures);
     }
     const DeviceMap hypotheses(map, stream.get(), task);
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());
@@ -64,7 +68,8 @@ class MatchingCostTest : public CudaTest {
     return {host.data(), host.data() + count};
   }
 
-  std::vector<float> CostsOnCpu(const EstimationInput& input, const StereoOptions& options, const PlaneMap& map) {
+  std::vector<float> CostsOnCpu(const EstimationInput& input, const StereoOptions& options,
+                                const PlaneMap& map) {
     const EstimationParameters p = MakeEstimationParameters(input, options);
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     const TextureUnitSampler reference{input.reference.image->view()};
@@ -74,8 +79,8 @@ class MatchingCostTest : public CudaTest {
       for (int y = 0; y < map.height(); ++y) {
         for (int x = 0; x < map.width(); ++x) {
           const Vec3f q = InverseDepthCoefficients(p.reference, x + 0.5f, y + 0.5f, map(x, y));
-          costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height, p.window, x + 0.5f,
-                                   y + 0.5f, PlaneHomography(views[j], q)));
+          costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height, p.window,
+                                   x + 0.5f, y + 0.5f, PlaneHomography(views[j], q)));
         }
       }
     }
