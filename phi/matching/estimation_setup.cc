@@ -24,6 +24,17 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
   return static_cast<float>(per_pixel[per_pixel.size() / 2]);
 }
 
+// Levels on which a window is still small beside the image.
+int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
+  constexpr int kMinSide = 96;  // pixels
+  if (options.formulas == Formulas::kPaper) return 1;
+  int num_levels = 1;
+  while (num_levels < options.num_window_levels && (std::min(size.width, size.height) >> num_levels) >= kMinSide) {
+    ++num_levels;
+  }
+  return num_levels;
+}
+
 void CheckInput(const EstimationInput& input) {
   const std::string image = "image '" + input.reference.view->name + "', estimation: ";
   if (input.sources.empty()) {
@@ -64,7 +75,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
-  p.num_levels = options.formulas == Formulas::kPaper ? 1 : options.num_window_levels;
+  p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
   p.paper = options.formulas == Formulas::kPaper;
   return p;
 }

@@ -61,6 +61,7 @@ struct Scene {
     options.window_step = window_step;
     options.num_window_levels = num_levels;
     parameters = MakeEstimationParameters(input, options);
+    parameters.num_levels = num_levels;  // as many on these small images, too
     relative = MakeRelativeViews(input);
   }
 
