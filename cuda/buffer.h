@@ -41,7 +41,10 @@ class DeviceBuffer {
   ArrayView2D<T> View(int width, int height) const { return {data_, width, height}; }
 
   void Upload(const T* host, std::int64_t size, cudaStream_t stream, const Task& task) const {
-    Check(cudaMemcpyAsync(data_, host, static_cast<std::size_t>(size) * sizeof(T), cudaMemcpyHostToDevice, stream),
+    UploadAt(0, host, size, stream, task);
+  }
+  void UploadAt(std::int64_t first, const T* host, std::int64_t size, cudaStream_t stream, const Task& task) const {
+    Check(cudaMemcpyAsync(data_ + first, host, static_cast<std::size_t>(size) * sizeof(T), cudaMemcpyHostToDevice, stream),
           "cudaMemcpyAsync to the device", task);
   }
 

@@ -1,6 +1,5 @@
 #include "cuda/cuda_backend.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <numeric>
 #include <string>
@@ -23,7 +22,8 @@ DeviceResources::DeviceResources(const DeviceProperties& p)
       maps(p.total_memory / 4, [](const PlaneMap& map, cudaStream_t stream) {
         const Task task{"map upload", "", map.width(), map.height()};
         return std::make_shared<const DeviceMap>(map, stream, task);
-      }) {}
+      }),
+      times(Task{"set-up"}) {}
 
 namespace {
 
@@ -44,7 +44,7 @@ class CudaBackend : public Backend {
 
  public:
   explicit CudaBackend(const DeviceProperties& properties)
-      : device_(std::make_unique<DeviceResources>(properties)), cpu_(MakeCpuBackend(0)) {}
+      : device_(std::make_unique<DeviceResources>(properties)) {}
 
   ~CudaBackend() override {
     LogTimes();
@@ -76,26 +76,30 @@ class CudaBackend : public Backend {
 
   InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                         const InferenceOptions& options) override {
-    return cpu_->Infer(input, stereo, options);
+    return OnDevice([&] { return InferOnGpu(device_.get(), input, stereo, options); });
   }
 
  private:
   void LogTimes() const {
-    const StageTime& estimation = device_->times.estimation;
-    const StageTime& filter = device_->times.filter;
-    if (estimation.num_images + filter.num_images == 0) return;
-    char text[256];
-    std::snprintf(text, sizeof(text),
-                  "%s: estimation %d images, %.3f s of device time each, %.2e ZNCC samples/s; filter %d images, "
-                  "%.4f s each",
-                  Name().c_str(), estimation.num_images, estimation.seconds / std::max(estimation.num_images, 1),
-                  estimation.samples / std::max(estimation.seconds, 1e-9), filter.num_images,
-                  filter.seconds / std::max(filter.num_images, 1));
-    LogInfo(text);
+    LogStage("estimation", DeviceTimes::kEstimation);
+    LogStage("inference", DeviceTimes::kInference);
+    LogStage("filter", DeviceTimes::kFilter);
+  }
+
+  void LogStage(const char* name, DeviceTimes::Stage stage) const {
+    const StageTime& time = device_->times.stage(stage);
+    if (time.num_images() == 0) return;
+    char text[160];
+    std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name, time.num_images(),
+                  time.BusySeconds() / time.num_images());
+    char rate[64] = "";
+    if (time.samples() > 0) {
+      std::snprintf(rate, sizeof(rate), ", %.3g ZNCC samples/s", time.samples() / time.BusySeconds());
+    }
+    LogInfo(Name() + text + rate);
   }
 
   std::unique_ptr<DeviceResources> device_;
-  std::unique_ptr<Backend> cpu_;  // for the inference
 };
 
 }  // namespace
@@ -110,6 +114,7 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
   for (const int index : indices) {
     const DeviceProperties properties = QueryDevice(index);
     RequireWorkingDevice(properties);
+    const ScopedDevice current(index);
     backends.push_back(std::make_unique<CudaBackend>(properties));
   }
   return backends;

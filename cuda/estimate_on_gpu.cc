@@ -96,14 +96,14 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
-  ReserveState(scratch.operator->(), num_pixels, launch.parameters.num_views, task);
+  ReserveState(scratch.get(), num_pixels, launch.parameters.num_views, task);
   launch.state = {scratch->plane.View(size.width, size.height), scratch->cost.View(size.width, size.height),
                   scratch->selected_views.View(size.width, size.height), scratch->view_costs.data()};
   launch.window_levels = scratch->window_levels.View(size.width, size.height);
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
-  InitialDepths initial = UploadInitialDepths(scratch.operator->(), ranges, task);
+  InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
   const std::vector<MapHandle> maps =
-      BindEarlierMaps(device, input, scratch.operator->(), task, &initial, &launch);
+      BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
@@ -116,8 +116,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   EstimationResult result{PlaneMap(size.width, size.height), CostMap(size.width, size.height)};
   scratch->stream.Synchronize(task);
 
-  device->times.Add(&DeviceTimes::estimation, Event::SecondsBetween(scratch->begin, scratch->end, task),
-                    NumSamples(launch.parameters));
+  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, NumSamples(launch.parameters), task);
   std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
   std::memcpy(result.cost.data(), scratch->host_cost.data(), result.cost.bytes());
   return result;

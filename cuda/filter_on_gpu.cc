@@ -47,7 +47,7 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   std::vector<FilterSource> sources;
   FilterLaunch launch{context.reference, context.thresholds, context.min_num_consistent, context.max_cost,
                       handles.front()->View(), {}, {}, nullptr, 0};
-  UploadSources(device, input, context, scratch.operator->(), task, &sources, &handles);
+  UploadSources(device, input, context, scratch.get(), task, &sources, &handles);
   launch.sources = scratch->filter_sources.data();
   launch.num_sources = static_cast<int>(sources.size());
   if (context.cost.data != nullptr) {
@@ -61,13 +61,13 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
     launch.filled = scratch->filled.View(map.width(), map.height());
   }
 
-  scratch->mask.Reserve(num_pixels, task);
+  scratch->keep.Reserve(num_pixels, task);
   scratch->begin.Record(stream, task);
-  LaunchFilter(launch, scratch->mask.View(map.width(), map.height()), stream, task);
+  LaunchFilter(launch, scratch->keep.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
-  scratch->host_mask.Download(scratch->mask, num_pixels, stream, task);
+  scratch->host_mask.Download(scratch->keep, num_pixels, stream, task);
   scratch->stream.Synchronize(task);
-  device->times.Add(&DeviceTimes::filter, Event::SecondsBetween(scratch->begin, scratch->end, task), 0);
+  device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
   return KeptPixels(map, scratch->host_mask.data());
 }
 

@@ -30,8 +30,8 @@ GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task
 }
 
 GrayTexture::~GrayTexture() {
+  cudaFreeArray(array_);  // waits for kernels that an error left under way
   cudaDestroyTextureObject(texture_);
-  cudaFreeArray(array_);
 }
 
 GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) {

@@ -37,6 +37,7 @@ class GrayPyramid {
 
   // Level 0 first, kMaxPyramidLevels of them.
   void CopyTextures(cudaTextureObject_t* textures) const;
+  const GrayTexture& level(int level) const { return *levels_[level]; }
   std::size_t bytes() const;
 
  private:

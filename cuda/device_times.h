@@ -1,0 +1,62 @@
+// How long the device worked on each stage. Calls overlap on the device, so their times are united, not summed.
+#pragma once
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "cuda/stream.h"
+
+namespace phi::gpu {
+
+class StageTime {
+ public:
+  void Add(double begin, double end, double samples) {
+    intervals_.emplace_back(begin, end);
+    samples_ += samples;
+  }
+
+  int num_images() const { return static_cast<int>(intervals_.size()); }
+  double samples() const { return samples_; }  // of source images for ZNCC
+
+  // Seconds in which at least one call's kernels were under way.
+  double BusySeconds() const {
+    std::vector<std::pair<double, double>> sorted = intervals_;
+    std::sort(sorted.begin(), sorted.end());
+    double busy = 0, until = 0;
+    for (const auto& [begin, end] : sorted) {
+      busy += std::max(0.0, end - std::max(begin, until));
+      until = std::max(until, end);
+    }
+    return busy;
+  }
+
+ private:
+  std::vector<std::pair<double, double>> intervals_;  // seconds since the origin
+  double samples_ = 0;
+};
+
+class DeviceTimes {
+ public:
+  enum Stage { kEstimation, kFilter, kInference, kNumStages };
+
+  // The device must be current.
+  explicit DeviceTimes(const Task& task) : origin_(Event::Timing::kOn, task) { origin_.Record(nullptr, task); }
+
+  // `begin` and `end`: recorded, and passed.
+  void Add(Stage stage, const Event& begin, const Event& end, double samples, const Task& task) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const double from = Event::SecondsBetween(origin_, begin, task);
+    stages_[stage].Add(from, from + Event::SecondsBetween(begin, end, task), samples);
+  }
+
+  const StageTime& stage(Stage stage) const { return stages_[stage]; }
+
+ private:
+  std::mutex mutex_;
+  Event origin_;
+  StageTime stages_[kNumStages];
+};
+
+}  // namespace phi::gpu

@@ -1,0 +1,150 @@
+// Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "cuda/device_resources.h"
+#include "cuda/inference_kernels.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "phi/inference/potential_tables.h"
+
+namespace phi::gpu {
+namespace {
+
+using TextureHandle = std::shared_ptr<const GrayPyramid>;
+
+void CheckInput(const InferenceInput& input) {
+  const PlaneMap& map = *input.measured;
+  const GrayImage& image = *input.reference.image;
+  if (image.width() == map.width() && image.height() == map.height()) return;
+  throw InputError("plane inference of image " + input.reference.view->name +
+                   ": the depth map's size differs from the image's; run patch_match_stereo again");
+}
+
+std::vector<TextureHandle> BindSources(DeviceResources* device, const InferenceInput& input, Scratch* scratch,
+                                       const Task& task, InferenceLaunch* launch) {
+  const cudaStream_t stream = scratch->stream.get();
+  std::vector<TextureHandle> handles = {device->images.Get(input.reference.image, stream, task)};
+  launch->reference_texture = handles.front()->level(0).get();
+  std::vector<InferenceSource> sources;
+  for (const ViewImage& source : input.sources) {
+    if (sources.size() == static_cast<std::size_t>(kMaxSourceViews)) break;
+    handles.push_back(device->images.Get(source.image, stream, task));
+    sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera), handles.back()->level(0).get()});
+  }
+  InferenceScratch& buffers = scratch->inference;
+  buffers.sources.Reserve(kMaxSourceViews, task);
+  buffers.sources.Upload(sources.data(), static_cast<std::int64_t>(sources.size()), stream, task);
+  launch->sources = buffers.sources.data();
+  launch->num_sources = static_cast<int>(sources.size());
+  return handles;
+}
+
+void BindMaps(Scratch* scratch, int width, int height, const Task& task, InferenceLaunch* launch) {
+  const std::int64_t n = static_cast<std::int64_t>(width) * height;
+  InferenceScratch& buffers = scratch->inference;
+  buffers.supports.Reserve(n, task);
+  buffers.inverse_depths.Reserve((kNumDirections + 3) * n, task);
+  scratch->plane.Reserve(n, task);
+  scratch->filled.Reserve(n, task);
+  launch->supports = buffers.supports.View(width, height);
+  float* next = buffers.inverse_depths.data();
+  const auto take = [&] { return ArrayView2D<float>{std::exchange(next, next + n), width, height}; };
+  launch->measured_inverse_depth = take();
+  launch->inferred = take();
+  launch->filled_and_measured = take();
+  for (auto& hypotheses : launch->hypotheses) hypotheses = take();
+  launch->result = scratch->plane.View(width, height);
+  launch->filled = scratch->filled.View(width, height);
+}
+
+FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables, const Task& task) {
+  InferenceScratch& buffers = scratch->inference;
+  FieldLaunch field;
+  field.view.width = (width + kFieldStride - 1) / kFieldStride;
+  field.view.height = (height + kFieldStride - 1) / kFieldStride;
+  const std::int64_t n = static_cast<std::int64_t>(field.view.width) * field.view.height;
+  buffers.node_bytes.Reserve(3 * n, task);
+  buffers.node_floats.Reserve((kMaxLabels + 2) * n, task);
+  buffers.node_integers.Reserve(3 * kMaxLabels * n, task);
+  buffers.totals.Reserve(kNumFieldTotals, task);
+  buffers.tables.Reserve(kUnaryTableSize + kPairwiseTableSize, task);
+  const cudaStream_t stream = scratch->stream.get();
+  buffers.tables.Upload(tables.unary().data(), kUnaryTableSize, stream, task);
+  buffers.tables.UploadAt(kUnaryTableSize, tables.pairwise().data(), kPairwiseTableSize, stream, task);
+
+  field.allowed = buffers.node_bytes.data();
+  field.best_labels = field.allowed + n;
+  field.inverse_depth = buffers.node_floats.data();
+  field.measured = {field.inverse_depth + kMaxLabels * n, field.view.width, field.view.height};
+  field.chosen = {field.measured.data + n, field.view.width, field.view.height};
+  field.unary = buffers.node_integers.data();
+  field.totals = buffers.totals.data();
+  field.view.potentials = {buffers.tables.data(), buffers.tables.data() + kUnaryTableSize};
+  field.view.allowed = field.allowed;
+  field.view.inverse_depth = field.inverse_depth;
+  field.view.unary = field.unary;
+  field.view.horizontal = field.unary + kMaxLabels * n;
+  field.view.vertical = field.view.horizontal + kMaxLabels * n;
+  field.view.label = field.best_labels + n;
+  return field;
+}
+
+FieldStatistics Statistics(const std::int64_t* totals) {
+  constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
+  return {totals[kNumNodes], totals[kBestEnergy] * kNats, totals[kLowerBound] * kNats,
+          totals[kMinCostEnergy] * kNats};
+}
+
+}  // namespace
+
+InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
+                           const InferenceOptions& options) {
+  CheckInput(input);
+  const int width = input.measured->width(), height = input.measured->height();
+  const Task task{"plane inference", input.reference.view->name, width, height};
+  InferenceResult result{*input.measured, Mask(width, height), {}};
+  if (options.mode == InferenceMode::kOff) return result;
+
+  ScratchPool::Lease scratch(&device->scratch, task);
+  const cudaStream_t stream = scratch->stream.get();
+  const std::shared_ptr<const DeviceMap> measured = device->maps.Get(input.measured, stream, task);
+  InferenceLaunch launch;
+  launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
+  launch.window.samples_per_side = stereo.SamplesPerSide();
+  launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
+  launch.paper = options.formulas == Formulas::kPaper;
+  launch.measured = measured->View();
+  const std::vector<TextureHandle> textures = BindSources(device, input, scratch.get(), task, &launch);
+  BindMaps(scratch.get(), width, height, task, &launch);
+  const bool solves_field = options.mode == InferenceMode::kMrf;
+  const PotentialTables tables(options);
+
+  ThrowIfCancelled();
+  scratch->begin.Record(stream, task);
+  LaunchHypotheses(launch, stream, task);
+  if (solves_field) {
+    const FieldLaunch field = BindField(scratch.get(), width, height, tables, task);
+    LaunchFieldSetup(launch, field, stream, task);
+    LaunchFieldSolution(field, options.num_passes, stream, task);
+    LaunchFieldChoice(launch, field, stream, task);
+    scratch->inference.host_totals.Download(scratch->inference.totals, kNumFieldTotals, stream, task);
+  } else {
+    LaunchMinCostChoice(launch, stream, task);
+  }
+  LaunchComposition(launch, stream, task);
+  scratch->end.Record(stream, task);
+  const std::int64_t num_pixels = launch.result.size();
+  scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
+  scratch->host_mask.Download(scratch->filled, num_pixels, stream, task);
+  scratch->stream.Synchronize(task);
+
+  device->times.Add(DeviceTimes::kInference, scratch->begin, scratch->end, 0, task);
+  std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
+  std::memcpy(result.filled.data(), scratch->host_mask.data(), result.filled.bytes());
+  if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
+  return result;
+}
+
+}  // namespace phi::gpu

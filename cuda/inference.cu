@@ -1,0 +1,204 @@
+#include "cuda/inference_kernels.h"
+#include "phi/inference/hypothesis_cost.h"
+#include "phi/inference/plane_normal.h"
+
+namespace phi::gpu {
+
+HypothesisMaps InferenceLaunch::Maps() const {
+  HypothesisMaps maps;
+  for (int k = 0; k < kNumDirections; ++k) maps.inverse_depth[k] = hypotheses[k];
+  return maps;
+}
+
+namespace {
+
+const dim3 kBlock(32, 4);
+
+dim3 Grid(int width, int height) {
+  return dim3((width + kBlock.x - 1) / kBlock.x, (height + kBlock.y - 1) / kBlock.y);
+}
+
+__device__ __forceinline__ int ThreadX() { return blockIdx.x * blockDim.x + threadIdx.x; }
+__device__ __forceinline__ int ThreadY() { return blockIdx.y * blockDim.y + threadIdx.y; }
+
+struct TextureSampler {
+  cudaTextureObject_t texture;
+  __device__ __forceinline__ float operator()(float u, float v) const { return 255.0f * tex2D<float>(texture, u, v); }
+};
+
+__global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.measured.Contains(x, y)) return;
+  const float depth = launch.measured(x, y).depth;
+  const float w = depth > 0 ? 1 / depth : 0;
+  launch.measured_inverse_depth(x, y) = w;
+  for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = w;
+}
+
+__global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.supports.Contains(x, y)) return;
+  launch.supports(x, y) = MakeSupport(launch.measured_inverse_depth, x, y, options);
+}
+
+// One thread a scanline; blockIdx.y is the direction.
+__global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
+  const int direction = blockIdx.y, width = launch.supports.width, height = launch.supports.height;
+  const int index = ThreadX();
+  if (index >= NumScanlines(direction, width, height)) return;
+  FillScanline(MakeScanline(direction, index, width, height), launch.supports, options,
+               launch.hypotheses[direction]);
+}
+
+// As HypothesisMatcher::Costs.
+__device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, int y, float* costs) {
+  const TextureSampler reference{launch.reference_texture};
+  std::uint8_t allowed = 0;
+  for (int k = 0; k < kNumDirections; ++k) {
+    costs[k] = kMaxCost;
+    if (!(launch.hypotheses[k](x, y) > 0)) continue;
+    allowed |= static_cast<std::uint8_t>(1 << k);
+    float view_costs[kMaxSourceViews];
+    for (int j = 0; j < launch.num_sources; ++j) {
+      view_costs[j] = HypothesisViewCost(reference, TextureSampler{launch.sources[j].texture}, launch.sources[j].view,
+                                         launch.window, launch.hypotheses[k], x, y);
+    }
+    std::uint32_t mask = 0;
+    costs[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
+                            : BestViewsCost(view_costs, launch.num_sources, &mask);
+  }
+  return allowed;
+}
+
+__global__ void MinCostKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.inferred.Contains(x, y)) return;
+  float chosen = 0;
+  if (!(launch.measured_inverse_depth(x, y) > 0)) {
+    float costs[kNumDirections];
+    const std::uint8_t allowed = HypothesisCosts(launch, x, y, costs);
+    int best = -1;
+    for (int k = 0; k < kNumDirections; ++k) {
+      if ((allowed >> k & 1) && (best < 0 || costs[k] < costs[best])) best = k;
+    }
+    if (best >= 0) chosen = launch.hypotheses[best](x, y);
+  }
+  launch.inferred(x, y) = chosen;
+}
+
+__global__ void MeasuredNodeKernel(const __grid_constant__ InferenceLaunch launch, ArrayView2D<float> measured) {
+  const int i = ThreadX(), j = ThreadY();
+  if (measured.Contains(i, j)) measured(i, j) = launch.measured_inverse_depth(kFieldStride * i, kFieldStride * j);
+}
+
+// As Field::AddNode. Reads the neighbours' measured depths, which MeasuredNodeKernel has written.
+__global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch, const __grid_constant__ FieldLaunch field) {
+  constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+  const int i = ThreadX(), j = ThreadY();
+  if (!field.measured.Contains(i, j)) return;
+  const int x = kFieldStride * i, y = kFieldStride * j;
+  const std::int64_t node = NodeIndex(field.view, i, j);
+  float costs[kNumDirections];
+  const std::uint8_t allowed = field.measured(i, j) > 0 ? 0 : HypothesisCosts(launch, x, y, costs);
+  field.allowed[node] = allowed;
+  for (int k = 0; k < kNumDirections; ++k) {
+    float w = 0;
+    std::int32_t energy = 0;
+    if (allowed >> k & 1) {
+      w = launch.hypotheses[k](x, y);
+      energy = UnaryEnergy(field.view.potentials, costs[k]);
+      for (const auto& offset : kOffsets) {
+        const int ni = i + offset[0], nj = j + offset[1];
+        if (field.measured.Contains(ni, nj) && field.measured(ni, nj) > 0) {
+          energy += PairwiseEnergy(field.view.potentials, w, field.measured(ni, nj));
+        }
+      }
+    }
+    field.inverse_depth[kMaxLabels * node + k] = w;
+    field.unary[kMaxLabels * node + k] = energy;
+  }
+}
+
+__global__ void ChosenDepthKernel(const __grid_constant__ FieldLaunch field) {
+  const int i = ThreadX(), j = ThreadY();
+  if (!field.chosen.Contains(i, j)) return;
+  const std::int64_t node = NodeIndex(field.view, i, j);
+  const std::uint8_t label = field.best_labels[node];
+  field.chosen(i, j) = label != kNoLabel ? field.inverse_depth[kMaxLabels * node + label] : field.measured(i, j);
+}
+
+__global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, HypothesisMaps maps,
+                               ArrayView2D<const float> chosen) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.inferred.Contains(x, y)) return;
+  launch.inferred(x, y) = launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
+}
+
+__global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.inferred.Contains(x, y)) return;
+  const float measured = launch.measured_inverse_depth(x, y);
+  launch.filled_and_measured(x, y) = measured > 0 ? measured : launch.inferred(x, y);
+}
+
+__global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.inferred.Contains(x, y)) return;
+  const float w = launch.inferred(x, y);
+  PlaneHypothesis h = launch.measured(x, y);
+  if (w > 0) {
+    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.paper);
+    h.depth = 1 / w;
+  }
+  launch.result(x, y) = h;
+  launch.filled(x, y) = w > 0 ? 255 : 0;
+}
+
+}  // namespace
+
+void LaunchHypotheses(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  const int width = launch.supports.width, height = launch.supports.height;
+  LineOptions options;
+  options.literal = launch.paper;
+  InverseDepthKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
+  CheckLaunch("InverseDepthKernel", task);
+  SupportKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, options);
+  CheckLaunch("SupportKernel", task);
+  constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
+  const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
+  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, options);
+  CheckLaunch("ScanlineKernel", task);
+}
+
+void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  MinCostKernel<<<Grid(launch.inferred.width, launch.inferred.height), kBlock, 0, stream>>>(launch);
+  CheckLaunch("MinCostKernel", task);
+}
+
+void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
+                      const Task& task) {
+  const dim3 grid = Grid(field.view.width, field.view.height);
+  MeasuredNodeKernel<<<grid, kBlock, 0, stream>>>(launch, field.measured);
+  CheckLaunch("MeasuredNodeKernel", task);
+  NodeKernel<<<grid, kBlock, 0, stream>>>(launch, field);
+  CheckLaunch("NodeKernel", task);
+}
+
+void LaunchFieldChoice(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
+                       const Task& task) {
+  ChosenDepthKernel<<<Grid(field.view.width, field.view.height), kBlock, 0, stream>>>(field);
+  CheckLaunch("ChosenDepthKernel", task);
+  UpsampleKernel<<<Grid(launch.inferred.width, launch.inferred.height), kBlock, 0, stream>>>(launch, launch.Maps(),
+                                                                                            field.chosen);
+  CheckLaunch("UpsampleKernel", task);
+}
+
+void LaunchComposition(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  const dim3 grid = Grid(launch.inferred.width, launch.inferred.height);
+  UnionKernel<<<grid, kBlock, 0, stream>>>(launch);
+  CheckLaunch("UnionKernel", task);
+  CompositionKernel<<<grid, kBlock, 0, stream>>>(launch);
+  CheckLaunch("CompositionKernel", task);
+}
+
+}  // namespace phi::gpu

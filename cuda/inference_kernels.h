@@ -1,0 +1,73 @@
+// Launches of plane hypothesis inference (paper section F). Kernels run the functions of phi/inference per pixel.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstdint>
+
+#include "cuda/error.h"
+#include "phi/geometry/plane_hypothesis.h"
+#include "phi/inference/line_hypothesis.h"
+#include "phi/inference/trws_node.h"
+#include "phi/inference/upsample.h"
+#include "phi/matching/zncc.h"
+
+namespace phi::gpu {
+
+struct InferenceSource {
+  RelativeView view;
+  cudaTextureObject_t texture = 0;
+};
+
+// Passed to the kernels by value. All arrays are on the device.
+struct InferenceLaunch {
+  RayModel reference;
+  cudaTextureObject_t reference_texture = 0;
+  MatchingWindow window;
+  bool paper = false;
+  const InferenceSource* sources = nullptr;
+  int num_sources = 0;
+
+  ArrayView2D<const PlaneHypothesis> measured;
+  ArrayView2D<Support> supports;
+  ArrayView2D<float> measured_inverse_depth;          // 0 at holes
+  ArrayView2D<float> hypotheses[kNumDirections];      // inverse depth; measured pixels hold their own
+  ArrayView2D<float> inferred;                        // inverse depth of filled pixels, 0 elsewhere
+  ArrayView2D<float> filled_and_measured;             // inverse depth
+  ArrayView2D<PlaneHypothesis> result;
+  ArrayView2D<std::uint8_t> filled;                   // 255 = inferred
+
+  HypothesisMaps Maps() const;
+};
+
+// The field's arrays, as FieldView has them, with write access.
+struct FieldLaunch {
+  FieldView view;
+  std::uint8_t* allowed = nullptr;
+  float* inverse_depth = nullptr;
+  std::int32_t* unary = nullptr;
+  ArrayView2D<float> measured;           // inverse depth at the nodes' pixels, 0 at holes
+  ArrayView2D<float> chosen;             // inverse depth of the chosen label
+  std::uint8_t* best_labels = nullptr;   // of the pass with the lowest energy
+  std::int64_t* totals = nullptr;        // FieldTotal entries
+};
+
+// Sums over the field, in the tables' units, kept on the device.
+enum FieldTotal { kNumNodes = 0, kEnergy, kLowerBound, kBestEnergy, kMinCostEnergy, kIsBetter, kNumFieldTotals };
+
+// Supports and the four hypothesis maps.
+void LaunchHypotheses(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+
+// Each hole's hypothesis of lowest cost.
+void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+
+// Nodes and energies; message passing; the chosen depths at full size.
+void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream, const Task& task);
+void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t stream, const Task& task);
+void LaunchFieldChoice(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
+                       const Task& task);
+
+// The measured map with the inferred pixels and their normals.
+void LaunchComposition(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+
+}  // namespace phi::gpu

@@ -1,0 +1,84 @@
+// Device memory, page-locked memory and a stream for one call at a time; kept between calls, grown as needed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "cuda/buffer.h"
+#include "cuda/estimation_kernels.h"
+#include "cuda/filtering_kernels.h"
+#include "cuda/inference_kernels.h"
+#include "cuda/stream.h"
+
+namespace phi::gpu {
+
+struct InferenceScratch {
+  DeviceBuffer<InferenceSource> sources;
+  DeviceBuffer<Support> supports;
+  DeviceBuffer<float> inverse_depths;
+  DeviceBuffer<std::uint8_t> node_bytes;
+  DeviceBuffer<float> node_floats;
+  DeviceBuffer<std::int32_t> node_integers, tables;
+  DeviceBuffer<std::int64_t> totals;
+  PinnedBuffer<std::int64_t> host_totals;
+};
+
+struct Scratch {
+  explicit Scratch(const Task& task)
+      : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task) {}
+
+  Stream stream;
+  Event begin, end;  // around the kernels
+  DeviceBuffer<PlaneHypothesis> plane;
+  DeviceBuffer<float> cost;
+  DeviceBuffer<std::uint32_t> selected_views;
+  DeviceBuffer<std::uint16_t> view_costs;
+  DeviceBuffer<std::uint8_t> window_levels;
+  DeviceBuffer<float2> ranges;
+  DeviceBuffer<GuidanceSource> guidance;
+  DeviceBuffer<std::uint8_t> keep, filled;
+  DeviceBuffer<FilterSource> filter_sources;
+  InferenceScratch inference;
+  PinnedBuffer<PlaneHypothesis> host_plane;
+  PinnedBuffer<float> host_cost;
+  PinnedBuffer<std::uint8_t> host_mask;
+};
+
+// Lends scratch to concurrent calls; makes a new one when all are lent.
+class ScratchPool {
+ public:
+  class Lease {
+   public:
+    Lease(ScratchPool* pool, const Task& task) : pool_(pool), scratch_(pool->Take(task)) {}
+    ~Lease() { pool_->Return(std::move(scratch_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    Scratch* get() const { return scratch_.get(); }
+    Scratch* operator->() const { return scratch_.get(); }
+
+   private:
+    ScratchPool* pool_;
+    std::unique_ptr<Scratch> scratch_;
+  };
+
+ private:
+  std::unique_ptr<Scratch> Take(const Task& task) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (free_.empty()) return std::make_unique<Scratch>(task);
+    std::unique_ptr<Scratch> scratch = std::move(free_.back());
+    free_.pop_back();
+    return scratch;
+  }
+  void Return(std::unique_ptr<Scratch> scratch) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    free_.push_back(std::move(scratch));
+  }
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Scratch>> free_;
+};
+
+}  // namespace phi::gpu

@@ -1,0 +1,122 @@
+// Message passing over the field, with exactly the sequential order's result.
+//
+// Tiles on one anti-diagonal depend only on the diagonals before it, so a diagonal is one launch; inside a tile a warp
+// goes over the nodes' anti-diagonals, one row a lane. Every node sees its neighbours in the state that the
+// sequential raster order gives them.
+#include "cuda/inference_kernels.h"
+
+namespace phi::gpu {
+namespace {
+
+constexpr int kTile = 32;  // nodes on a side; as many lanes as rows
+constexpr int kBlock = 256;
+
+__device__ __forceinline__ void AddTotal(const FieldLaunch& field, FieldTotal total, std::int64_t value) {
+  // Two's complement: the unsigned sum has the same bits.
+  atomicAdd(reinterpret_cast<unsigned long long*>(field.totals + total), static_cast<unsigned long long>(value));
+}
+
+// Tile `first_row + blockIdx.x` of the diagonal.
+template <bool kForward>
+__global__ void SweepKernel(const __grid_constant__ FieldLaunch field, int diagonal, int first_row) {
+  const FieldView& view = field.view;
+  const int tile_row = first_row + blockIdx.x;
+  const int x0 = (diagonal - tile_row) * kTile, y = tile_row * kTile + threadIdx.x;
+  std::int64_t bound = 0;
+  for (int step = 0; step < 2 * kTile - 1; ++step) {
+    const int column = (kForward ? step : 2 * kTile - 2 - step) - static_cast<int>(threadIdx.x);
+    const int x = x0 + column;
+    if (column >= 0 && column < kTile && x < view.width && y < view.height) {
+      if (!kForward) DecodeNode(view, x, y);
+      bound += UpdateNode(view, x, y, kForward);
+    }
+    __syncwarp();  // orders the lanes' memory accesses, too
+  }
+  if (!kForward && bound != 0) AddTotal(field, kLowerBound, bound);
+}
+
+template <bool kForward>
+void LaunchSweep(const FieldLaunch& field, cudaStream_t stream, const Task& task) {
+  const int columns = (field.view.width + kTile - 1) / kTile, rows = (field.view.height + kTile - 1) / kTile;
+  const int num_diagonals = columns + rows - 1;
+  for (int i = 0; i < num_diagonals; ++i) {
+    const int diagonal = kForward ? i : num_diagonals - 1 - i;
+    const int first = diagonal - columns + 1 > 0 ? diagonal - columns + 1 : 0;
+    const int last = diagonal < rows - 1 ? diagonal : rows - 1;
+    SweepKernel<kForward><<<last - first + 1, kTile, 0, stream>>>(field, diagonal, first);
+    CheckLaunch("SweepKernel", task);
+  }
+}
+
+__global__ void MinUnaryKernel(const __grid_constant__ FieldLaunch field, std::int64_t num_nodes) {
+  const std::int64_t node = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (node >= num_nodes) return;
+  const std::uint8_t allowed = field.view.allowed[node];
+  field.view.label[node] =
+      allowed != 0 ? static_cast<std::uint8_t>(ArgMin(field.view.unary + kMaxLabels * node, allowed)) : kNoLabel;
+}
+
+// Adds the energy of the labels to totals[total], and, where asked, counts the nodes.
+__global__ void EnergyKernel(const __grid_constant__ FieldLaunch field, FieldTotal total, bool count_nodes) {
+  const int x = blockIdx.x * kTile + threadIdx.x % kTile;
+  std::int64_t energy = 0;
+  int count = 0;
+  for (int row = threadIdx.x / kTile; row < kTile; row += kBlock / kTile) {
+    const int y = blockIdx.y * kTile + row;
+    if (x >= field.view.width || y >= field.view.height) continue;
+    energy += NodeEnergy(field.view, x, y);
+    count += field.view.allowed[NodeIndex(field.view, x, y)] != 0;
+  }
+  if (energy != 0) AddTotal(field, total, energy);
+  if (count_nodes && count > 0) AddTotal(field, kNumNodes, count);
+}
+
+void LaunchEnergy(const FieldLaunch& field, FieldTotal total, bool count_nodes, cudaStream_t stream,
+                  const Task& task) {
+  const dim3 tiles((field.view.width + kTile - 1) / kTile, (field.view.height + kTile - 1) / kTile);
+  EnergyKernel<<<tiles, kBlock, 0, stream>>>(field, total, count_nodes);
+  CheckLaunch("EnergyKernel", task);
+}
+
+// Whether this pass has the lowest energy so far; the first among equals stays.
+__global__ void ComparePassKernel(const __grid_constant__ FieldLaunch field, int pass) {
+  const bool better = pass == 0 || field.totals[kEnergy] < field.totals[kBestEnergy];
+  field.totals[kIsBetter] = better;
+  if (better) field.totals[kBestEnergy] = field.totals[kEnergy];
+}
+
+__global__ void KeepBestLabelsKernel(const __grid_constant__ FieldLaunch field, std::int64_t num_nodes) {
+  const std::int64_t node = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (node < num_nodes && field.totals[kIsBetter]) field.best_labels[node] = field.view.label[node];
+}
+
+void Clear(void* data, std::size_t bytes, cudaStream_t stream, const Task& task) {
+  Check(cudaMemsetAsync(data, 0, bytes, stream), "cudaMemsetAsync", task);
+}
+
+}  // namespace
+
+void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t stream, const Task& task) {
+  const std::int64_t num_nodes = static_cast<std::int64_t>(field.view.width) * field.view.height;
+  const std::size_t message_bytes = static_cast<std::size_t>(num_nodes) * kMaxLabels * sizeof(std::int32_t);
+  const int blocks = static_cast<int>((num_nodes + kBlock - 1) / kBlock);
+  Clear(field.totals, kNumFieldTotals * sizeof(std::int64_t), stream, task);
+  Clear(field.view.horizontal, message_bytes, stream, task);
+  Clear(field.view.vertical, message_bytes, stream, task);
+  MinUnaryKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
+  CheckLaunch("MinUnaryKernel", task);
+  LaunchEnergy(field, kMinCostEnergy, true, stream, task);
+  for (int pass = 0; pass < num_passes; ++pass) {
+    Clear(field.totals + kEnergy, sizeof(std::int64_t), stream, task);
+    Clear(field.totals + kLowerBound, sizeof(std::int64_t), stream, task);
+    LaunchSweep<true>(field, stream, task);
+    LaunchSweep<false>(field, stream, task);
+    LaunchEnergy(field, kEnergy, false, stream, task);
+    ComparePassKernel<<<1, 1, 0, stream>>>(field, pass);
+    CheckLaunch("ComparePassKernel", task);
+    KeepBestLabelsKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
+    CheckLaunch("KeepBestLabelsKernel", task);
+  }
+}
+
+}  // namespace phi::gpu
