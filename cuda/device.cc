@@ -13,8 +13,10 @@ int NumCudaDevices(std::string* why_none) {
   if (status == cudaSuccess && count > 0) return count;
   cudaGetLastError();
   if (why_none) {
-    *why_none = status == cudaSuccess || status == cudaErrorNoDevice ? "no CUDA device was found"
-                                                                     : cudaGetErrorString(status);
+    *why_none = status == cudaErrorInsufficientDriver
+                    ? "no NVIDIA driver is installed, or it is older than this build's CUDA toolkit"
+                : status == cudaSuccess || status == cudaErrorNoDevice ? "no CUDA device was found"
+                                                                       : cudaGetErrorString(status);
   }
   return 0;
 }

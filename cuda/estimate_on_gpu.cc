@@ -23,8 +23,9 @@ std::vector<TextureHandle> BindTextures(DeviceResources* device, const Estimatio
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   for (std::size_t j = 0; j < views.size(); ++j) {
     handles.push_back(device->images.Get(input.sources[j].image, stream, task));
-    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
+    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
     handles.back()->CopyTextures(launch->sources[j].textures);
+    handles.back()->CopyQuads(launch->sources[j].quads);
   }
   return handles;
 }

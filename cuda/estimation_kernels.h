@@ -16,6 +16,7 @@ struct SourceView {
   Vec3f b;
   int width = 0, height = 0;  // of level 0
   cudaTextureObject_t textures[kMaxPyramidLevels] = {};
+  const std::uint32_t* quads[kMaxPyramidLevels] = {};  // TexelQuads::data
 };
 
 // A source view's earlier map for geometric guidance; one without data guides nothing and costs the most.

@@ -5,10 +5,11 @@
 namespace phi::gpu {
 
 GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task)
-    : bytes_(image.size()) {
+    : quads_(NumQuads(image.width(), image.height()), task), width_(image.width()) {
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
-  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray", bytes_,
-                  task);
+  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray",
+                  image.size(), task);
+  bytes_ = image.size() + quads_.bytes();
   try {
     Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
                                    cudaMemcpyHostToDevice, stream),
@@ -21,6 +22,7 @@ GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task
     texture.filterMode = cudaFilterModeLinear;
     texture.readMode = cudaReadModeNormalizedFloat;
     Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
+    LaunchTexelQuads(texture_, image.width(), image.height(), quads_.data(), stream, task);
     // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
   } catch (...) {
@@ -43,6 +45,10 @@ GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task
 
 void GrayPyramid::CopyTextures(cudaTextureObject_t* textures) const {
   for (std::size_t level = 0; level < levels_.size(); ++level) textures[level] = levels_[level]->get();
+}
+
+void GrayPyramid::CopyQuads(const std::uint32_t** quads) const {
+  for (std::size_t level = 0; level < levels_.size(); ++level) quads[level] = levels_[level]->quads().data;
 }
 
 std::size_t GrayPyramid::bytes() const {

@@ -1,4 +1,5 @@
-// An 8-bit gray image as a texture: bilinear reads in hardware (fractions of 8 bits), clamped at the border.
+// An 8-bit gray image as a texture (bilinear reads in hardware, fractions of 8 bits, clamped at the border) and as
+// texel quads: the matching cost reads some samples each way, since each way alone is bound by its own unit.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -7,7 +8,9 @@
 #include <memory>
 #include <vector>
 
+#include "cuda/buffer.h"
 #include "cuda/error.h"
+#include "cuda/texel_quads.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
@@ -22,11 +25,14 @@ class GrayTexture {
   GrayTexture& operator=(const GrayTexture&) = delete;
 
   cudaTextureObject_t get() const { return texture_; }
+  TexelQuads quads() const { return {quads_.data(), QuadPitch(width_)}; }
   std::size_t bytes() const { return bytes_; }
 
  private:
   cudaArray_t array_ = nullptr;
   cudaTextureObject_t texture_ = 0;
+  DeviceBuffer<std::uint32_t> quads_;
+  int width_ = 0;
   std::size_t bytes_ = 0;
 };
 
@@ -37,6 +43,7 @@ class GrayPyramid {
 
   // Level 0 first, kMaxPyramidLevels of them.
   void CopyTextures(cudaTextureObject_t* textures) const;
+  void CopyQuads(const std::uint32_t** quads) const;
   const GrayTexture& level(int level) const { return *levels_[level]; }
   std::size_t bytes() const;
 

@@ -4,7 +4,9 @@
 //  - the reference window is read once per pixel for all hypotheses and views, and kept in shared memory as
 //    half-precision differences from the window's centre (small where texture is faint: so is their rounding);
 //  - the homography is centred on the window: a sample costs three multiply-adds, one approximate reciprocal, two
-//    products and one texture fetch, which is what bounds the kernel;
+//    products and one read of the source;
+//  - texture fetches alone would bound the kernel, so every other sample is read as a texel quad by a plain load and
+//    interpolated in integers;
 //  - sums over the reference are made once.
 #pragma once
 
@@ -34,6 +36,34 @@ __device__ __forceinline__ int LevelSize(int size, int level) { return (size + (
 struct LevelSampler {
   cudaTextureObject_t texture;
   __device__ __forceinline__ float operator()(float u, float v) const { return ReadGray(texture, u, v); }
+};
+
+// Grey level at (u, v) = (x, y) / w in K's coordinates, with fractions of 7 bits, less `shift`. Inside the image only.
+__device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w, float shift) {
+  // Adding 1.5 * 2^16 leaves a fixed-point number of 7 fractional bits in the mantissa; 0.5 more for the cell's index.
+  constexpr float kMagic = 98304.5f;
+  constexpr std::uint32_t kMagicCell = 0x47C00000u >> 7;
+  const std::uint32_t u = __float_as_uint(fmaf(x, inverse_w, kMagic));
+  const std::uint32_t v = __float_as_uint(fmaf(y, inverse_w, kMagic));
+  const std::uint32_t pitch = static_cast<std::uint32_t>(quads.pitch);
+  const std::uint32_t cell = (v >> 7) * pitch + (u >> 7) - (kMagicCell * pitch + kMagicCell);
+  const std::uint32_t texels = __ldg(quads.data + cell);
+  const std::uint32_t fraction_u = u & 127, fraction_v = v & 127;
+  // Two 16-bit weights in a word: left in the lower half, right in the upper one.
+  const std::uint32_t weights = fraction_u * 65535u + 128u;
+  const std::uint32_t top = weights * (128u - fraction_v), bottom = weights * 128u - top;
+  // The weights add up to 2^14. Starting at the bits of 2^23 makes the sum the mantissa of 2^23 + sum.
+  const std::uint32_t sum = __dp2a_lo(top, texels, __dp2a_hi(bottom, texels, 0x4B000000u));
+  return fmaf(__uint_as_float(sum), 1.0f / 16384.0f, -(512.0f + shift));
+}
+
+// One level of a source image, read both ways.
+struct SourceLevel {
+  cudaTextureObject_t texture;
+  TexelQuads quads;
+
+  __device__ __forceinline__ SourceLevel(const SourceView& view, int level)
+      : texture(view.textures[level]), quads{view.quads[level], QuadPitch(LevelSize(view.width, level))} {}
 };
 
 // The window's centre in a source image in homogeneous pixels, and its change per sample to the right and down.
@@ -98,7 +128,7 @@ class ReferenceWindow {
     }
   }
 
-  __device__ __forceinline__ ZnccSums Sums(cudaTextureObject_t texture, const WindowWarp& warp) const {
+  __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
     ZnccSums sums = sums_;
     const float half = static_cast<float>(kSide / 2);
     Vec3f middle = warp.centre - half * warp.down;
@@ -107,9 +137,9 @@ class ReferenceWindow {
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
         const float2 r = __half22float2(Samples()[(row * kPairs + pair) * kThreads]);
-        Add(texture, warp, middle, static_cast<float>(2 * pair - kSide / 2), r.x, &sums);
+        Add<false>(source, warp, middle, static_cast<float>(2 * pair - kSide / 2), r.x, &sums);
         if (2 * pair + 1 < kSide) {
-          Add(texture, warp, middle, static_cast<float>(2 * pair + 1 - kSide / 2), r.y, &sums);
+          Add<true>(source, warp, middle, static_cast<float>(2 * pair + 1 - kSide / 2), r.y, &sums);
         }
       }
       middle = middle + warp.down;
@@ -123,13 +153,14 @@ class ReferenceWindow {
     return reference_samples + threadIdx.x;
   }
 
-  __device__ __forceinline__ void Add(cudaTextureObject_t texture, const WindowWarp& warp, Vec3f middle,
+  template <bool kByTexture>
+  __device__ __forceinline__ void Add(const SourceLevel& source, const WindowWarp& warp, Vec3f middle,
                                       float column, float r, ZnccSums* sums) const {
+    const float x = fmaf(column, warp.right.x, middle.x), y = fmaf(column, warp.right.y, middle.y);
     const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
-    const float s = fmaf(255.0f,
-                         tex2D<float>(texture, fmaf(column, warp.right.x, middle.x) * inverse_w,
-                                      fmaf(column, warp.right.y, middle.y) * inverse_w),
-                         -shift_);
+    const float s = kByTexture
+                        ? fmaf(255.0f, tex2D<float>(source.texture, x * inverse_w, y * inverse_w), -shift_)
+                        : ReadQuad(source.quads, x, y, inverse_w, shift_);
     sums->s += s;
     sums->ss = fmaf(s, s, sums->ss);
     sums->rs = fmaf(r, s, sums->rs);
@@ -153,7 +184,7 @@ class ReferenceWindow<0> {
     shift_ = ReadGray(texture, u, v);
   }
 
-  __device__ __forceinline__ ZnccSums Sums(cudaTextureObject_t texture, const WindowWarp& warp) const {
+  __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
     ZnccSums sums;
     const int n = window_.samples_per_side;
 #pragma unroll 1
@@ -164,7 +195,7 @@ class ReferenceWindow<0> {
             warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
         const float inverse_w = FastReciprocal(p.z);
         const float r = ReadGray(texture_, u_ + column * window_.step, v_ + row * window_.step) - shift_;
-        const float s = ReadGray(texture, p.x * inverse_w, p.y * inverse_w) - shift_;
+        const float s = ReadGray(source.texture, p.x * inverse_w, p.y * inverse_w) - shift_;
         sums.r += r;
         sums.rr = fmaf(r, r, sums.rr);
         sums.s += s;
@@ -222,7 +253,7 @@ struct GpuContext {
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
       costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, patch.level)
-                     ? patch.window.Sums(view.textures[patch.level], warp)
+                     ? patch.window.Sums(SourceLevel(view, patch.level), warp)
                            .Cost(static_cast<float>(parameters.window.NumSamples()))
                      : kMaxCost;
       if (launch.guidance != nullptr) {

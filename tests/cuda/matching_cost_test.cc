@@ -55,8 +55,9 @@ class MatchingCostTest : public CudaTest {
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     for (std::size_t j = 0; j < views.size(); ++j) {
       textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, stream.get(), task));
-      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
+      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
       textures.back()->CopyTextures(launch.sources[j].textures);
+      textures.back()->CopyQuads(launch.sources[j].quads);
     }
     const DeviceMap hypotheses(map, stream.get(), task);
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());
