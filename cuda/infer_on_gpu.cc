@@ -1,16 +1,22 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
+
+#include <tbb/parallel_for.h>
 
 #include "cuda/device_resources.h"
 #include "cuda/inference_kernels.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/inference/potential_tables.h"
+#include "phi/inference/region_planes.h"
 
 namespace phi::gpu {
 namespace {
+
+static_assert(kRegionMaps == kPlanesPerRegion);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
 
@@ -45,7 +51,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   const std::int64_t n = static_cast<std::int64_t>(width) * height;
   InferenceScratch& buffers = scratch->inference;
   buffers.supports.Reserve(n, task);
-  buffers.inverse_depths.Reserve((kNumDirections + 3) * n, task);
+  buffers.inverse_depths.Reserve((kNumDirections + kPlanesPerRegion + 3) * n, task);
   scratch->plane.Reserve(n, task);
   scratch->filled.Reserve(n, task);
   launch->supports = buffers.supports.View(width, height);
@@ -55,8 +61,44 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->inferred = take();
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
+  for (auto& planes : launch->region_planes) planes = take();
   launch->result = scratch->plane.View(width, height);
   launch->filled = scratch->filled.View(width, height);
+}
+
+// Regions are followed on the host, one pixel after the other; the scanlines run meanwhile.
+void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
+                     const Event& supports_ready, const Task& task) {
+  const int width = launch.supports.width, height = launch.supports.height;
+  const std::int64_t n = launch.supports.size();
+  InferenceScratch& buffers = scratch->inference;
+  supports_ready.Wait(task);
+  const RegionPlanes planes(*input.reference.image, {buffers.host_supports.data(), width, height},
+                            input.reference.view->image_id);
+  buffers.host_region_planes.Reserve(kPlanesPerRegion * n, task);
+  float* host = buffers.host_region_planes.data();
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const auto& region = planes.At(x, y);
+      const std::int64_t pixel = static_cast<std::int64_t>(y) * width + x;
+      for (int k = 0; k < kPlanesPerRegion; ++k) host[k * n + pixel] = region[k].At(x, y);
+    }
+  });
+  const cudaStream_t stream = scratch->stream.get();
+  const std::int64_t first = launch.region_planes[0].data - buffers.inverse_depths.data();
+  buffers.inverse_depths.UploadAt(first, host, kPlanesPerRegion * n, stream, task);
+  LaunchRegionPlanes(launch, stream, task);
+}
+
+void MakeHypotheses(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
+  const cudaStream_t stream = scratch->stream.get();
+  LaunchSupports(launch, stream, task);
+  if (launch.paper) return LaunchScanlines(launch, stream, task);
+  const Event supports_ready(Event::Timing::kOff, task);
+  scratch->inference.host_supports.Download(scratch->inference.supports, launch.supports.size(), stream, task);
+  supports_ready.Record(stream, task);
+  LaunchScanlines(launch, stream, task);
+  AddRegionPlanes(input, scratch, launch, supports_ready, task);
 }
 
 FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables, const Task& task) {
@@ -123,7 +165,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
-  LaunchHypotheses(launch, stream, task);
+  MakeHypotheses(input, scratch.get(), launch, task);
   if (solves_field) {
     const FieldLaunch field = BindField(scratch.get(), width, height, tables, task);
     LaunchFieldSetup(launch, field, stream, task);

@@ -50,6 +50,22 @@ __global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, L
                launch.hypotheses[direction]);
 }
 
+// As Hypotheses::ReplaceDiagonals and RemoveOverexposed.
+__global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch) {
+  constexpr int kReplaced[kRegionMaps] = {kDescending, kAscending};
+  constexpr float kOverexposed = 250;
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.supports.Contains(x, y) || launch.measured_inverse_depth(x, y) > 0) return;
+  if (TextureSampler{launch.reference_texture}(x + 0.5f, y + 0.5f) > kOverexposed - 0.5f) {
+    for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = 0;
+    return;
+  }
+  for (int k = 0; k < kRegionMaps; ++k) {
+    const float w = launch.region_planes[k](x, y);
+    if (w > 0) launch.hypotheses[kReplaced[k]](x, y) = w;
+  }
+}
+
 // As HypothesisMatcher::Costs.
 __device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, int y, float* costs) {
   const TextureSampler reference{launch.reference_texture};
@@ -154,20 +170,33 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   launch.filled(x, y) = w > 0 ? 255 : 0;
 }
 
-}  // namespace
-
-void LaunchHypotheses(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  const int width = launch.supports.width, height = launch.supports.height;
+LineOptions Lines(const InferenceLaunch& launch) {
   LineOptions options;
   options.literal = launch.paper;
+  return options;
+}
+
+}  // namespace
+
+void LaunchSupports(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  const int width = launch.supports.width, height = launch.supports.height;
   InverseDepthKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
   CheckLaunch("InverseDepthKernel", task);
-  SupportKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, options);
+  SupportKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, Lines(launch));
   CheckLaunch("SupportKernel", task);
+}
+
+void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  const int width = launch.supports.width, height = launch.supports.height;
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
-  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, options);
+  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, Lines(launch));
   CheckLaunch("ScanlineKernel", task);
+}
+
+void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  RegionPlaneKernel<<<Grid(launch.supports.width, launch.supports.height), kBlock, 0, stream>>>(launch);
+  CheckLaunch("RegionPlaneKernel", task);
 }
 
 void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {

@@ -14,6 +14,8 @@
 
 namespace phi::gpu {
 
+inline constexpr int kRegionMaps = 2;  // phi::kPlanesPerRegion, whose header is the host's
+
 struct InferenceSource {
   RelativeView view;
   cudaTextureObject_t texture = 0;
@@ -32,6 +34,7 @@ struct InferenceLaunch {
   ArrayView2D<Support> supports;
   ArrayView2D<float> measured_inverse_depth;          // 0 at holes
   ArrayView2D<float> hypotheses[kNumDirections];      // inverse depth; measured pixels hold their own
+  ArrayView2D<float> region_planes[kRegionMaps];  // inverse depth of the region's planes, 0 = none
   ArrayView2D<float> inferred;                        // inverse depth of filled pixels, 0 elsewhere
   ArrayView2D<float> filled_and_measured;             // inverse depth
   ArrayView2D<PlaneHypothesis> result;
@@ -55,8 +58,11 @@ struct FieldLaunch {
 // Sums over the field, in the tables' units, kept on the device.
 enum FieldTotal { kNumNodes = 0, kEnergy, kLowerBound, kBestEnergy, kMinCostEnergy, kIsBetter, kNumFieldTotals };
 
-// Supports and the four hypothesis maps.
-void LaunchHypotheses(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+// The points that lines and planes rest on; the four hypothesis maps from them; and the planes of evenly coloured
+// regions in the diagonals' places, with no hypothesis at overexposed holes.
+void LaunchSupports(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 
 // Each hole's hypothesis of lowest cost.
 void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);

@@ -13,6 +13,7 @@
 #include <cuda_fp16.h>
 
 #include "cuda/estimation_kernels.h"
+#include "cuda/texel_quads.h"
 
 namespace phi::gpu {
 

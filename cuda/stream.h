@@ -46,6 +46,8 @@ class Event {
   void Delay(cudaStream_t stream, const Task& task) const {
     Check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent", task);
   }
+  // Blocks the host until what was recorded has passed.
+  void Wait(const Task& task) const { Check(cudaEventSynchronize(event_), "cudaEventSynchronize", task); }
   // Seconds of device time between two recorded events with timing that have both passed.
   static double SecondsBetween(const Event& begin, const Event& end, const Task& task) {
     float milliseconds = 0;
