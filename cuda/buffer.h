@@ -43,8 +43,10 @@ class DeviceBuffer {
   void Upload(const T* host, std::int64_t size, cudaStream_t stream, const Task& task) const {
     UploadAt(0, host, size, stream, task);
   }
-  void UploadAt(std::int64_t first, const T* host, std::int64_t size, cudaStream_t stream, const Task& task) const {
-    Check(cudaMemcpyAsync(data_ + first, host, static_cast<std::size_t>(size) * sizeof(T), cudaMemcpyHostToDevice, stream),
+  void UploadAt(std::int64_t first, const T* host, std::int64_t size, cudaStream_t stream,
+                const Task& task) const {
+    Check(cudaMemcpyAsync(data_ + first, host, static_cast<std::size_t>(size) * sizeof(T),
+                          cudaMemcpyHostToDevice, stream),
           "cudaMemcpyAsync to the device", task);
   }
 
@@ -69,15 +71,15 @@ class PinnedBuffer {
     cudaFreeHost(std::exchange(data_, nullptr));
     capacity_ = 0;
     const std::size_t bytes = static_cast<std::size_t>(size) * sizeof(T);
-    CheckAllocation(cudaMallocHost(reinterpret_cast<void**>(&data_), bytes), "cudaMallocHost (host memory)", bytes,
-                    task);
+    CheckAllocation(cudaMallocHost(reinterpret_cast<void**>(&data_), bytes), "cudaMallocHost (host memory)",
+                    bytes, task);
     capacity_ = size;
   }
 
   void Download(const DeviceBuffer<T>& device, std::int64_t size, cudaStream_t stream, const Task& task) {
     Reserve(size, task);
-    Check(cudaMemcpyAsync(data_, device.data(), static_cast<std::size_t>(size) * sizeof(T), cudaMemcpyDeviceToHost,
-                          stream),
+    Check(cudaMemcpyAsync(data_, device.data(), static_cast<std::size_t>(size) * sizeof(T),
+                          cudaMemcpyDeviceToHost, stream),
           "cudaMemcpyAsync to the host", task);
   }
 

@@ -19,10 +19,11 @@ DeviceResources::DeviceResources(const DeviceProperties& p)
                const Task task{"image upload", "", image.width(), image.height()};
                return std::make_shared<const GrayPyramid>(image, stream, task);
              }),
-      maps(p.total_memory / 4, [](const PlaneMap& map, cudaStream_t stream) {
-        const Task task{"map upload", "", map.width(), map.height()};
-        return std::make_shared<const DeviceMap>(map, stream, task);
-      }),
+      maps(p.total_memory / 4,
+           [](const PlaneMap& map, cudaStream_t stream) {
+             const Task task{"map upload", "", map.width(), map.height()};
+             return std::make_shared<const DeviceMap>(map, stream, task);
+           }),
       times(Task{"set-up"}) {}
 
 namespace {
@@ -90,8 +91,8 @@ class CudaBackend : public Backend {
     const StageTime& time = device_->times.stage(stage);
     if (time.num_images() == 0) return;
     char text[160];
-    std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name, time.num_images(),
-                  time.BusySeconds() / time.num_images());
+    std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name,
+                  time.num_images(), time.BusySeconds() / time.num_images());
     char rate[64] = "";
     if (time.samples() > 0) {
       std::snprintf(rate, sizeof(rate), ", %.3g ZNCC samples/s", time.samples() / time.BusySeconds());

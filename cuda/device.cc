@@ -29,7 +29,8 @@ DeviceProperties QueryDevice(int index) {
                      (count == 0 ? why_none : "this machine's are 0 to " + std::to_string(count - 1)));
   }
   cudaDeviceProp properties;
-  Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties", Task{.stage = "device query"});
+  Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties",
+        Task{.stage = "device query"});
   return {index, properties.name, 10 * properties.major + properties.minor, properties.totalGlobalMem,
           properties.multiProcessorCount};
 }

@@ -8,9 +8,9 @@ namespace phi::gpu {
 
 struct DeviceProperties {
   int index = 0;
-  std::string name;             // "NVIDIA H200"
-  int compute_capability = 0;   // 10 * major + minor
-  std::size_t total_memory = 0; // bytes
+  std::string name;              // "NVIDIA H200"
+  int compute_capability = 0;    // 10 * major + minor
+  std::size_t total_memory = 0;  // bytes
   int num_multiprocessors = 0;
 };
 

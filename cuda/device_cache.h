@@ -23,7 +23,8 @@ class DeviceCache {
   DeviceCache(std::size_t budget_bytes, Upload upload) : budget_(budget_bytes), upload_(std::move(upload)) {}
 
   // The copy of `host`; work that `stream` gets from now on sees it complete.
-  std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream, const Task& task) {
+  std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream,
+                                    const Task& task) {
     std::lock_guard<std::mutex> lock(mutex_);
     entries_.remove_if([](const Entry& e) { return e.host.expired(); });
     for (auto it = entries_.begin(); it != entries_.end(); ++it) {

@@ -23,7 +23,8 @@ struct DeviceResources {
   DeviceTimes times;
 };
 
-EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input, const StereoOptions& options);
+EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
+                               const StereoOptions& options);
 PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
 InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options);

@@ -42,7 +42,9 @@ class DeviceTimes {
   enum Stage { kEstimation, kFilter, kInference, kNumStages };
 
   // The device must be current.
-  explicit DeviceTimes(const Task& task) : origin_(Event::Timing::kOn, task) { origin_.Record(nullptr, task); }
+  explicit DeviceTimes(const Task& task) : origin_(Event::Timing::kOn, task) {
+    origin_.Record(nullptr, task);
+  }
 
   // `begin` and `end`: recorded, and passed.
   void Add(Stage stage, const Event& begin, const Event& end, double samples, const Task& task) {

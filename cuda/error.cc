@@ -25,8 +25,9 @@ void ThrowCudaError(cudaError_t status, const char* call, const Task& task) {
   std::string message = std::string("CUDA: ") + call + " failed in " + task.Describe() + ": " +
                         cudaGetErrorString(status) + " (" + cudaGetErrorName(status) + ")";
   if (status == cudaErrorNoKernelImageForDevice || status == cudaErrorUnsupportedPtxVersion) {
-    message += "; this build has no code for this GPU: build with the preset 'package', or with its "
-               "CMAKE_CUDA_ARCHITECTURES, or run with --PhiStereo.backend cpu";
+    message +=
+        "; this build has no code for this GPU: build with the preset 'package', or with its "
+        "CMAKE_CUDA_ARCHITECTURES, or run with --PhiStereo.backend cpu";
   }
   throw ResourceError(message);
 }
@@ -41,8 +42,9 @@ void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, co
     available = ", " + Megabytes(free) + " of the GPU's " + Megabytes(total) + " are free";
   }
   throw OutOfDeviceMemory("out of memory in " + task.Describe() + ": " + call + " needs " + Megabytes(bytes) +
-                      available + "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, "
-                      "end other programs on the GPU, or run with --PhiStereo.backend cpu");
+                          available +
+                          "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, "
+                          "end other programs on the GPU, or run with --PhiStereo.backend cpu");
 }
 
 }  // namespace phi::gpu

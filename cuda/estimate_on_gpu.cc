@@ -103,8 +103,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   launch.window_levels = scratch->window_levels.View(size.width, size.height);
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
   InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
-  const std::vector<MapHandle> maps =
-      BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
+  const std::vector<MapHandle> maps = BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
@@ -117,7 +116,8 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   EstimationResult result{PlaneMap(size.width, size.height), CostMap(size.width, size.height)};
   scratch->stream.Synchronize(task);
 
-  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, NumSamples(launch.parameters), task);
+  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, NumSamples(launch.parameters),
+                    task);
   std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
   std::memcpy(result.cost.data(), scratch->host_cost.data(), result.cost.bytes());
   return result;

@@ -20,8 +20,9 @@ PlaneMap KeptPixels(const PlaneMap& map, const std::uint8_t* keep) {
   return kept;
 }
 
-void UploadSources(DeviceResources* device, const FilterInput& input, const FilterContext& context, Scratch* scratch,
-                   const Task& task, std::vector<FilterSource>* sources, std::vector<MapHandle>* handles) {
+void UploadSources(DeviceResources* device, const FilterInput& input, const FilterContext& context,
+                   Scratch* scratch, const Task& task, std::vector<FilterSource>* sources,
+                   std::vector<MapHandle>* handles) {
   const cudaStream_t stream = scratch->stream.get();
   for (const ViewMap& source : input.sources) {
     if (source.map == nullptr) continue;
@@ -45,8 +46,15 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   const cudaStream_t stream = scratch->stream.get();
   std::vector<MapHandle> handles = {device->maps.Get(input.reference.map, stream, task)};
   std::vector<FilterSource> sources;
-  FilterLaunch launch{context.reference, context.thresholds, context.min_num_consistent, context.max_cost,
-                      handles.front()->View(), {}, {}, nullptr, 0};
+  FilterLaunch launch{context.reference,
+                      context.thresholds,
+                      context.min_num_consistent,
+                      context.max_cost,
+                      handles.front()->View(),
+                      {},
+                      {},
+                      nullptr,
+                      0};
   UploadSources(device, input, context, scratch.get(), task, &sources, &handles);
   launch.sources = scratch->filter_sources.data();
   launch.num_sources = static_cast<int>(sources.size());

@@ -23,7 +23,8 @@ __global__ void FilterKernel(const __grid_constant__ FilterLaunch launch, ArrayV
 
 }  // namespace
 
-void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream, const Task& task) {
+void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream,
+                  const Task& task) {
   const dim3 block(32, 8), grid((keep.width + 31) / 32, (keep.height + 7) / 8);
   FilterKernel<<<grid, block, 0, stream>>>(launch, keep);
   CheckLaunch("FilterKernel", task);

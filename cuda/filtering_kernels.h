@@ -28,6 +28,7 @@ struct FilterLaunch {
 };
 
 // keep: 1 where the pixel stays, else 0.
-void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream, const Task& task);
+void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream,
+                  const Task& task);
 
 }  // namespace phi::gpu

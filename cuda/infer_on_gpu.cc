@@ -37,7 +37,8 @@ std::vector<TextureHandle> BindSources(DeviceResources* device, const InferenceI
   for (const ViewImage& source : input.sources) {
     if (sources.size() == static_cast<std::size_t>(kMaxSourceViews)) break;
     handles.push_back(device->images.Get(source.image, stream, task));
-    sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera), handles.back()->level(0).get()});
+    sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
+                       handles.back()->level(0).get()});
   }
   InferenceScratch& buffers = scratch->inference;
   buffers.sources.Reserve(kMaxSourceViews, task);
@@ -90,18 +91,21 @@ void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const Infere
   LaunchRegionPlanes(launch, stream, task);
 }
 
-void MakeHypotheses(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
+void MakeHypotheses(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
+                    const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchSupports(launch, stream, task);
   if (launch.paper) return LaunchScanlines(launch, stream, task);
   const Event supports_ready(Event::Timing::kOff, task);
-  scratch->inference.host_supports.Download(scratch->inference.supports, launch.supports.size(), stream, task);
+  scratch->inference.host_supports.Download(scratch->inference.supports, launch.supports.size(), stream,
+                                            task);
   supports_ready.Record(stream, task);
   LaunchScanlines(launch, stream, task);
   AddRegionPlanes(input, scratch, launch, supports_ready, task);
 }
 
-FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables, const Task& task) {
+FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables,
+                      const Task& task) {
   InferenceScratch& buffers = scratch->inference;
   FieldLaunch field;
   field.view.width = (width + kFieldStride - 1) / kFieldStride;

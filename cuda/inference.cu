@@ -23,7 +23,9 @@ __device__ __forceinline__ int ThreadY() { return blockIdx.y * blockDim.y + thre
 
 struct TextureSampler {
   cudaTextureObject_t texture;
-  __device__ __forceinline__ float operator()(float u, float v) const { return 255.0f * tex2D<float>(texture, u, v); }
+  __device__ __forceinline__ float operator()(float u, float v) const {
+    return 255.0f * tex2D<float>(texture, u, v);
+  }
 };
 
 __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -76,8 +78,8 @@ __device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, in
     allowed |= static_cast<std::uint8_t>(1 << k);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < launch.num_sources; ++j) {
-      view_costs[j] = HypothesisViewCost(reference, TextureSampler{launch.sources[j].texture}, launch.sources[j].view,
-                                         launch.window, launch.hypotheses[k], x, y);
+      view_costs[j] = HypothesisViewCost(reference, TextureSampler{launch.sources[j].texture},
+                                         launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
     }
     std::uint32_t mask = 0;
     costs[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
@@ -102,13 +104,16 @@ __global__ void MinCostKernel(const __grid_constant__ InferenceLaunch launch) {
   launch.inferred(x, y) = chosen;
 }
 
-__global__ void MeasuredNodeKernel(const __grid_constant__ InferenceLaunch launch, ArrayView2D<float> measured) {
+__global__ void MeasuredNodeKernel(const __grid_constant__ InferenceLaunch launch,
+                                   ArrayView2D<float> measured) {
   const int i = ThreadX(), j = ThreadY();
-  if (measured.Contains(i, j)) measured(i, j) = launch.measured_inverse_depth(kFieldStride * i, kFieldStride * j);
+  if (measured.Contains(i, j))
+    measured(i, j) = launch.measured_inverse_depth(kFieldStride * i, kFieldStride * j);
 }
 
 // As Field::AddNode. Reads the neighbours' measured depths, which MeasuredNodeKernel has written.
-__global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch, const __grid_constant__ FieldLaunch field) {
+__global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
+                           const __grid_constant__ FieldLaunch field) {
   constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   const int i = ThreadX(), j = ThreadY();
   if (!field.measured.Contains(i, j)) return;
@@ -140,14 +145,16 @@ __global__ void ChosenDepthKernel(const __grid_constant__ FieldLaunch field) {
   if (!field.chosen.Contains(i, j)) return;
   const std::int64_t node = NodeIndex(field.view, i, j);
   const std::uint8_t label = field.best_labels[node];
-  field.chosen(i, j) = label != kNoLabel ? field.inverse_depth[kMaxLabels * node + label] : field.measured(i, j);
+  field.chosen(i, j) =
+      label != kNoLabel ? field.inverse_depth[kMaxLabels * node + label] : field.measured(i, j);
 }
 
 __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, HypothesisMaps maps,
                                ArrayView2D<const float> chosen) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
-  launch.inferred(x, y) = launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
+  launch.inferred(x, y) =
+      launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
 }
 
 __global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -217,8 +224,8 @@ void LaunchFieldChoice(const InferenceLaunch& launch, const FieldLaunch& field, 
                        const Task& task) {
   ChosenDepthKernel<<<Grid(field.view.width, field.view.height), kBlock, 0, stream>>>(field);
   CheckLaunch("ChosenDepthKernel", task);
-  UpsampleKernel<<<Grid(launch.inferred.width, launch.inferred.height), kBlock, 0, stream>>>(launch, launch.Maps(),
-                                                                                            field.chosen);
+  UpsampleKernel<<<Grid(launch.inferred.width, launch.inferred.height), kBlock, 0, stream>>>(
+      launch, launch.Maps(), field.chosen);
   CheckLaunch("UpsampleKernel", task);
 }
 

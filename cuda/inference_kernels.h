@@ -32,13 +32,13 @@ struct InferenceLaunch {
 
   ArrayView2D<const PlaneHypothesis> measured;
   ArrayView2D<Support> supports;
-  ArrayView2D<float> measured_inverse_depth;          // 0 at holes
-  ArrayView2D<float> hypotheses[kNumDirections];      // inverse depth; measured pixels hold their own
+  ArrayView2D<float> measured_inverse_depth;      // 0 at holes
+  ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; measured pixels hold their own
   ArrayView2D<float> region_planes[kRegionMaps];  // inverse depth of the region's planes, 0 = none
-  ArrayView2D<float> inferred;                        // inverse depth of filled pixels, 0 elsewhere
-  ArrayView2D<float> filled_and_measured;             // inverse depth
+  ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
+  ArrayView2D<float> filled_and_measured;         // inverse depth
   ArrayView2D<PlaneHypothesis> result;
-  ArrayView2D<std::uint8_t> filled;                   // 255 = inferred
+  ArrayView2D<std::uint8_t> filled;  // 255 = inferred
 
   HypothesisMaps Maps() const;
 };
@@ -49,14 +49,22 @@ struct FieldLaunch {
   std::uint8_t* allowed = nullptr;
   float* inverse_depth = nullptr;
   std::int32_t* unary = nullptr;
-  ArrayView2D<float> measured;           // inverse depth at the nodes' pixels, 0 at holes
-  ArrayView2D<float> chosen;             // inverse depth of the chosen label
-  std::uint8_t* best_labels = nullptr;   // of the pass with the lowest energy
-  std::int64_t* totals = nullptr;        // FieldTotal entries
+  ArrayView2D<float> measured;          // inverse depth at the nodes' pixels, 0 at holes
+  ArrayView2D<float> chosen;            // inverse depth of the chosen label
+  std::uint8_t* best_labels = nullptr;  // of the pass with the lowest energy
+  std::int64_t* totals = nullptr;       // FieldTotal entries
 };
 
 // Sums over the field, in the tables' units, kept on the device.
-enum FieldTotal { kNumNodes = 0, kEnergy, kLowerBound, kBestEnergy, kMinCostEnergy, kIsBetter, kNumFieldTotals };
+enum FieldTotal {
+  kNumNodes = 0,
+  kEnergy,
+  kLowerBound,
+  kBestEnergy,
+  kMinCostEnergy,
+  kIsBetter,
+  kNumFieldTotals
+};
 
 // The points that lines and planes rest on; the four hypothesis maps from them; and the planes of evenly coloured
 // regions in the diagonals' places, with no hypothesis at overexposed holes.
@@ -68,7 +76,8 @@ void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, cons
 void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 
 // Nodes and energies; message passing; the chosen depths at full size.
-void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream, const Task& task);
+void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
+                      const Task& task);
 void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t stream, const Task& task);
 void LaunchFieldChoice(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
                        const Task& task);

@@ -40,7 +40,8 @@ struct LevelSampler {
 };
 
 // Grey level at (u, v) = (x, y) / w in K's coordinates, with fractions of 7 bits, less `shift`. Inside the image only.
-__device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w, float shift) {
+__device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w,
+                                          float shift) {
   // Adding 1.5 * 2^16 leaves a fixed-point number of 7 fractional bits in the mantissa; 0.5 more for the cell's index.
   constexpr float kMagic = 98304.5f;
   constexpr std::uint32_t kMagicCell = 0x47C00000u >> 7;

@@ -15,7 +15,8 @@ constexpr double kDepth = 4;  // world units, of the fronto-parallel plane that 
 
 // Grey level of the plane's paint at a point in the reference image's pixels.
 double Paint(double u, double v) {
-  return 128 + 40 * std::sin(0.9 * u + 0.3 * v) + 35 * std::cos(0.5 * v - 0.35 * u) + 25 * std::sin(0.13 * u * v / 7);
+  return 128 + 40 * std::sin(0.9 * u + 0.3 * v) + 35 * std::cos(0.5 * v - 0.35 * u) +
+         25 * std::sin(0.13 * u * v / 7);
 }
 
 // The reference camera and two that moved sideways and down: a pixel of the plane moves by whole pixels.
@@ -30,8 +31,8 @@ struct TestScene {
       SceneView view;
       view.name = "self-test";
       view.image_id = static_cast<std::uint32_t>(views.size() + 1);
-      view.camera.pinhole = {options.width,       options.height,       focal, focal, 0.5 * options.width,
-                             0.5 * options.height};
+      view.camera.pinhole = {options.width, options.height,      focal,
+                             focal,         0.5 * options.width, 0.5 * options.height};
       view.camera.pose.translation = Eigen::Vector3d(shift[0], shift[1], 0) * (kDepth / focal);
       auto image = std::make_shared<GrayImage>(options.width, options.height);
       for (int y = 0; y < options.height; ++y) {

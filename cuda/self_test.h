@@ -12,8 +12,8 @@ struct SelfTestOptions {
 };
 
 struct SelfTestReport {
-  double agreement = 0;    // share of pixels whose depths on the GPU and on the CPU differ by less than 1 %
-  double accuracy = 0;     // share of the GPU's pixels within 2 % of the scene's depth
+  double agreement = 0;  // share of pixels whose depths on the GPU and on the CPU differ by less than 1 %
+  double accuracy = 0;   // share of the GPU's pixels within 2 % of the scene's depth
   double cpu_accuracy = 0;
 };
 

@@ -19,7 +19,9 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
 
   cudaStream_t get() const { return stream_; }
-  void Synchronize(const Task& task) const { Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", task); }
+  void Synchronize(const Task& task) const {
+    Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", task);
+  }
 
  private:
   cudaStream_t stream_ = nullptr;

@@ -17,8 +17,8 @@ __global__ void TexelQuadsKernel(cudaTextureObject_t texture, int width, int hei
 
 }  // namespace
 
-void LaunchTexelQuads(cudaTextureObject_t texture, int width, int height, std::uint32_t* quads, cudaStream_t stream,
-                      const Task& task) {
+void LaunchTexelQuads(cudaTextureObject_t texture, int width, int height, std::uint32_t* quads,
+                      cudaStream_t stream, const Task& task) {
   const dim3 block(32, 8), grid((width + 32) / 32, (height + 8) / 8);
   TexelQuadsKernel<<<grid, block, 0, stream>>>(texture, width, height, QuadPitch(width), quads);
   CheckLaunch("TexelQuadsKernel", task);

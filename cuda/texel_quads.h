@@ -23,7 +23,7 @@ inline std::int64_t NumQuads(int width, int height) {
 }
 
 // From a texture of gray / 255 with linear filtering.
-void LaunchTexelQuads(cudaTextureObject_t texture, int width, int height, std::uint32_t* quads, cudaStream_t stream,
-                      const Task& task);
+void LaunchTexelQuads(cudaTextureObject_t texture, int width, int height, std::uint32_t* quads,
+                      cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

@@ -13,7 +13,8 @@ constexpr int kBlock = 256;
 
 __device__ __forceinline__ void AddTotal(const FieldLaunch& field, FieldTotal total, std::int64_t value) {
   // Two's complement: the unsigned sum has the same bits.
-  atomicAdd(reinterpret_cast<unsigned long long*>(field.totals + total), static_cast<unsigned long long>(value));
+  atomicAdd(reinterpret_cast<unsigned long long*>(field.totals + total),
+            static_cast<unsigned long long>(value));
 }
 
 // Tile `first_row + blockIdx.x` of the diagonal.
@@ -53,7 +54,8 @@ __global__ void MinUnaryKernel(const __grid_constant__ FieldLaunch field, std::i
   if (node >= num_nodes) return;
   const std::uint8_t allowed = field.view.allowed[node];
   field.view.label[node] =
-      allowed != 0 ? static_cast<std::uint8_t>(ArgMin(field.view.unary + kMaxLabels * node, allowed)) : kNoLabel;
+      allowed != 0 ? static_cast<std::uint8_t>(ArgMin(field.view.unary + kMaxLabels * node, allowed))
+                   : kNoLabel;
 }
 
 // Adds the energy of the labels to totals[total], and, where asked, counts the nodes.

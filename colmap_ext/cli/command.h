@@ -30,5 +30,6 @@ int RunMakeScene(int argc, char** argv);
 int RunReport(int argc, char** argv);
 int RunDense(int argc, char** argv);
 int RunMapInspector(int argc, char** argv);
+int RunSelfTest(int argc, char** argv);
 
 }  // namespace colmap_ext

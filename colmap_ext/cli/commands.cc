@@ -16,6 +16,7 @@ constexpr Command kCommands[] = {
     {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},
     {"report", "one self-contained HTML page about a workspace", RunReport},
     {"map_inspector", "colour pictures and statistics of depth, normal and cost maps", RunMapInspector},
+    {"self_test", "compares every GPU of this machine with the CPU", RunSelfTest},
 };
 
 }  // namespace

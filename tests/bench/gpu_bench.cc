@@ -46,9 +46,9 @@ struct Wall {
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const float u = static_cast<float>(x - shift_x), v = static_cast<float>(y - shift_y);
-        (*image)(x, y) = static_cast<std::uint8_t>(128 + 40 * std::sin(0.31f * u + 0.17f * v) +
-                                                   35 * std::cos(0.23f * v - 0.11f * u) +
-                                                   25 * std::sin(0.0007f * u * v));
+        (*image)(x, y) =
+            static_cast<std::uint8_t>(128 + 40 * std::sin(0.31f * u + 0.17f * v) +
+                                      35 * std::cos(0.23f * v - 0.11f * u) + 25 * std::sin(0.0007f * u * v));
       }
     }
     return image;
@@ -99,7 +99,8 @@ void BM_Estimation(benchmark::State& state) {
   input.depth_max = 2 * kDepth;
   StereoOptions options;
   options.num_iterations = static_cast<int>(state.range(0));
-  Measure(&state, device.get(), DeviceTimes::kEstimation, [&] { EstimateOnGpu(device.get(), input, options); });
+  Measure(&state, device.get(), DeviceTimes::kEstimation,
+          [&] { EstimateOnGpu(device.get(), input, options); });
   const StageTime& time = device->times.stage(DeviceTimes::kEstimation);
   state.counters["samples/s"] = time.samples() / time.BusySeconds();
 }

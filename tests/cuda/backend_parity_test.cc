@@ -135,7 +135,8 @@ TEST_P(BackendTest, InfersThePlaneAcrossAHole) {
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
     options.mode = mode;
-    const InferenceResult result = backend_->Infer(InferenceInputOf(scene, measured), StereoOptions(), options);
+    const InferenceResult result =
+        backend_->Infer(InferenceInputOf(scene, measured), StereoOptions(), options);
     EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 1e-3), 99);
     std::size_t num_wrong_masks = 0, num_tilted = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
@@ -208,7 +209,8 @@ TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
     EXPECT_GT(cpu.statistics.num_nodes, 1000);
     EXPECT_NEAR(gpu.statistics.energy, cpu.statistics.energy, 2e-3 * cpu.statistics.energy);
     EXPECT_NEAR(gpu.statistics.lower_bound, cpu.statistics.lower_bound, 2e-3 * cpu.statistics.energy);
-    EXPECT_NEAR(gpu.statistics.min_cost_energy, cpu.statistics.min_cost_energy, 2e-3 * cpu.statistics.min_cost_energy);
+    EXPECT_NEAR(gpu.statistics.min_cost_energy, cpu.statistics.min_cost_energy,
+                2e-3 * cpu.statistics.min_cost_energy);
     EXPECT_LE(gpu.statistics.lower_bound, gpu.statistics.energy);
     std::size_t num_different = 0, num_filled = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {

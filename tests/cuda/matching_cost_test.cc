@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cuda/device_resources.h"
+#include "phi/cpu/scalar_matcher.h"
 #include "phi/matching/estimation_setup.h"
 #include "tests/cuda/cuda_test_fixture.h"
 #include "tests/support/exact_scenes.h"
@@ -40,12 +41,12 @@ class MatchingCostTest : public CudaTest {
   }
 
   // costs[view][pixel]
-  std::vector<float> CostsOnGpu(const EstimationInput& input, const StereoOptions& options,
+  std::vector<float> CostsOnGpu(const EstimationInput& input, const EstimationParameters& parameters,
                                 const PlaneMap& map) {
     const Task task{"test"};
     const Stream stream(task);
     EstimationLaunch launch;
-    launch.parameters = MakeEstimationParameters(input, options);
+    launch.parameters = parameters;
     const GrayPyramid reference(*input.reference.image, stream.get(), task);
     reference.CopyTextures(launch.reference);
     const DeviceBuffer<std::uint8_t> window_levels(static_cast<std::int64_t>(map.size()), task);
@@ -91,7 +92,8 @@ class MatchingCostTest : public CudaTest {
   void ExpectSameCosts(const StereoOptions& options, float disturbance) {
     const EstimationInput input = MakeInput(scene_, 0, 1, 20);
     const PlaneMap map = Hypotheses(disturbance);
-    const std::vector<float> gpu = CostsOnGpu(input, options, map), cpu = CostsOnCpu(input, options, map);
+    const std::vector<float> gpu = CostsOnGpu(input, MakeEstimationParameters(input, options), map),
+                             cpu = CostsOnCpu(input, options, map);
     ASSERT_EQ(gpu.size(), cpu.size());
     std::size_t num_far = 0, num_matched = 0;
     double sum = 0;
@@ -120,8 +122,41 @@ TEST_F(MatchingCostTest, AgreesForAWindowThatIsNotCompiledIn) {
   ExpectSameCosts(options, 0.05f);
 }
 
+// With a sixteenth of the contrast windows go to coarser levels.
+TEST_F(MatchingCostTest, AgreesOnCoarserLevels) {
+  for (auto& image : scene_.images) {
+    auto faint = std::make_shared<GrayImage>(*image);
+    for (std::uint8_t& value : *faint) value = static_cast<std::uint8_t>(128 + (value - 128) / 16);
+    image = faint;
+  }
+  const EstimationInput input = MakeInput(scene_, 0, 1, 20);
+  const PlaneMap map = Hypotheses(0.01f);
+  EstimationParameters p = MakeEstimationParameters(input, StereoOptions());
+  p.num_levels = 3;
+  const std::vector<RelativeView> views = MakeRelativeViews(input);
+  const ScalarMatcher matcher(input, p, views);
+  const std::vector<float> gpu = CostsOnGpu(input, p, map);
+  std::size_t num_coarse = 0, num_far = 0;
+  for (int y = 0; y < map.height(); ++y) {
+    for (int x = 0; x < map.width(); ++x) {
+      float costs[kMaxSourceViews];
+      const ScalarMatcher::Patch patch = matcher.LoadPatch(x, y);
+      matcher.Costs(patch, x, y, map(x, y), costs);
+      num_coarse += patch.level > 0;
+      for (std::size_t j = 0; j < views.size(); ++j) {
+        num_far +=
+            std::abs(gpu[j * map.size() + static_cast<std::size_t>(y) * map.width() + x] - costs[j]) > 0.02f;
+      }
+    }
+  }
+  EXPECT_GT(num_coarse, map.size() / 4) << "the scene does not test what it should";
+  EXPECT_LT(num_far, gpu.size() / 100);
+}
+
 TEST_F(MatchingCostTest, IsNearZeroOnTheExactSurface) {
-  const std::vector<float> costs = CostsOnGpu(MakeInput(scene_, 0, 1, 20), StereoOptions(), *scene_.truth[0]);
+  const EstimationInput input = MakeInput(scene_, 0, 1, 20);
+  const std::vector<float> costs =
+      CostsOnGpu(input, MakeEstimationParameters(input, StereoOptions()), *scene_.truth[0]);
   std::size_t num_low = 0, num_matched = 0;
   for (const float cost : costs) {
     num_matched += cost < kMaxCost;

@@ -20,11 +20,11 @@ struct CountedCopy {
 // A cache of 100 bytes whose uploads are counted; a host value is its copy's size. No device memory is taken.
 struct CountedCache {
   int num_uploads = 0;
-  DeviceCache<int, CountedCopy> cache{100, [this](const int& host, cudaStream_t) {
-                                        ++num_uploads;
-                                        return std::make_shared<const CountedCopy>(
-                                            CountedCopy{static_cast<std::size_t>(host)});
-                                      }};
+  DeviceCache<int, CountedCopy> cache{
+      100, [this](const int& host, cudaStream_t) {
+        ++num_uploads;
+        return std::make_shared<const CountedCopy>(CountedCopy{static_cast<std::size_t>(host)});
+      }};
 };
 
 TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
