@@ -48,7 +48,8 @@ __device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, floa
   const std::uint32_t u = __float_as_uint(fmaf(x, inverse_w, kMagic));
   const std::uint32_t v = __float_as_uint(fmaf(y, inverse_w, kMagic));
   const std::uint32_t pitch = static_cast<std::uint32_t>(quads.pitch);
-  const std::uint32_t cell = (v >> 7) * pitch + (u >> 7) - (kMagicCell * pitch + kMagicCell);
+  const std::uint32_t row = (v >> 7) * pitch - (kMagicCell * pitch + kMagicCell);  // modulo 2^32
+  const std::uint32_t cell = row + (u >> 7);
   const std::uint32_t texels = __ldg(quads.data + cell);
   const std::uint32_t fraction_u = u & 127, fraction_v = v & 127;
   // Two 16-bit weights in a word: left in the lower half, right in the upper one.
