@@ -28,7 +28,7 @@ PHI_HD PackedNormal PackNormal(Vec3f n) {
 PHI_HD Vec3f UnpackNormal(PackedNormal p) {
   float x = p.x * (1.0f / 32767.0f), y = p.y * (1.0f / 32767.0f);
   const float z = 1.0f - fabsf(x) - fabsf(y);
-  const float fold = fmaxf(-z, 0.0f);
+  const float fold = z < 0 ? -z : 0.0f;
   x += x >= 0 ? -fold : fold;
   y += y >= 0 ? -fold : fold;
   return Normalized({x, y, z});

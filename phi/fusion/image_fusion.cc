@@ -60,7 +60,9 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
   for (const bool earlier : {true, false}) {
     for (const Image& image : neighbors) {
       if (image.earlier != earlier) continue;
+      const Pinhole& k = image.camera.pinhole;
       neighbors_.push_back({image.index, earlier, MakeRelativeView(reference.camera, image.camera),
+                            static_cast<float>(1 / k.fx), static_cast<float>(1 / k.fy),
                             static_cast<const FusionMap*>(image.map)->view()});
     }
   }
@@ -75,8 +77,8 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) const {
       PixelOutcome outcome = PixelOutcome::kNoDepth;
       if (pixel.depth > 0) {
         const Vec3f ray = rays_.Ray(x + 0.5f, y + 0.5f);
-        outcome =
-            rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block) : FuseBySupport(pixel, ray, &hint, &block);
+        outcome = rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block)
+                                              : FuseBySupport(pixel, ray, &hint, &block);
       }
       if (outcome == PixelOutcome::kFused || outcome == PixelOutcome::kCovered)
         pixel.flags |= FusionPixel::kSettled;

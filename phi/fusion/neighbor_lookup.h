@@ -31,7 +31,13 @@ struct FusionNeighbor {
   std::uint32_t image = 0;  // index of the image in the model, as in .vis files
   bool earlier = false;     // decided before the reference image
   RelativeView view;
+  float inverse_fx = 1, inverse_fy = 1;  // of view.source: divisions are dear here
   ArrayView2D<const FusionPixel> map;
+
+  // The ray through the centre of a pixel, z = 1.
+  PHI_HD Vec3f Ray(int column, int row) const {
+    return {(column + 0.5f - view.source.cx) * inverse_fx, (row + 0.5f - view.source.cy) * inverse_fy, 1.0f};
+  }
 };
 
 struct NeighborAnswer {
@@ -60,7 +66,8 @@ struct ImagePoint {
 };
 
 PHI_HD ImagePoint ProjectPoint(const RayModel& k, Vec3f x) {
-  return {k.fx * x.x / x.z + k.cx, k.fy * x.y / x.z + k.cy};
+  const float inverse_z = 1.0f / x.z;
+  return {k.fx * x.x * inverse_z + k.cx, k.fy * x.y * inverse_z + k.cy};
 }
 
 // Whether the point is in front of the camera and inside the image.
@@ -91,7 +98,7 @@ PHI_HD NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, Vec3f ray, flo
   answer.normal = UnpackNormal(pixel.normal);
   const float slope = Dot(answer.normal, direction);
   if (!(slope < -kMinRayCosine)) return answer;
-  const Vec3f on_plane = pixel.depth * k.Ray(column + 0.5f, row + 0.5f);
+  const Vec3f on_plane = pixel.depth * neighbor.Ray(column, row);
   const float along = Dot(answer.normal, on_plane - view.translation) / slope;
   answer.relative_depth = along / depth - 1;
   if (!(fabsf(answer.relative_depth) <= kCoverFactor * gates.max_depth_error)) return answer;

@@ -23,7 +23,7 @@ PHI_HD PaperAnswer AskNeighborAsPaper(const FusionNeighbor& neighbor, Vec3f poin
   const int column = static_cast<int>(seen.u), row = static_cast<int>(seen.v);
   answer.pixel = &neighbor.map(column, row);
   if (!(answer.pixel->depth > 0)) return answer;
-  const Vec3f theirs = answer.pixel->depth * k.Ray(column + 0.5f, row + 0.5f);
+  const Vec3f theirs = answer.pixel->depth * neighbor.Ray(column, row);
   answer.point = TransposedTimes(view.rotation, theirs - view.translation);
   answer.agrees = Norm(answer.point - point) < gates.max_depth_error * point.z;
   return answer;

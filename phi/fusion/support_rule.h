@@ -39,20 +39,15 @@ PHI_HD Measurement MakeMeasurement(const NeighborAnswer& answer, int neighbor, c
   return {neighbor, answer.relative_depth, agreement, answer.pixel};
 }
 
-// Counting ranks needs neither a copy nor an order, and there are few measurements.
 PHI_HD float MedianRelativeDepth(const Measurement* measurements, int count) {
-  float lower = 0, upper = 0;
-  for (int i = 0; i < count; ++i) {
+  float sorted[kMaxFusionNeighbors + 1];
+  for (int i = 0; i < count; ++i) {  // by insertion: there are few
     const float value = measurements[i].relative_depth;
-    int below = 0, equal = 0;
-    for (int k = 0; k < count; ++k) {
-      below += measurements[k].relative_depth < value;
-      equal += measurements[k].relative_depth == value;
-    }
-    if (below <= (count - 1) / 2 && (count - 1) / 2 < below + equal) lower = value;
-    if (below <= count / 2 && count / 2 < below + equal) upper = value;
+    int place = i;
+    for (; place > 0 && sorted[place - 1] > value; --place) sorted[place] = sorted[place - 1];
+    sorted[place] = value;
   }
-  return 0.5f * (lower + upper);
+  return 0.5f * (sorted[(count - 1) / 2] + sorted[count / 2]);
 }
 
 // Marks measurements outside the depth tolerance around the median as dropped.
