@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/fusion/emitted_store.h"
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/neighbor_graph.h"
-#include "colmap_ext/fusion/settled_store.h"
 #include "colmap_ext/fusion_config.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -48,7 +48,7 @@ class SceneFuser {
   SceneFuser(const Workspace& workspace, const SceneFusionOptions& options, CloudWriter* writer)
       : options_(options), reader_(workspace, options.input), writer_(writer) {
     FindImages(workspace);
-    settled_ = std::make_unique<SettledStore>(options.scratch_folder, images_.size());
+    emitted_ = std::make_unique<EmittedStore>(options.scratch_folder, images_.size());
     done_.assign(images_.size(), false);
     maps_.resize(images_.size());
     plan_ = MakePlan(BuildNeighborGraph(workspace, images_, options.max_neighbors));
@@ -133,7 +133,7 @@ class SceneFuser {
 
   void Drop(const std::vector<int>& positions) {
     for (const int p : positions) {
-      if (done_[Index(p)]) settled_->Save(p, maps_[Index(p)]);
+      if (done_[Index(p)]) emitted_->Save(p, maps_[Index(p)]);
       maps_[Index(p)] = phi::FusionMap();
     }
   }
@@ -145,7 +145,7 @@ class SceneFuser {
       phi::ThrowIfCancelled();
       tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
         phi::FusionMap map = reader_.Read(images_[Index(positions[i])]);
-        settled_->Restore(positions[i], &map);
+        emitted_->Restore(positions[i], &map);
         maps_[Index(positions[i])] = std::move(map);
       });
     }
@@ -192,7 +192,7 @@ class SceneFuser {
   std::vector<phi::Camera> cameras_;
   std::vector<phi::FusionMap> maps_;  // empty: not in memory
   std::vector<char> done_;            // fused; not bool, whose elements share bytes
-  std::unique_ptr<SettledStore> settled_;
+  std::unique_ptr<EmittedStore> emitted_;
   FusionPlan plan_;
   int num_concurrent_reads_ = 1;
   SceneFusionReport report_;

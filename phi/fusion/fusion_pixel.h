@@ -37,7 +37,7 @@ PHI_HD Vec3f UnpackNormal(PackedNormal p) {
 struct FusionPixel {
   // Bits of `flags`.
   static constexpr std::uint8_t kInferred = 1;  // depth was inferred by hole filling, not measured
-  static constexpr std::uint8_t kSettled = 2;   // this pixel gave a point of the cloud, or one covers it
+  static constexpr std::uint8_t kEmitted = 2;   // this pixel gave a point of the cloud
 
   float depth = 0;      // camera z, world units; <= 0 = none
   PackedNormal normal;  // camera frame, facing the camera

@@ -80,8 +80,7 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) const {
         outcome = rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block)
                                               : FuseBySupport(pixel, ray, &hint, &block);
       }
-      if (outcome == PixelOutcome::kFused || outcome == PixelOutcome::kCovered)
-        pixel.flags |= FusionPixel::kSettled;
+      if (outcome == PixelOutcome::kFused) pixel.flags |= FusionPixel::kEmitted;
       ++block.outcomes[outcome];
     }
   }
@@ -90,7 +89,7 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) const {
 
 bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const {
   // Footprints are depth / focal length, on either side.
-  return neighbor.earlier && (theirs.flags & FusionPixel::kSettled) != 0 &&
+  return neighbor.earlier && (theirs.flags & FusionPixel::kEmitted) != 0 &&
          theirs.depth * rays_.fx <= kMaxCoarsening * depth * neighbor.view.source.fx;
 }
 

@@ -1,9 +1,10 @@
 // Fuses one image with its neighbours: which of its pixels give a point of the cloud, and which point.
 //
 // Images are decided in a fixed order that depends on the scene alone. A pixel gives a point when enough images
-// agree on it, unless a settled pixel of an earlier image saw the same spot at a similar or finer resolution:
-// every patch of surface is covered once, about as densely as its finest image. Within an image all pixels are
-// independent, so that neither threads nor blocks of rows can change the result.
+// agree on it, unless a pixel of an earlier image that gave one saw the same spot at a similar or finer
+// resolution. So every patch of surface has a point, about as densely as its finest image samples it: a pixel is
+// left out only for a point that is there, never for one that was left out itself, which would tear holes.
+// Within an image all pixels are independent, so that neither threads nor blocks of rows can change the result.
 #pragma once
 
 #include <array>
@@ -66,7 +67,7 @@ class ImageFuser {
   struct Image {
     std::uint32_t index = 0;   // of the image in the model, as in .vis files
     Camera camera;             // at the map's size
-    FusionMap* map = nullptr;  // of the reference: receives the settled flags
+    FusionMap* map = nullptr;  // of the reference: receives the emitted flags
     bool earlier = false;      // of a neighbour: decided before the reference
   };
 

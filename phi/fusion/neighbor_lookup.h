@@ -58,8 +58,8 @@ inline constexpr float kSeenThroughFactor = 3;
 // Beyond this many depth tolerances no slant within a pixel explains the difference: spares the intersection.
 inline constexpr float kHopelessFactor = 20;
 // Noise puts pixels of one spot further apart than two that support each other may be. Covering them all the
-// same keeps the fringe of the noise out of the cloud: with 1, every figure for noisy maps is worse.
-inline constexpr float kCoverFactor = 2;
+// same keeps the fringe of the noise out of the cloud.
+inline constexpr float kCoverFactor = 4;
 
 struct ImagePoint {
   float u = 0, v = 0;  // pixels, K's coordinates

@@ -1,4 +1,4 @@
-// Keeps the settled flags of images whose maps were dropped and will be read again, a bit a pixel, in an unnamed
+// Keeps the emitted flags of images whose maps were dropped and will be read again, a bit a pixel, in an unnamed
 // scratch file: they are the only state of fusion, and memory must not grow with the number of images.
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace colmap_ext {
 
-class SettledStore {
+class EmittedStore {
  public:
   // The scratch file is made in `folder` at the first Save.
-  SettledStore(std::filesystem::path folder, std::size_t num_images);
-  ~SettledStore();
-  SettledStore(const SettledStore&) = delete;
-  SettledStore& operator=(const SettledStore&) = delete;
+  EmittedStore(std::filesystem::path folder, std::size_t num_images);
+  ~EmittedStore();
+  EmittedStore(const EmittedStore&) = delete;
+  EmittedStore& operator=(const EmittedStore&) = delete;
 
   // Throws phi::ResourceError when the disk is full.
   void Save(int image, const phi::FusionMap& map);
