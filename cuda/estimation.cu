@@ -11,8 +11,9 @@ __global__ void __launch_bounds__(kThreads)
     WindowLevelKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
   const PixelPosition pixel = CheckerboardPixel(colour);
   if (!launch.window_levels.Contains(pixel.x, pixel.y)) return;
-  launch.window_levels(pixel.x, pixel.y) =
-      static_cast<std::uint8_t>(GpuContext<0>(launch).SelectLevel(pixel.x, pixel.y));
+  const int level = SelectWindowLevel(launch.reference, launch.parameters.num_levels,
+                                      launch.parameters.window, pixel.x + 0.5f, pixel.y + 0.5f);
+  launch.window_levels(pixel.x, pixel.y) = static_cast<std::uint8_t>(1 << level);
 }
 
 template <int kViews, int kSide>

@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include "cuda/error.h"
+#include "cuda/texture_sampler.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/geometric_guidance.h"
 #include "phi/matching/window_level.h"
@@ -15,7 +16,7 @@ struct SourceView {
   Mat3f a;
   Vec3f b;
   int width = 0, height = 0;  // of level 0
-  cudaTextureObject_t textures[kMaxPyramidLevels] = {};
+  TextureSampler textures[kMaxPyramidLevels];
   const std::uint32_t* quads[kMaxPyramidLevels] = {};  // TexelQuads::data
 };
 
@@ -29,9 +30,9 @@ struct GuidanceSource {
 struct EstimationLaunch {
   EstimationParameters parameters;
   EstimationState state;
-  cudaTextureObject_t reference[kMaxPyramidLevels] = {};
+  TextureSampler reference[kMaxPyramidLevels];
   ArrayView2D<std::uint8_t>
-      window_levels;  // pyramid level of each pixel's window; LaunchWindowLevels writes it
+      window_levels;  // 1 << pyramid level of each pixel's window; LaunchWindowLevels writes it
   const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
 };

@@ -43,8 +43,9 @@ GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task
   }
 }
 
-void GrayPyramid::CopyTextures(cudaTextureObject_t* textures) const {
-  for (std::size_t level = 0; level < levels_.size(); ++level) textures[level] = levels_[level]->get();
+void GrayPyramid::CopyTextures(TextureSampler* textures) const {
+  for (std::size_t level = 0; level < levels_.size(); ++level)
+    textures[level].texture = levels_[level]->get();
 }
 
 void GrayPyramid::CopyQuads(const std::uint32_t** quads) const {

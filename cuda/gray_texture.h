@@ -11,6 +11,7 @@
 #include "cuda/buffer.h"
 #include "cuda/error.h"
 #include "cuda/texel_quads.h"
+#include "cuda/texture_sampler.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
@@ -42,7 +43,7 @@ class GrayPyramid {
   GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task);
 
   // Level 0 first, kMaxPyramidLevels of them.
-  void CopyTextures(cudaTextureObject_t* textures) const;
+  void CopyTextures(TextureSampler* textures) const;
   void CopyQuads(const std::uint32_t** quads) const;
   const GrayTexture& level(int level) const { return *levels_[level]; }
   std::size_t bytes() const;

@@ -32,13 +32,13 @@ std::vector<TextureHandle> BindSources(DeviceResources* device, const InferenceI
                                        const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   std::vector<TextureHandle> handles = {device->images.Get(input.reference.image, stream, task)};
-  launch->reference_texture = handles.front()->level(0).get();
+  launch->reference_texture = {handles.front()->level(0).get()};
   std::vector<InferenceSource> sources;
   for (const ViewImage& source : input.sources) {
     if (sources.size() == static_cast<std::size_t>(kMaxSourceViews)) break;
     handles.push_back(device->images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
-                       handles.back()->level(0).get()});
+                       {handles.back()->level(0).get()}});
   }
   InferenceScratch& buffers = scratch->inference;
   buffers.sources.Reserve(kMaxSourceViews, task);

@@ -21,13 +21,6 @@ dim3 Grid(int width, int height) {
 __device__ __forceinline__ int ThreadX() { return blockIdx.x * blockDim.x + threadIdx.x; }
 __device__ __forceinline__ int ThreadY() { return blockIdx.y * blockDim.y + threadIdx.y; }
 
-struct TextureSampler {
-  cudaTextureObject_t texture;
-  __device__ __forceinline__ float operator()(float u, float v) const {
-    return 255.0f * tex2D<float>(texture, u, v);
-  }
-};
-
 __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.measured.Contains(x, y)) return;
@@ -58,7 +51,7 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
   constexpr float kOverexposed = 250;
   const int x = ThreadX(), y = ThreadY();
   if (!launch.supports.Contains(x, y) || launch.measured_inverse_depth(x, y) > 0) return;
-  if (TextureSampler{launch.reference_texture}(x + 0.5f, y + 0.5f) > kOverexposed - 0.5f) {
+  if (launch.reference_texture(x + 0.5f, y + 0.5f) > kOverexposed - 0.5f) {
     for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = 0;
     return;
   }
@@ -70,7 +63,6 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
 
 // As HypothesisMatcher::Costs.
 __device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, int y, float* costs) {
-  const TextureSampler reference{launch.reference_texture};
   std::uint8_t allowed = 0;
   for (int k = 0; k < kNumDirections; ++k) {
     costs[k] = kMaxCost;
@@ -78,7 +70,7 @@ __device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, in
     allowed |= static_cast<std::uint8_t>(1 << k);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < launch.num_sources; ++j) {
-      view_costs[j] = HypothesisViewCost(reference, TextureSampler{launch.sources[j].texture},
+      view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
                                          launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
     }
     std::uint32_t mask = 0;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "cuda/error.h"
+#include "cuda/texture_sampler.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/trws_node.h"
@@ -18,13 +19,13 @@ inline constexpr int kRegionMaps = 2;  // phi::kPlanesPerRegion, whose header is
 
 struct InferenceSource {
   RelativeView view;
-  cudaTextureObject_t texture = 0;
+  TextureSampler texture;
 };
 
 // Passed to the kernels by value. All arrays are on the device.
 struct InferenceLaunch {
   RayModel reference;
-  cudaTextureObject_t reference_texture = 0;
+  TextureSampler reference_texture;
   MatchingWindow window;
   bool paper = false;
   const InferenceSource* sources = nullptr;

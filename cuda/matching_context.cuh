@@ -25,19 +25,8 @@ __device__ __forceinline__ float FastReciprocal(float x) {
   return y;
 }
 
-// Bilinear in hardware. Textures read as [0, 1]; costs are defined on grey levels.
-__device__ __forceinline__ float ReadGray(cudaTextureObject_t texture, float u, float v) {
-  return 255.0f * tex2D<float>(texture, u, v);
-}
-
 // Pixels along a side of a pyramid level (phi::HalveImage rounds up).
 __device__ __forceinline__ int LevelSize(int size, int level) { return (size + (1 << level) - 1) >> level; }
-
-// A level of a pyramid as phi/matching/window_level.h samples it.
-struct LevelSampler {
-  cudaTextureObject_t texture;
-  __device__ __forceinline__ float operator()(float u, float v) const { return ReadGray(texture, u, v); }
-};
 
 // Grey level at (u, v) = (x, y) / w in K's coordinates, with fractions of 7 bits, less `shift`. Inside the image only.
 __device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w,
@@ -62,7 +51,7 @@ __device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, floa
 
 // One level of a source image, read both ways.
 struct SourceLevel {
-  cudaTextureObject_t texture;
+  const TextureSampler& texture;
   TexelQuads quads;
 
   __device__ __forceinline__ SourceLevel(const SourceView& view, int level)
@@ -110,18 +99,17 @@ class ReferenceWindow {
   static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
   static constexpr int kSharedBytes = kSide * kPairs * kThreads * static_cast<int>(sizeof(__half2));
 
-  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u,
+  __device__ __forceinline__ void Load(TextureSampler texture, const MatchingWindow& window, float u,
                                        float v) {
-    shift_ = ReadGray(texture, u, v);
+    shift_ = texture(u, v);
 #pragma unroll 1
     for (int row = 0; row < kSide; ++row) {
       const float y = v + (row - kSide / 2) * window.step;
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
         const int column = 2 * pair - kSide / 2;
-        const float r0 = ReadGray(texture, u + column * window.step, y) - shift_;
-        const float r1 =
-            2 * pair + 1 < kSide ? ReadGray(texture, u + (column + 1) * window.step, y) - shift_ : 0.0f;
+        const float r0 = texture(u + column * window.step, y) - shift_;
+        const float r1 = 2 * pair + 1 < kSide ? texture(u + (column + 1) * window.step, y) - shift_ : 0.0f;
         const __half2 packed = __floats2half2_rn(r0, r1);
         const float2 r = __half22float2(packed);
         sums_.r += r.x + r.y;
@@ -161,9 +149,9 @@ class ReferenceWindow {
                                       float column, float r, ZnccSums* sums) const {
     const float x = fmaf(column, warp.right.x, middle.x), y = fmaf(column, warp.right.y, middle.y);
     const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
-    const float s = kByTexture
-                        ? fmaf(255.0f, tex2D<float>(source.texture, x * inverse_w, y * inverse_w), -shift_)
-                        : ReadQuad(source.quads, x, y, inverse_w, shift_);
+    const float s =
+        kByTexture ? fmaf(255.0f, tex2D<float>(source.texture.texture, x * inverse_w, y * inverse_w), -shift_)
+                   : ReadQuad(source.quads, x, y, inverse_w, shift_);
     sums->s += s;
     sums->ss = fmaf(s, s, sums->ss);
     sums->rs = fmaf(r, s, sums->rs);
@@ -178,13 +166,13 @@ class ReferenceWindow<0> {
  public:
   static constexpr int kSharedBytes = 0;
 
-  __device__ __forceinline__ void Load(cudaTextureObject_t texture, const MatchingWindow& window, float u,
+  __device__ __forceinline__ void Load(TextureSampler texture, const MatchingWindow& window, float u,
                                        float v) {
     texture_ = texture;
     window_ = window;
     u_ = u;
     v_ = v;
-    shift_ = ReadGray(texture, u, v);
+    shift_ = texture(u, v);
   }
 
   __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
@@ -197,8 +185,8 @@ class ReferenceWindow<0> {
         const Vec3f p =
             warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
         const float inverse_w = FastReciprocal(p.z);
-        const float r = ReadGray(texture_, u_ + column * window_.step, v_ + row * window_.step) - shift_;
-        const float s = ReadGray(source.texture, p.x * inverse_w, p.y * inverse_w) - shift_;
+        const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
+        const float s = source.texture(p.x * inverse_w, p.y * inverse_w) - shift_;
         sums.r += r;
         sums.rr = fmaf(r, r, sums.rr);
         sums.s += s;
@@ -210,7 +198,7 @@ class ReferenceWindow<0> {
   }
 
  private:
-  cudaTextureObject_t texture_ = 0;
+  TextureSampler texture_;
   MatchingWindow window_;
   float u_ = 0, v_ = 0, shift_ = 0;
 };
@@ -223,40 +211,50 @@ struct GpuContext {
 
   struct Patch {
     ReferenceWindow<kSide> window;
-    int level;  // of the pyramids, see phi/matching/window_level.h
+    unsigned level_bit;  // 1 << level of the pyramids, see phi/matching/window_level.h
   };
 
   __device__ __forceinline__ explicit GpuContext(const EstimationLaunch& l)
       : launch(l), parameters(l.parameters), state(l.state) {}
 
-  __device__ __forceinline__ int SelectLevel(int x, int y) const {
-    LevelSampler levels[kMaxPyramidLevels];
-#pragma unroll
-    for (int l = 0; l < kMaxPyramidLevels; ++l) levels[l].texture = launch.reference[l];
-    return SelectWindowLevel(levels, parameters.num_levels, parameters.window, x + 0.5f, y + 0.5f);
-  }
-
   __device__ __forceinline__ Patch LoadPatch(int x, int y) const {
     Patch patch;
-    patch.level = launch.window_levels(x, y);
-    const float scale = 1.0f / (1 << patch.level);
-    patch.window.Load(launch.reference[patch.level], parameters.window, scale * (x + 0.5f),
-                      scale * (y + 0.5f));
+    patch.level_bit = launch.window_levels(x, y);
+    ForLevel(patch.level_bit, [&](int level) {
+      const float scale = 1.0f / (1 << level);
+      patch.window.Load(launch.reference[level], parameters.window, scale * (x + 0.5f), scale * (y + 0.5f));
+    });
     return patch;
   }
 
   __device__ __forceinline__ void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h,
                                         float* costs) const {
-    const float u = x + 0.5f, v = y + 0.5f;
-    const Vec3f q = InverseDepthCoefficients(parameters.reference, u, v, h);
+    const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
+    ForLevel(patch.level_bit,
+             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, costs); });
+  }
+
+ private:
+  // Calls function(level) for the level that the bit stands for. The counter is the same for all threads of a warp, and
+  // so is a texture handle that it selects; one selected by a thread's own level would serialise every fetch.
+  template <class Function>
+  __device__ __forceinline__ void ForLevel(unsigned level_bit, const Function& function) const {
+#pragma unroll 1
+    for (int level = 0; level < parameters.num_levels; ++level) {
+      if (level_bit >> level & 1u) function(level);
+    }
+  }
+
+  __device__ __forceinline__ void CostsOnLevel(const Patch& patch, int level, float u, float v,
+                                               const PlaneHypothesis& h, Vec3f q, float* costs) const {
     const float inverse_depth = 1.0f / h.depth;
-    const float pixels = 1 << patch.level, scale = 1.0f / pixels;
+    const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1
     for (int j = 0; j < parameters.num_views; ++j) {
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
-      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, patch.level)
-                     ? patch.window.Sums(SourceLevel(view, patch.level), warp)
+      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level)
+                     ? patch.window.Sums(SourceLevel(view, level), warp)
                            .Cost(static_cast<float>(parameters.window.NumSamples()))
                      : kMaxCost;
       if (launch.guidance != nullptr) {
