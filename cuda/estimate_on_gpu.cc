@@ -81,7 +81,7 @@ std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const Estimation
 // three refined ones per iteration.
 double NumSamples(const EstimationParameters& p) {
   const double pixels = static_cast<double>(p.reference.width) * p.reference.height;
-  return pixels * p.num_views * p.window.NumSamples() * (1.0 + 11.0 * p.num_iterations);
+  return pixels * p.num_views * p.window.NumSamples() * (1.0 + 11.0 * (p.end_iteration - p.first_iteration));
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   scratch->begin.Record(stream, task);
   LaunchWindowLevels(launch, stream, task);
   LaunchInitialization(launch, initial, stream, task);
-  for (int i = 0; i < launch.parameters.num_iterations; ++i) LaunchIteration(launch, i, stream, task);
+  for (int i = launch.parameters.first_iteration; i < launch.parameters.end_iteration; ++i) LaunchIteration(launch, i, stream, task);
   scratch->end.Record(stream, task);
   scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
   scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);

@@ -4,7 +4,7 @@
 //  - the reference window is read once per pixel for all hypotheses and views, and kept in shared memory as
 //    half-precision differences from the window's centre (small where texture is faint: so is their rounding);
 //  - the homography is centred on the window: a sample costs three multiply-adds, one approximate reciprocal, two
-//    products and one read of the source;
+//    products, one read of the source and one approximate power of two for the sample's weight;
 //  - texture fetches alone would bound the kernel, so every other sample is read as a texel quad by a plain load and
 //    interpolated in integers;
 //  - sums over the reference are made once.
@@ -22,6 +22,12 @@ inline constexpr int kThreads = 128;  // of a block: four warps
 __device__ __forceinline__ float FastReciprocal(float x) {
   float y;
   asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(y) : "f"(x));
+  return y;
+}
+
+__device__ __forceinline__ float FastExp2(float x) {
+  float y;
+  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(y) : "f"(x));
   return y;
 }
 
@@ -102,6 +108,7 @@ class ReferenceWindow {
   __device__ __forceinline__ void Load(TextureSampler texture, const MatchingWindow& window, float u,
                                        float v) {
     shift_ = texture(u, v);
+    weight_decay_ = window.weight_decay;
 #pragma unroll 1
     for (int row = 0; row < kSide; ++row) {
       const float y = v + (row - kSide / 2) * window.step;
@@ -112,12 +119,16 @@ class ReferenceWindow {
         const float r1 = 2 * pair + 1 < kSide ? texture(u + (column + 1) * window.step, y) - shift_ : 0.0f;
         const __half2 packed = __floats2half2_rn(r0, r1);
         const float2 r = __half22float2(packed);
-        sums_.r += r.x + r.y;
-        sums_.rr = fmaf(r.x, r.x, fmaf(r.y, r.y, sums_.rr));
+        const float w0 = Weight(r.x), w1 = 2 * pair + 1 < kSide ? Weight(r.y) : 0.0f;
+        total_weight_ += w0 + w1;
+        sums_.r += w0 * r.x + w1 * r.y;
+        sums_.rr = fmaf(w0 * r.x, r.x, fmaf(w1 * r.y, r.y, sums_.rr));
         Samples()[(row * kPairs + pair) * kThreads] = packed;
       }
     }
   }
+
+  __device__ __forceinline__ float TotalWeight() const { return total_weight_; }
 
   __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
     ZnccSums sums = sums_;
@@ -152,12 +163,19 @@ class ReferenceWindow {
     const float s =
         kByTexture ? fmaf(255.0f, tex2D<float>(source.texture.texture, x * inverse_w, y * inverse_w), -shift_)
                    : ReadQuad(source.quads, x, y, inverse_w, shift_);
-    sums->s += s;
-    sums->ss = fmaf(s, s, sums->ss);
-    sums->rs = fmaf(r, s, sums->rs);
+    const float weighted = Weight(r) * s;
+    sums->s += weighted;
+    sums->ss = fmaf(weighted, s, sums->ss);
+    sums->rs = fmaf(weighted, r, sums->rs);
+  }
+
+  // MatchingWindow::Weight. Computed anew for each source: cheaper than keeping it beside the sample.
+  __device__ __forceinline__ float Weight(float difference) const {
+    return FastExp2(-weight_decay_ * fabsf(difference));
   }
 
   float shift_ = 0;
+  float weight_decay_ = 0, total_weight_ = 0;
   ZnccSums sums_;  // of the reference; those of the source are zero
 };
 
@@ -173,7 +191,14 @@ class ReferenceWindow<0> {
     u_ = u;
     v_ = v;
     shift_ = texture(u, v);
+    for (int row = -window.samples_per_side; row <= window.samples_per_side; ++row) {
+      for (int column = -window.samples_per_side; column <= window.samples_per_side; ++column) {
+        total_weight_ += window.Weight(texture(u + column * window.step, v + row * window.step) - shift_);
+      }
+    }
   }
+
+  __device__ __forceinline__ float TotalWeight() const { return total_weight_; }
 
   __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
     ZnccSums sums;
@@ -187,11 +212,12 @@ class ReferenceWindow<0> {
         const float inverse_w = FastReciprocal(p.z);
         const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
         const float s = source.texture(p.x * inverse_w, p.y * inverse_w) - shift_;
-        sums.r += r;
-        sums.rr = fmaf(r, r, sums.rr);
-        sums.s += s;
-        sums.ss = fmaf(s, s, sums.ss);
-        sums.rs = fmaf(r, s, sums.rs);
+        const float w = window_.Weight(r), weighted = w * s;
+        sums.r += w * r;
+        sums.rr = fmaf(w * r, r, sums.rr);
+        sums.s += weighted;
+        sums.ss = fmaf(weighted, s, sums.ss);
+        sums.rs = fmaf(weighted, r, sums.rs);
       }
     }
     return sums;
@@ -200,7 +226,7 @@ class ReferenceWindow<0> {
  private:
   TextureSampler texture_;
   MatchingWindow window_;
-  float u_ = 0, v_ = 0, shift_ = 0;
+  float u_ = 0, v_ = 0, shift_ = 0, total_weight_ = 0;
 };
 
 template <int kSide>
@@ -228,10 +254,10 @@ struct GpuContext {
   }
 
   __device__ __forceinline__ void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h,
-                                        float* costs) const {
+                                        std::uint32_t wanted, float* costs) const {
     const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
     ForLevel(patch.level_bit,
-             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, costs); });
+             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, wanted, costs); });
   }
 
  private:
@@ -246,16 +272,18 @@ struct GpuContext {
   }
 
   __device__ __forceinline__ void CostsOnLevel(const Patch& patch, int level, float u, float v,
-                                               const PlaneHypothesis& h, Vec3f q, float* costs) const {
+                                               const PlaneHypothesis& h, Vec3f q, std::uint32_t wanted,
+                                               float* costs) const {
     const float inverse_depth = 1.0f / h.depth;
     const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1
     for (int j = 0; j < parameters.num_views; ++j) {
+      if ((wanted >> j & 1u) == 0) continue;
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
       costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level)
                      ? patch.window.Sums(SourceLevel(view, level), warp)
-                           .Cost(static_cast<float>(parameters.window.NumSamples()))
+                           .Cost(patch.window.TotalWeight())
                      : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];

@@ -48,6 +48,9 @@ struct EstimationInput {
   ViewImage reference;
   std::vector<ViewImage> sources;         // best first
   std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
+  // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
+  // an earlier part stopped. end_iteration 0: to the last one.
+  int first_iteration = 0, end_iteration = 0;
   float depth_min = 0, depth_max = 0;     // robust range of the scene in this view, world units
   // Second and later estimations start from `initial` and may use the sources' maps as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;

@@ -135,7 +135,9 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
   parser->Add("PhiStereo.num_source_views", &pipeline.view_selection.num_source_views,
               "Most source views that __auto__ in patch-match.cfg selects");
   parser->Add("PhiStereo.num_guided_passes", &pipeline.num_guided_passes,
-              "Further estimations that start from the maps of all views");
+              "How many of the iterations are guided by the maps of all views");
+  parser->Add("PhiStereo.num_window_levels", &pipeline.stereo.num_window_levels,
+              "1 + how often a window without texture may double");
   parser->Add("PhiStereo.write_cost_maps", &pipeline.write_cost_maps,
               "Write the matching cost to stereo/cost_maps");
   phi::InferenceOptions& inference = pipeline.inference;

@@ -1,6 +1,13 @@
 #include "colmap_ext/pipeline/pipeline_options.h"
 
+#include <algorithm>
+
 namespace colmap_ext {
+
+int PipelineOptions::NumGuidedPasses() const {
+  if (!geom_consistency || stereo.formulas == phi::Formulas::kPaper) return 0;
+  return std::min(num_guided_passes, stereo.num_iterations - 1);
+}
 
 std::string PipelineOptions::Check() const {
   for (const std::string& problem :

@@ -18,7 +18,7 @@ struct PipelineOptions {
   bool geom_consistency =
       true;  // --PatchMatchStereo.geom_consistency: false ends with (filtered) photometric maps
   bool filter_maps = true;           // --PatchMatchStereo.filter
-  int num_guided_passes = 0;         // estimations after the first one that start from all views' maps
+  int num_guided_passes = 4;         // --PhiStereo.num_guided_passes, see NumGuidedPasses
   double depth_min = -1;             // --PatchMatchStereo.depth_min, world units; < 0: from the sparse points
   double depth_max = -1;             // --PatchMatchStereo.depth_max, world units; < 0: from the sparse points
   bool write_cost_maps = false;      // --PhiStereo.write_cost_maps
@@ -26,6 +26,10 @@ struct PipelineOptions {
   bool allow_missing_files = false;  // --PatchMatchStereo.allow_missing_files: missing images are left out
   std::int64_t cache_bytes = std::int64_t{32}
                              << 30;  // --PatchMatchStereo.cache_size: images and maps in memory
+
+  // Estimations after the first one, one iteration each, that start from all views' maps and are guided by them. They
+  // are part of num_iterations. None in the paper, and none where only photometric maps are wanted.
+  int NumGuidedPasses() const;
 
   // Whether later stages read the matching cost of the estimate.
   bool NeedsCost() const { return write_cost_maps || filter.max_cost < 2; }

@@ -16,7 +16,8 @@ std::string Text(const PipelineOptions& pipeline) {
   std::ostringstream text;
   text.precision(17);
   text << "version=" PHIMVS_VERSION " window_radius=" << o.window_radius << " window_step=" << o.window_step
-       << " num_iterations=" << o.num_iterations << " formulas=" << static_cast<int>(o.formulas)
+       << " num_iterations=" << o.num_iterations << " num_guided_passes=" << pipeline.NumGuidedPasses()
+       << " num_window_levels=" << o.num_window_levels << " formulas=" << static_cast<int>(o.formulas)
        << " quality=" << static_cast<int>(o.quality) << " seed=" << o.seed
        << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
        << " cost=" << pipeline.NeedsCost();
@@ -63,9 +64,16 @@ bool RawMapsAreOutput(const PipelineOptions& options) {
 
 void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages) {
   const bool raw_is_output = RawMapsAreOutput(options);
-  for (int pass = 0; pass <= options.num_guided_passes; ++pass) {
-    const bool last = pass == options.num_guided_passes;
+  const int num_guided = options.NumGuidedPasses();
+  for (int pass = 0; pass <= num_guided; ++pass) {
+    const bool last = pass == num_guided;
+    const int first_part = options.stereo.num_iterations - num_guided;  // iterations of the first estimation
     Stage stage{.kind = StageKind::kEstimate, .options = Text(options)};
+    stage.first_iteration = pass == 0 ? 0 : first_part + pass - 1;
+    stage.end_iteration = first_part + pass;
+    stage.weight = static_cast<double>(stage.end_iteration - stage.first_iteration) / options.stereo.num_iterations;
+    // The first maps are kept for a later run to go on from; those between are cheap to make again.
+    stage.transient = pass > 0 && !last;
     stage.result = last ? EstimateKind(options) : "pass" + std::to_string(pass);
     stage.is_output = last && raw_is_output;
     stage.reads_source_maps = pass > 0;

@@ -24,6 +24,7 @@ struct Stage {
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
   bool transient = false;    // lives in memory and is not recorded
   bool reads_source_maps = false;
+  int first_iteration = 0, end_iteration = 0;  // of an estimation
   double weight = 1;  // expected time of a task, relative to an estimation
 };
 

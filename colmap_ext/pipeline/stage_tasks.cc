@@ -19,7 +19,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
                             std::vector<std::string>* warnings) const {
   switch (stage.kind) {
     case StageKind::kEstimate:
-      return Estimate(previous, input_keys, jobs_[job], backend, warnings);
+      return Estimate(stage, previous, input_keys, jobs_[job], backend, warnings);
     case StageKind::kFilter:
       return Filter(stage, *previous, input_keys, jobs_[job], backend);
     case StageKind::kInfer:
@@ -30,7 +30,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
   return {};
 }
 
-StageResult StageTasks::Estimate(const Stage* previous, const std::vector<std::string>& input_keys,
+StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                                  const ImageJob& job, phi::Backend& backend,
                                  std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
@@ -40,6 +40,8 @@ StageResult StageTasks::Estimate(const Stage* previous, const std::vector<std::s
   if (input.sources.empty()) {
     throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
   }
+  input.first_iteration = stage.first_iteration;
+  input.end_iteration = stage.end_iteration;
   phi::SparseDepth sparse = sparse_depth_(job.image);
   input.sparse = std::move(sparse.points);
   input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;

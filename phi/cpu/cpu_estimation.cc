@@ -27,9 +27,11 @@ struct CpuContext {
   std::vector<ArrayView2D<const PlaneHypothesis>> source_maps;  // empty: no guidance
 
   Matcher::Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
-  void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const {
-    matcher.Costs(patch, x, y, h, costs);
+  void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+             float* costs) const {
+    matcher.Costs(patch, x, y, h, wanted, costs);
     for (std::size_t j = 0; j < source_maps.size(); ++j) {
+      if ((wanted >> j & 1u) == 0) continue;
       const float guidance =
           GuidanceCost(parameters.reference, views[j], source_maps[j], x + 0.5f, y + 0.5f, h.depth);
       costs[j] = std::min(costs[j] + guidance, kMaxCost);
@@ -78,7 +80,7 @@ void Run(const CpuContext& context, const EstimationInput& input) {
       InitializePixelState<kViews>(context, x, y, h);
     }
   });
-  for (int iteration = 0; iteration < p.num_iterations; ++iteration) {
+  for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
     for (int colour = 0; colour < 2; ++colour) {
       ForEachRow(height, [&](int y) {
         for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel<kViews>(context, x, y, iteration);

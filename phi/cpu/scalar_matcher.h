@@ -25,13 +25,14 @@ class ScalarMatcher {
 
   Patch LoadPatch(int x, int y) const { return {window_levels_(x, y)}; }
 
-  // One cost per source view.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const {
+  // The cost of each source view whose bit in `wanted` is set.
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
     const float scale = 1.0f / static_cast<float>(1 << patch.level);
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);
     const GraySampler reference{reference_[patch.level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {
+      if ((wanted >> j & 1u) == 0) continue;
       const GraySampler source{sources_[j][patch.level].view()};
       costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, parameters_.window,
                           scale * u, scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale));

@@ -30,8 +30,8 @@ class SimdMatcher {
     return patch;
   }
 
-  // One cost per source view.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, float* costs) const;
+  // The cost of each source view whose bit in `wanted` is set.
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, float* costs) const;
 
  private:
   struct Level {

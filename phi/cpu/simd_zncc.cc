@@ -85,29 +85,38 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float u, 
   const float x_shift = std::clamp(u - 0.5f, 0.0f, static_cast<float>(reference.width() - 1));
   const float y_shift = std::clamp(v - 0.5f, 0.0f, static_cast<float>(reference.height() - 1));
   const VF shift = hn::Set(df, SampleAt(reference.origin(), reference.stride(), x_shift, y_shift));
-  Totals sum, squares;
+  for (int k = 0; k < padded; k += kLanes) {
+    const VF x = hn::Min(hn::Max(hn::Add(x_center, hn::LoadU(df, window.dx.data() + k)), zero), x_last);
+    const VF y = hn::Min(hn::Max(hn::Add(y_center, hn::LoadU(df, window.dy.data() + k)), zero), y_last);
+    hn::Store(hn::Sub(Sample(reference.origin(), stride, x, y), shift), df, patch->samples + k);
+  }
+  for (int k = 0; k < window.num_samples; ++k) {
+    patch->weights[k] = std::exp2(-window.weight_decay * std::abs(patch->samples[k]));
+  }
+  std::fill(patch->weights + window.num_samples, patch->weights + padded, 0.0f);
+  Totals weight, sum, squares;
   for (int i = 0; i < padded; i += kSimdChunk) {
     for (int p = 0; p < kParts; ++p) {
-      const int k = i + p * kLanes;
-      const VF x = hn::Min(hn::Max(hn::Add(x_center, hn::LoadU(df, window.dx.data() + k)), zero), x_last);
-      const VF y = hn::Min(hn::Max(hn::Add(y_center, hn::LoadU(df, window.dy.data() + k)), zero), y_last);
-      const VF sample = hn::Sub(Sample(reference.origin(), stride, x, y), shift);
-      hn::Store(sample, df, patch->samples + k);
-      sum.part[p] = hn::Add(sum.part[p], sample);
-      squares.part[p] = hn::MulAdd(sample, sample, squares.part[p]);
+      const VF w = hn::Load(df, patch->weights + i + p * kLanes);
+      const VF sample = hn::Load(df, patch->samples + i + p * kLanes), weighted = hn::Mul(w, sample);
+      weight.part[p] = hn::Add(weight.part[p], w);
+      sum.part[p] = hn::Add(sum.part[p], weighted);
+      squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
     }
   }
-  const float n = static_cast<float>(window.num_samples);
-  const float mean = Join(sum) / n;
-  const float squared_norm = Join(squares) - mean * mean * n;
-  patch->textured = squared_norm >= kMinVariance * n;
+  const float inverse = 1.0f / Join(weight);
+  const float mean = Join(sum) * inverse;
+  const float variance = Join(squares) * inverse - mean * mean;
+  patch->textured = variance >= kMinVariance;
   if (!patch->textured) return;
-  const VF inverse_norm = hn::Set(df, 1.0f / std::sqrt(squared_norm)), means = hn::Set(df, mean);
+  const VF inverses = hn::Set(df, inverse), means = hn::Set(df, mean);
+  const VF inverse_deviation = hn::Set(df, 1.0f / std::sqrt(variance));
   for (int k = 0; k < padded; k += kLanes) {
-    const VF sample = hn::Mul(hn::Sub(hn::Load(df, patch->samples + k), means), inverse_norm);
-    hn::Store(sample, df, patch->samples + k);
+    const VF w = hn::Mul(hn::Load(df, patch->weights + k), inverses);
+    const VF sample = hn::Mul(hn::Sub(hn::Load(df, patch->samples + k), means), inverse_deviation);
+    hn::Store(w, df, patch->weights + k);
+    hn::Store(hn::Mul(w, sample), df, patch->samples + k);
   }
-  std::fill(patch->samples + window.num_samples, patch->samples + padded, 0.0f);
 }
 
 // The homography around the window's centre. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy,
@@ -183,22 +192,22 @@ float CostOfView(const SimdWindow& window, const SimdSource& source, const SimdP
       const VF x = hn::MulAdd(hn::MulAdd(xx, dx, hn::Mul(xy, dy)), r, x_center);
       const VF y = hn::MulAdd(hn::MulAdd(yx, dx, hn::Mul(yy, dy)), r, y_center);
       const VF sample = hn::Sub(Sample(warp.base, stride, x, y), shift);
-      sum.part[p] = hn::Add(sum.part[p], sample);
-      squares.part[p] = hn::MulAdd(sample, sample, squares.part[p]);
+      const VF weighted = hn::Mul(hn::Load(df, patch.weights + k), sample);
+      sum.part[p] = hn::Add(sum.part[p], weighted);
+      squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
       products.part[p] = hn::MulAdd(sample, hn::Load(df, patch.samples + k), products.part[p]);
     }
   }
-  const float n = static_cast<float>(window.num_samples);
-  const float total = Join(sum);
-  const float squared_norm = Join(squares) - total * total / n;
-  if (!(squared_norm >= kMinVariance * n)) return kMaxCost;
-  return std::clamp(1.0f - Join(products) / std::sqrt(squared_norm), 0.0f, kMaxCost);
+  const float mean = Join(sum);
+  const float variance = Join(squares) - mean * mean;
+  if (!(variance >= kMinVariance)) return kMaxCost;
+  return std::clamp(1.0f - Join(products) / std::sqrt(variance), 0.0f, kMaxCost);
 }
 
 void Costs(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch, double u,
-           double v, const PlaneAtPixel& plane, float* costs) {
+           double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
   for (std::size_t j = 0; j < sources.size(); ++j) {
-    costs[j] = CostOfView(window, sources[j], patch, u, v, plane);
+    if (wanted >> j & 1u) costs[j] = CostOfView(window, sources[j], patch, u, v, plane);
   }
 }
 
@@ -216,7 +225,7 @@ HWY_EXPORT(Costs);
 HWY_EXPORT(TargetName);
 
 SimdWindow::SimdWindow(const MatchingWindow& window)
-    : num_samples(window.NumSamples()), radius(window.Radius()) {
+    : num_samples(window.NumSamples()), radius(window.Radius()), weight_decay(window.weight_decay) {
   const int n = window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
@@ -243,12 +252,14 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
 }
 
 void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
-                   double u, double v, const PlaneAtPixel& plane, float* costs) {
+                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
   if (!patch.textured) {
-    std::fill(costs, costs + sources.size(), kMaxCost);
+    for (std::size_t j = 0; j < sources.size(); ++j) {
+      if (wanted >> j & 1u) costs[j] = kMaxCost;
+    }
     return;
   }
-  HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, costs);
+  HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, wanted, costs);
 }
 
 std::string SimdTargetName() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }

@@ -25,6 +25,7 @@ struct SimdWindow {
   explicit SimdWindow(const MatchingWindow& window);
   int num_samples = 0;
   float radius = 0;
+  float weight_decay = 0;
   std::vector<float> dx, dy;
 };
 
@@ -38,10 +39,11 @@ struct SimdSource {
   double a[9], b[3];
 };
 
-// Reference samples: zero mean, unit norm, zero in the padding.
+// Reference samples: weighted, zero mean, unit variance; zero in the padding.
 struct SimdPatch {
   bool textured;  // false: no cost below kMaxCost is possible
-  alignas(64) float samples[kMaxSimdSamples];
+  alignas(64) float samples[kMaxSimdSamples];  // weight * (sample - mean) / deviation
+  alignas(64) float weights[kMaxSimdSamples];  // their sum is 1
 };
 
 // Inverse depth at the window's centre and its change per pixel.
@@ -53,7 +55,7 @@ struct PlaneAtPixel {
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float u, float v,
                    SimdPatch* patch);
 void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
-                   double u, double v, const PlaneAtPixel& plane, float* costs);
+                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
 
 // "AVX2", "AVX3", "SSE4", ...
 std::string SimdTargetName();

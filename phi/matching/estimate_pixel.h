@@ -4,7 +4,8 @@
 //   parameters                     EstimationParameters
 //   state                          EstimationState
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
-//   Costs(patch, x, y, h, costs)   one cost per source view in [0, kMaxCost], geometric guidance included
+//   Costs(patch, x, y, h, views, costs)   the cost in [0, kMaxCost] of each source view whose bit in `views` is set,
+//                                  geometric guidance included; the other elements of `costs` stay as they are
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
@@ -30,7 +31,8 @@ struct EstimationParameters {
   float depth_min = 0, depth_max = 0;  // world units
   float inverse_depth_per_pixel = 0;  // change of 1 / z that moves a match by one pixel (median of the views)
   int num_views = 0;
-  int num_iterations = 8;
+  int num_iterations = 8;                         // of all parts of the estimation
+  int first_iteration = 0, end_iteration = 8;     // of this part
   int num_levels = 1;  // of the image pyramids, see window_level.h
   bool paper = false;  // Formulas::kPaper
 
@@ -65,6 +67,8 @@ PHI_HD RefinementRange EstimationParameters::Range(int iteration) const {
   range.angle = kFirstAngle * powf(kLastAngle / kFirstAngle, t);
   return range;
 }
+
+inline constexpr std::uint32_t kAllViews = ~std::uint32_t{0};
 
 // Draw numbers within an iteration.
 inline constexpr std::uint32_t kDrawRefinement = 0;
@@ -110,7 +114,7 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   const EstimationParameters& p = context.parameters;
   const auto patch = context.LoadPatch(x, y);
   float costs[kViews];
-  context.Costs(patch, x, y, hypothesis, costs);
+  context.Costs(patch, x, y, hypothesis, kAllViews, costs);
   std::uint32_t selected = 0;
   float cost = BestViewsCost(costs, p.num_views, &selected);
   if (p.paper) cost = HarmonicMeanCost(costs, p.num_views);
@@ -157,12 +161,12 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
     candidates[num_candidates] = moved;
-    context.Costs(patch, x, y, moved, costs[num_candidates]);
+    context.Costs(patch, x, y, moved, kAllViews, costs[num_candidates]);
     ++num_candidates;
   }
 
   float weights[kViews];
-  std::uint32_t selected = ~std::uint32_t{0};
+  std::uint32_t selected = kAllViews;
   if (!p.paper) {
     selected = SelectViews<kViews>(state, p.num_views, x, y, iteration, costs, num_candidates, weights);
   }
@@ -194,7 +198,9 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   for (int variant = 1; variant <= 3; ++variant) {
     const PlaneHypothesis h = {variant & 2 ? disturbed.normal : old.normal,
                                variant & 1 ? disturbed.depth : old.depth};
-    context.Costs(patch, x, y, h, refined_costs[slot]);
+    // Views without weight do not decide; they keep the cost of the hypothesis that is being refined.
+    for (int j = 0; j < p.num_views; ++j) refined_costs[slot][j] = current_costs[j];
+    context.Costs(patch, x, y, h, selected, refined_costs[slot]);
     const float cost = aggregate(refined_costs[slot]);
     if (cost < best_cost) {
       best_cost = cost;

@@ -69,12 +69,15 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window.samples_per_side = options.SamplesPerSide();
   p.window.step = static_cast<float>(options.window_step);
+  p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kSampleWeightDecay;
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
+  p.first_iteration = input.first_iteration;
+  p.end_iteration = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
   p.paper = options.formulas == Formulas::kPaper;
   return p;

@@ -8,6 +8,9 @@
 
 namespace phi {
 
+// Robust formulas: a sample's weight halves per 8 grey levels of difference from the window's centre.
+inline constexpr float kSampleWeightDecay = 0.125f;
+
 // Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view,
 // more than kMaxSourceViews, an empty depth range).
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options);

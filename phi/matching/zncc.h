@@ -21,6 +21,11 @@ inline constexpr float kMinVariance = 0.04f;
 struct MatchingWindow {
   int samples_per_side = 5;  // r_now
   float step = 1.4f;         // r_orig / r_now, pixels
+  float weight_decay = 0;    // 1 / grey level; 0: all samples count the same (paper)
+
+  // A sample counts less the more it differs from the window's centre: it may lie on another surface. Halves per
+  // 1 / weight_decay grey levels.
+  PHI_HD float Weight(float difference) const { return exp2f(-weight_decay * fabsf(difference)); }
 
   PHI_HD int NumSamples() const { return (2 * samples_per_side + 1) * (2 * samples_per_side + 1); }
   PHI_HD float Radius() const { return samples_per_side * step; }
@@ -43,14 +48,15 @@ struct GraySampler {
   }
 };
 
-// ZNCC from sums of samples that were shifted by a common value close to their mean (so that single precision
+// ZNCC from weighted sums of samples that were shifted by a common value close to their mean (so that single precision
 // suffices).
 struct ZnccSums {
   float r = 0, rr = 0;          // reference
   float s = 0, ss = 0, rs = 0;  // source, product
 
-  PHI_HD float Cost(float num_samples) const {
-    const float inverse = 1.0f / num_samples;
+  // total_weight: of all samples; their number where they all count the same.
+  PHI_HD float Cost(float total_weight) const {
+    const float inverse = 1.0f / total_weight;
     const float var_r = (rr - r * r * inverse) * inverse;
     const float var_s = (ss - s * s * inverse) * inverse;
     if (!(var_r >= kMinVariance) || !(var_s >= kMinVariance)) return kMaxCost;
@@ -83,20 +89,23 @@ PHI_HD float ZnccCost(const Sampler& reference, const Sampler& source, int sourc
   const int n = window.samples_per_side;
   const float shift = reference(u, v);
   ZnccSums sums;
+  float total_weight = 0;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
       const float ru = u + column * window.step, rv = v + row * window.step;
       const Vec3f p = Transform(h, ru, rv);
       const float r = reference(ru, rv) - shift;
       const float s = source(p.x / p.z, p.y / p.z) - shift;
-      sums.r += r;
-      sums.rr += r * r;
-      sums.s += s;
-      sums.ss += s * s;
-      sums.rs += r * s;
+      const float w = window.Weight(r);
+      total_weight += w;
+      sums.r += w * r;
+      sums.rr += w * r * r;
+      sums.s += w * s;
+      sums.ss += w * s * s;
+      sums.rs += w * r * s;
     }
   }
-  return sums.Cost(static_cast<float>(window.NumSamples()));
+  return sums.Cost(total_weight);
 }
 
 }  // namespace phi

@@ -89,7 +89,7 @@ std::vector<float> SimdCosts(const Scene& scene, std::int64_t target) {
   for (int y = 0; y < scene.parameters.reference.height; y += 3) {
     for (int x = 0; x < scene.parameters.reference.width; x += 3) {
       float costs[4];
-      matcher.Costs(matcher.LoadPatch(x, y), x, y, scene.Hypothesis(x, y, 5), costs);
+      matcher.Costs(matcher.LoadPatch(x, y), x, y, scene.Hypothesis(x, y, 5), kAllViews, costs);
       all.insert(all.end(), costs, costs + 4);
     }
   }
@@ -133,9 +133,11 @@ double CostInDouble(const Scene& scene, int x, int y, const PlaneHypothesis& h, 
   }
   const auto n = static_cast<Eigen::Index>(a.size());
   Eigen::ArrayXd r = Eigen::Map<Eigen::ArrayXd>(a.data(), n), s = Eigen::Map<Eigen::ArrayXd>(b.data(), n);
-  r -= r.mean();
-  s -= s.mean();
-  return 1 - (r * s).sum() / std::sqrt(r.square().sum() * s.square().sum());
+  const double center = SampleInDouble(*scene.input.reference.image, x + 0.5, y + 0.5);
+  const Eigen::ArrayXd w = (-std::log(2.0) * window.weight_decay * (r - center).abs()).exp();
+  r -= (w * r).sum() / w.sum();
+  s -= (w * s).sum() / w.sum();
+  return 1 - (w * r * s).sum() / std::sqrt((w * r.square()).sum() * (w * s.square()).sum());
 }
 
 // The readable cost rounds whole pixel coordinates, the vectorised one only offsets from the window's centre,
@@ -152,8 +154,8 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
     for (int x = 0; x < scene.parameters.reference.width; x += 5) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
       float expected[4], actual[4];
-      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, expected);
-      simd.Costs(simd.LoadPatch(x, y), x, y, h, actual);
+      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, kAllViews, expected);
+      simd.Costs(simd.LoadPatch(x, y), x, y, h, kAllViews, actual);
       for (int j = 0; j < 4; ++j) {
         if (scene.OnTheEdge(x, y, h, j)) continue;
         ++(expected[j] == kMaxCost ? rejected : matched);
@@ -200,8 +202,8 @@ TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
       const SimdMatcher::Patch patch = simd.LoadPatch(x, y);
       ASSERT_EQ(patch.level, scalar.LoadPatch(x, y).level);
       float expected[4], actual[4];
-      scalar.Costs({patch.level}, x, y, h, expected);
-      simd.Costs(patch, x, y, h, actual);
+      scalar.Costs({patch.level}, x, y, h, kAllViews, expected);
+      simd.Costs(patch, x, y, h, kAllViews, actual);
       for (int j = 0; j < 4; ++j) {
         if ((expected[j] == kMaxCost) != (actual[j] == kMaxCost)) {
           ++on_the_edge;  // of the source or of the smallest variance: rounding decides
@@ -253,7 +255,7 @@ TEST(SimdMatcher, MeaninglessPlanesCostTheMaximum) {
        {PlaneHypothesis{{0, 0, -1}, nan}, PlaneHypothesis{{nan, 0, -1}, 4}, PlaneHypothesis{{0, 0, 0}, 4},
         PlaneHypothesis{{0, 0, -1}, 0}, PlaneHypothesis{{0, infinity, -1}, 4}}) {
     float costs[4];
-    matcher.Costs(patch, 100, 100, h, costs);
+    matcher.Costs(patch, 100, 100, h, kAllViews, costs);
     for (const float cost : costs) EXPECT_EQ(cost, kMaxCost);
   }
 }

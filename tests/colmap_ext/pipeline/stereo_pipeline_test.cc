@@ -29,6 +29,7 @@ constexpr int kNumImages = 5;
 class StereoPipelineTest : public ::testing::Test {
  protected:
   void SetUp() override {
+    options_.num_guided_passes = 0;
     names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
   }
 
