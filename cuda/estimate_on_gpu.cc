@@ -109,7 +109,8 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   scratch->begin.Record(stream, task);
   LaunchWindowLevels(launch, stream, task);
   LaunchInitialization(launch, initial, stream, task);
-  for (int i = launch.parameters.first_iteration; i < launch.parameters.end_iteration; ++i) LaunchIteration(launch, i, stream, task);
+  for (int i = launch.parameters.first_iteration; i < launch.parameters.end_iteration; ++i)
+    LaunchIteration(launch, i, stream, task);
   scratch->end.Record(stream, task);
   scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
   scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);

@@ -47,7 +47,7 @@ __global__ void __launch_bounds__(kThreads)
   const GpuContext<kSide> context(launch);
   float pixel_costs[kMaxSourceViews];
   context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y),
-                pixel_costs);
+                kAllViews, pixel_costs);
   const std::int64_t index = static_cast<std::int64_t>(pixel.y) * hypotheses.width + pixel.x;
   for (int j = 0; j < launch.parameters.num_views; ++j) costs[j * hypotheses.size() + index] = pixel_costs[j];
 }

@@ -71,7 +71,8 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
     Stage stage{.kind = StageKind::kEstimate, .options = Text(options)};
     stage.first_iteration = pass == 0 ? 0 : first_part + pass - 1;
     stage.end_iteration = first_part + pass;
-    stage.weight = static_cast<double>(stage.end_iteration - stage.first_iteration) / options.stereo.num_iterations;
+    stage.weight =
+        static_cast<double>(stage.end_iteration - stage.first_iteration) / options.stereo.num_iterations;
     // The first maps are kept for a later run to go on from; those between are cheap to make again.
     stage.transient = pass > 0 && !last;
     stage.result = last ? EstimateKind(options) : "pass" + std::to_string(pass);

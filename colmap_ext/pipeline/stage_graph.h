@@ -25,7 +25,7 @@ struct Stage {
   bool transient = false;    // lives in memory and is not recorded
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation
-  double weight = 1;  // expected time of a task, relative to an estimation
+  double weight = 1;                           // expected time of a task, relative to an estimation
 };
 
 std::vector<Stage> BuildStages(const PipelineOptions& options);

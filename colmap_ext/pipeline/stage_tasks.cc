@@ -30,9 +30,9 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
   return {};
 }
 
-StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                                 const ImageJob& job, phi::Backend& backend,
-                                 std::vector<std::string>* warnings) const {
+StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
+                                 const std::vector<std::string>& input_keys, const ImageJob& job,
+                                 phi::Backend& backend, std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;

@@ -28,8 +28,8 @@ class StageTasks {
  private:
   using Maps = std::vector<std::shared_ptr<const phi::PlaneMap>>;
 
-  StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys, const ImageJob& job,
-                       phi::Backend& backend, std::vector<std::string>* warnings) const;
+  StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
+                       const ImageJob& job, phi::Backend& backend, std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
   StageResult Infer(const Stage& previous, const ImageJob& job, phi::Backend& backend,

@@ -26,7 +26,8 @@ class ScalarMatcher {
   Patch LoadPatch(int x, int y) const { return {window_levels_(x, y)}; }
 
   // The cost of each source view whose bit in `wanted` is set.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, float* costs) const {
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+             float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
     const float scale = 1.0f / static_cast<float>(1 << patch.level);
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);

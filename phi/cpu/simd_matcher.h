@@ -31,7 +31,8 @@ class SimdMatcher {
   }
 
   // The cost of each source view whose bit in `wanted` is set.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, float* costs) const;
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+             float* costs) const;
 
  private:
   struct Level {

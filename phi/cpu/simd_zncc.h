@@ -41,7 +41,7 @@ struct SimdSource {
 
 // Reference samples: weighted, zero mean, unit variance; zero in the padding.
 struct SimdPatch {
-  bool textured;  // false: no cost below kMaxCost is possible
+  bool textured;                               // false: no cost below kMaxCost is possible
   alignas(64) float samples[kMaxSimdSamples];  // weight * (sample - mean) / deviation
   alignas(64) float weights[kMaxSimdSamples];  // their sum is 1
 };

@@ -31,10 +31,10 @@ struct EstimationParameters {
   float depth_min = 0, depth_max = 0;  // world units
   float inverse_depth_per_pixel = 0;  // change of 1 / z that moves a match by one pixel (median of the views)
   int num_views = 0;
-  int num_iterations = 8;                         // of all parts of the estimation
-  int first_iteration = 0, end_iteration = 8;     // of this part
-  int num_levels = 1;  // of the image pyramids, see window_level.h
-  bool paper = false;  // Formulas::kPaper
+  int num_iterations = 8;                      // of all parts of the estimation
+  int first_iteration = 0, end_iteration = 8;  // of this part
+  int num_levels = 1;                          // of the image pyramids, see window_level.h
+  bool paper = false;                          // Formulas::kPaper
 
   PHI_HD RefinementRange Range(int iteration) const;
 };

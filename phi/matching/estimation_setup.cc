@@ -29,7 +29,8 @@ int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
   constexpr int kMinSide = 96;  // pixels
   if (options.formulas == Formulas::kPaper) return 1;
   int num_levels = 1;
-  while (num_levels < options.num_window_levels && (std::min(size.width, size.height) >> num_levels) >= kMinSide) {
+  while (num_levels < options.num_window_levels &&
+         (std::min(size.width, size.height) >> num_levels) >= kMinSide) {
     ++num_levels;
   }
   return num_levels;
