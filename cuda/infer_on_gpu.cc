@@ -67,7 +67,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->filled = scratch->filled.View(width, height);
 }
 
-// Regions are followed on the host, one pixel after the other; the scanlines run meanwhile.
+// Regions are found on the host; the scanlines run meanwhile.
 void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                      const Event& supports_ready, const Task& task) {
   const int width = launch.supports.width, height = launch.supports.height;

@@ -1,24 +1,26 @@
 #include "phi/inference/region_planes.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <numeric>
+#include <memory>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Dense>
 
 #include "phi/base/random.h"
+#include "phi/inference/image_regions.h"
 
 namespace phi {
 namespace {
 
-constexpr int kMaxStep = 18;      // between neighbours of one region, in ninths of a grey level (3 x 3 sums)
-constexpr int kMinSupports = 60;  // measured pixels that a plane rests on
+constexpr int kMinSupports = 60;      // measured pixels that a plane rests on
 constexpr double kMinShare = 0.15;    // of the region's measured pixels not yet explained
 constexpr double kTolerance = 0.006;  // of an inlier, relative inverse depth
-constexpr int kNumDraws = 100;
+constexpr int kMaxDraws = 100;
+constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
 constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
+constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
 constexpr double kBoxMargin = 0.25;       // of the inliers' box's longer side
 
@@ -26,50 +28,6 @@ struct Point {
   int x, y;
   double w;
 };
-
-Array2D<std::int32_t> BoxSums(const GrayImage& image) {
-  Array2D<std::int32_t> sums(image.width(), image.height(), 0);
-  tbb::parallel_for(0, image.height(), [&](int y) {
-    for (int x = 0; x < image.width(); ++x) {
-      for (int v = y - 1; v <= y + 1; ++v) {
-        for (int u = x - 1; u <= x + 1; ++u) {
-          sums(x, y) += image(std::clamp(u, 0, image.width() - 1), std::clamp(v, 0, image.height() - 1));
-        }
-      }
-    }
-  });
-  return sums;
-}
-
-// Root of a pixel's region: its smallest index. Path halving.
-std::int32_t Find(Array2D<std::int32_t>* parents, std::int32_t i) {
-  std::int32_t* parent = parents->data();
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
-void Join(Array2D<std::int32_t>* parents, std::int32_t a, std::int32_t b) {
-  const std::int32_t root_a = Find(parents, a), root_b = Find(parents, b);
-  parents->data()[std::max(root_a, root_b)] = std::min(root_a, root_b);
-}
-
-Array2D<std::int32_t> ConnectedRegions(const GrayImage& image) {
-  const Array2D<std::int32_t> sums = BoxSums(image);
-  const int width = image.width(), height = image.height();
-  Array2D<std::int32_t> parents(width, height);
-  std::iota(parents.begin(), parents.end(), 0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::int32_t i = y * width + x;
-      if (x + 1 < width && std::abs(sums(x, y) - sums(x + 1, y)) <= kMaxStep) Join(&parents, i, i + 1);
-      if (y + 1 < height && std::abs(sums(x, y) - sums(x, y + 1)) <= kMaxStep) Join(&parents, i, i + width);
-    }
-  }
-  for (std::size_t i = 0; i < parents.size(); ++i) {
-    parents.data()[i] = Find(&parents, static_cast<std::int32_t>(i));
-  }
-  return parents;
-}
 
 bool IsInlier(const RegionPlane& plane, const Point& p) {
   return std::abs(plane.a + plane.b * p.x + plane.c * p.y - p.w) < kTolerance * p.w;
@@ -115,12 +73,22 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   return true;
 }
 
+// Draws after which one of them is likely to have hit inliers only.
+int NumDraws(double inlier_share) {
+  const double hit = inlier_share * inlier_share * inlier_share;
+  if (hit >= 1) return 1;
+  const double draws = std::log(1 - kConfidence) / std::log1p(-hit);
+  return draws < kMaxDraws ? static_cast<int>(std::ceil(draws)) : kMaxDraws;
+}
+
 // The plane that most of the points agree on.
 bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t region, std::uint32_t round,
               RegionPlane* best) {
   const std::size_t stride = (points.size() + kMaxScored - 1) / kMaxScored;
+  const std::size_t num_scored = (points.size() + stride - 1) / stride;
   std::size_t best_count = 0;
-  for (int draw = 0; draw < kNumDraws; ++draw) {
+  int num_draws = kMaxDraws;
+  for (int draw = 0; draw < num_draws; ++draw) {
     const Random4 random = Philox(key, region, round, static_cast<std::uint32_t>(draw));
     RegionPlane plane;
     if (!PlaneThrough(points[random.v[0] % points.size()], points[random.v[1] % points.size()],
@@ -129,9 +97,12 @@ bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t reg
     }
     std::size_t count = 0;
     for (std::size_t i = 0; i < points.size(); i += stride) count += IsInlier(plane, points[i]);
-    if (count > best_count) best_count = count, *best = plane;
+    if (count <= best_count) continue;
+    best_count = count;
+    *best = plane;
+    num_draws = NumDraws(static_cast<double>(count) / num_scored);
   }
-  if (best_count * stride < kMinShare * points.size()) return false;
+  if (best_count < kMinShare * num_scored) return false;
   return Refine(points, best) && Refine(points, best);
 }
 
@@ -147,31 +118,91 @@ std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, R
   return planes;
 }
 
+std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
+  return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
+}
+
+// Measured pixels of each region.
+std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D<const Support> supports) {
+  std::vector<std::int32_t> counts(regions.num_regions, 0);
+  tbb::parallel_for(0, supports.height, [&](int y) {
+    std::int32_t run_region = regions.region(0, y),
+                 run = 0;  // one access per run: regions are shared by threads
+    for (int x = 0; x < supports.width; ++x) {
+      const std::int32_t region = regions.region(x, y);
+      if (region != run_region) {
+        if (run > 0) FetchAdd(&counts[run_region], run);
+        run_region = region;
+        run = 0;
+      }
+      run += supports(x, y).value > 0;
+    }
+    if (run > 0) FetchAdd(&counts[run_region], run);
+  });
+  return counts;
+}
+
+// A region with enough supports, and which of the members below are its own.
+struct SupportedRegion {
+  std::int32_t region;
+  std::uint32_t stride;  // one of so many supports becomes a member
+  std::int64_t begin;
+  std::int32_t num_members = 0;
+};
+
+std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& counts,
+                                           std::int64_t* num_places) {
+  std::vector<SupportedRegion> list;
+  *num_places = 0;
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    if (counts[r] < kMinSupports) continue;
+    list.push_back({static_cast<std::int32_t>(r),
+                    static_cast<std::uint32_t>((counts[r] - 1) / kMaxPoints + 1), *num_places});
+    *num_places += counts[r];
+  }
+  return list;
+}
+
+// Spreads the sampled pixels evenly without regard to rows, whose length a plain stride may share factors with.
+bool IsSampled(std::uint32_t pixel, std::uint32_t stride) {
+  return stride == 1 || (pixel * 2654435769u >> 8) % stride == 0;
+}
+
 }  // namespace
 
 RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports,
-                           std::uint32_t image_id)
-    : region_(ConnectedRegions(image)) {
-  std::vector<std::vector<Point>> points;
-  std::vector<std::int32_t> roots, index(region_.size(), -1);
-  std::vector<std::int32_t> count(region_.size(), 0);
-  for (std::size_t i = 0; i < region_.size(); ++i) count[region_.data()[i]] += supports.data[i].value > 0;
-  for (int y = 0; y < region_.height(); ++y) {
-    for (int x = 0; x < region_.width(); ++x) {
-      const std::int32_t root = region_(x, y);
-      if (count[root] < kMinSupports) continue;
-      if (index[root] < 0) {
-        index[root] = static_cast<std::int32_t>(roots.size());
-        roots.push_back(root);
-        points.emplace_back();
-      }
-      if (supports(x, y).value > 0) points[index[root]].push_back({x, y, supports(x, y).value});
+                           std::uint32_t image_id) {
+  ImageRegions regions = FindRegions(image);
+  std::int64_t num_places = 0;
+  std::vector<SupportedRegion> supported = ListSupported(CountSupports(regions, supports), &num_places);
+  std::vector<std::int32_t> index(regions.num_regions, -1);
+  for (std::size_t k = 0; k < supported.size(); ++k)
+    index[supported[k].region] = static_cast<std::int32_t>(k);
+
+  const auto members = std::make_unique_for_overwrite<std::int32_t[]>(num_places);  // pixel indices
+  tbb::parallel_for(0, supports.height, [&](int y) {
+    for (int x = 0; x < supports.width; ++x) {
+      std::int32_t& region = regions.region(x, y);
+      region = index[region];
+      if (region < 0 || !(supports(x, y).value > 0)) continue;
+      const std::int32_t pixel = y * supports.width + x;
+      SupportedRegion& own = supported[region];
+      if (IsSampled(pixel, own.stride)) members[own.begin + FetchAdd(&own.num_members, 1)] = pixel;
     }
-  }
-  for (std::int32_t& region : region_) region = index[region];
-  planes_.resize(roots.size());
-  tbb::parallel_for(std::size_t{0}, roots.size(), [&](std::size_t r) {
-    planes_[r] = FitPlanes(std::move(points[r]), {0, image_id}, static_cast<std::uint64_t>(roots[r]));
+  });
+  region_ = std::move(regions.region);
+
+  planes_.resize(supported.size());
+  tbb::parallel_for(std::size_t{0}, supported.size(), [&](std::size_t k) {
+    const SupportedRegion& own = supported[k];
+    std::int32_t* begin = members.get() + own.begin;
+    std::sort(begin, begin + own.num_members);  // threads found them in any order
+    std::vector<Point> points;
+    points.reserve(own.num_members);
+    for (const std::int32_t* pixel = begin; pixel != begin + own.num_members; ++pixel) {
+      points.push_back({*pixel % supports.width, *pixel / supports.width, supports.data[*pixel].value});
+    }
+    planes_[k] = FitPlanes(std::move(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
   });
 }
 

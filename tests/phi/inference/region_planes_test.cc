@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "phi/inference/hypotheses.h"
 
@@ -88,6 +89,32 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   const Hypotheses hypotheses(map, Formulas::kRobust, &plain);
   EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](48, 48), 0);
   for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
+}
+
+TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
+  // 720 x 600 pixels: far more supports than a plane is fitted to.
+  const int width = 720, height = 600;
+  const auto inverse_depth = [](int x, int y) {
+    const float noise = 0.001f * static_cast<float>((x * 7 + y * 13) % 11 - 5);
+    return (0.3f + 0.0003f * x - 0.0001f * y) * (1 + noise);
+  };
+  Array2D<Support> supports(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (x < 300 || x >= 500) supports(x, y).value = inverse_depth(x, y);
+    }
+  }
+  const GrayImage plain(width, height, 120);
+  const RegionPlanes many(plain, std::as_const(supports).view(), 3);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const RegionPlanes alone(plain, std::as_const(supports).view(), 3);
+  for (int y = 0; y < height; y += 7) {
+    for (int x = 0; x < width; x += 7) {
+      const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
+      EXPECT_NEAR(many.At(x, y)[0].At(x, y), truth, 0.001f * truth) << x << ", " << y;
+      EXPECT_EQ(many.At(x, y)[0].At(x, y), alone.At(x, y)[0].At(x, y)) << x << ", " << y;
+    }
+  }
 }
 
 TEST(RegionPlanes, OverexposedHolesStayHoles) {
