@@ -128,7 +128,7 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
       "Where the stereo runs; auto = on a GPU where one works");
   parser->AddChoice<phi::Quality>("PhiStereo.quality", &pipeline.stereo.quality,
                                   {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
-                                  "Speed against accuracy");
+                                  "fast = fewer iterations, unless they are given");
   parser->AddChoice<phi::Formulas>("PhiStereo.formulas", &pipeline.stereo.formulas,
                                    {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
                                    "paper = the paper's formulas to the letter, for comparisons");
@@ -152,7 +152,18 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
               "Relative depth difference from which neighbours count as different surfaces");
 }
 
+// Guidance needs maps that are nearly right, so the first part keeps more iterations than the guided passes get.
+void StereoCommandOptions::ApplyQuality(const OptionParser& parser) {
+  constexpr int kFastIterations = 5, kFastGuidedPasses = 2;
+  if (pipeline.stereo.quality != phi::Quality::kFast) return;
+  if (!parser.IsSet("PatchMatchStereo.num_iterations")) pipeline.stereo.num_iterations = kFastIterations;
+  if (!parser.IsSet("PhiStereo.num_guided_passes")) pipeline.num_guided_passes = kFastGuidedPasses;
+  phi::LogInfo("quality fast: " + std::to_string(pipeline.stereo.num_iterations) + " iterations, " +
+               std::to_string(pipeline.NumGuidedPasses()) + " of them guided by the maps of all views");
+}
+
 void StereoCommandOptions::Finish(const OptionParser& parser) {
+  ApplyQuality(parser);
   pipeline.stereo.seed = parser.random_seed();
   pipeline.view_selection.formulas = pipeline.stereo.formulas;
   pipeline.filter.formulas = pipeline.stereo.formulas;

@@ -28,6 +28,7 @@ struct StereoCommandOptions {
   void RegisterPatchMatch(OptionParser* parser);
   void RegisterFilter(OptionParser* parser);
   void RegisterPhi(OptionParser* parser);
+  void ApplyQuality(const OptionParser& parser);
 };
 
 }  // namespace colmap_ext
