@@ -36,6 +36,11 @@ class DeviceBuffer {
     capacity_ = size;
   }
 
+  void Free() {
+    cudaFree(std::exchange(data_, nullptr));
+    capacity_ = 0;
+  }
+
   T* data() const { return data_; }
   std::size_t bytes() const { return static_cast<std::size_t>(capacity_) * sizeof(T); }
   ArrayView2D<T> View(int width, int height) const { return {data_, width, height}; }

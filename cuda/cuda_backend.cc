@@ -24,7 +24,21 @@ DeviceResources::DeviceResources(const DeviceProperties& p)
              const Task task{"map upload", "", map.width(), map.height()};
              return std::make_shared<const DeviceMap>(map, stream, task);
            }),
+      depths(p.total_memory / 4,
+             [](const PlaneMap& map, cudaStream_t stream) {
+               const Task task{"depth map upload", "", map.width(), map.height()};
+               return std::make_shared<const DeviceDepths>(map, stream, task);
+             }),
       times(Task{"set-up"}) {}
+
+void DeviceResources::NoteMemory(const Task& task) {
+  std::size_t free = 0, total = 0;
+  Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", task);
+  const std::int64_t now = static_cast<std::int64_t>(total - free);
+  std::int64_t peak = peak_bytes;
+  while (now > peak && !peak_bytes.compare_exchange_weak(peak, now)) {
+  }
+}
 
 namespace {
 
@@ -40,6 +54,7 @@ class CudaBackend : public Backend {
     }
     device_->images.Clear();
     device_->maps.Clear();
+    device_->depths.Clear();
     return function();
   }
 
@@ -59,13 +74,7 @@ class CudaBackend : public Backend {
 
   int NumConcurrentImages() const override { return 2; }
 
-  // Caches only grow between clearings, so what is taken now is what was taken at most; other programs' share counts.
-  std::int64_t PeakDeviceBytes() const override {
-    const ScopedDevice current(device_->properties.index);
-    std::size_t free = 0, total = 0;
-    Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", Task{"summary"});
-    return static_cast<std::int64_t>(total - free);
-  }
+  std::int64_t PeakDeviceBytes() const override { return device_->peak_bytes; }
 
   EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
@@ -93,11 +102,20 @@ class CudaBackend : public Backend {
     char text[160];
     std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name,
                   time.num_images(), time.BusySeconds() / time.num_images());
-    char rate[64] = "";
-    if (time.samples() > 0) {
-      std::snprintf(rate, sizeof(rate), ", %.3g ZNCC samples/s", time.samples() / time.BusySeconds());
+    LogInfo(Name() + text + Rate(time));
+  }
+
+  // Some samples are read beside the texture units, so that their share may exceed 100 %.
+  std::string Rate(const StageTime& time) const {
+    if (!(time.samples() > 0)) return "";
+    char text[128];
+    const double rate = time.samples() / time.BusySeconds(), ceiling = device_->properties.texture_rate;
+    int length = std::snprintf(text, sizeof(text), ", %.3g ZNCC samples/s", rate);
+    if (ceiling > 0) {
+      std::snprintf(text + length, sizeof(text) - length, ", %.0f %% of the texture units' fetch ceiling",
+                    100 * rate / ceiling);
     }
-    LogInfo(Name() + text + rate);
+    return text;
   }
 
   std::unique_ptr<DeviceResources> device_;

@@ -1,4 +1,4 @@
-// Device copies of host images and maps, made once and kept while a byte budget allows.
+// Device copies of host images and maps, made once and kept while a byte budget and the work at hand allow.
 //
 // The key is the identity of a shared host object. The cache holds it weakly: an address that the host has freed and
 // given to another object is never mistaken for the old one.
@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -37,8 +38,16 @@ class DeviceCache {
     Event uploaded(Event::Timing::kOff, task);
     uploaded.Record(stream, task);
     entries_.push_front({host, device, std::move(uploaded)});
-    TrimToBudget();
+    Trim();
     return device;
+  }
+
+  // From now on keeps the `num_entries` that were used last: as many as the kind of call at hand comes back to. Calls
+  // under way keep what they hold.
+  void KeepAtMost(std::size_t num_entries) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    max_entries_ = num_entries;
+    Trim();
   }
 
   // Frees every copy that no running call holds; for when device memory ran short.
@@ -54,15 +63,17 @@ class DeviceCache {
     Event uploaded;
   };
 
-  void TrimToBudget() {
-    std::size_t bytes = 0;
+  void Trim() {
+    std::size_t bytes = 0, count = 0;
     for (auto it = entries_.begin(); it != entries_.end();) {
       bytes += it->device->bytes();
-      it = bytes > budget_ && it != entries_.begin() ? entries_.erase(it) : std::next(it);
+      ++count;
+      it = count > max_entries_ || (bytes > budget_ && count > 1) ? entries_.erase(it) : std::next(it);
     }
   }
 
   const std::size_t budget_;
+  std::size_t max_entries_ = std::numeric_limits<std::size_t>::max();
   const Upload upload_;
   std::mutex mutex_;
   std::list<Entry> entries_;

@@ -1,5 +1,7 @@
-// A plane map on the device.
+// Plane maps on the device, whole or their depths alone (a quarter of the bytes, all that guidance reads).
 #pragma once
+
+#include <tbb/parallel_for.h>
 
 #include "cuda/buffer.h"
 #include "phi/geometry/plane_hypothesis.h"
@@ -21,6 +23,26 @@ class DeviceMap {
  private:
   int width_, height_;
   DeviceBuffer<PlaneHypothesis> buffer_;
+};
+
+class DeviceDepths {
+ public:
+  DeviceDepths(const PlaneMap& map, cudaStream_t stream, const Task& task)
+      : width_(map.width()), height_(map.height()), buffer_(static_cast<std::int64_t>(map.size()), task) {
+    Array2D<float> depths(width_, height_);
+    tbb::parallel_for(0, height_, [&](int y) {
+      for (int x = 0; x < width_; ++x) depths(x, y) = map(x, y).depth;
+    });
+    buffer_.Upload(depths.data(), static_cast<std::int64_t>(depths.size()), stream, task);
+    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a depth map's upload", task);
+  }
+
+  ArrayView2D<const float> View() const { return buffer_.View(width_, height_); }
+  std::size_t bytes() const { return buffer_.bytes(); }
+
+ private:
+  int width_, height_;
+  DeviceBuffer<float> buffer_;
 };
 
 }  // namespace phi::gpu

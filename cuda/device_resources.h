@@ -1,6 +1,12 @@
 // What the calls on one device share: cached images and maps, scratch memory, measured times. And the
 // three kinds of call.
+//
+// Memory: a stage's calls come in a row, so each kind of call first gives up what only other kinds need, and caches keep
+// what two concurrent calls work on. Never more than a quarter of the card for images, and for maps.
 #pragma once
+
+#include <atomic>
+#include <cstdint>
 
 #include "cuda/device.h"
 #include "cuda/device_cache.h"
@@ -16,9 +22,14 @@ struct DeviceResources {
   // The device must be current, also at destruction.
   explicit DeviceResources(const DeviceProperties& properties);
 
+  // Device memory in use now counts for the peak. Other programs' share counts too.
+  void NoteMemory(const Task& task);
+
   DeviceProperties properties;
+  std::atomic<std::int64_t> peak_bytes = 0;
   DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
+  DeviceCache<PlaneMap, DeviceDepths> depths;
   ScratchPool scratch;
   DeviceTimes times;
 };

@@ -30,37 +30,47 @@ std::vector<TextureHandle> BindTextures(DeviceResources* device, const Estimatio
   return handles;
 }
 
+// Gives up what an estimation does not use; see DeviceResources.
+void PrepareMemory(DeviceResources* device, Scratch* scratch, std::size_t num_sources) {
+  device->images.KeepAtMost(2 * (num_sources + 1));
+  device->depths.KeepAtMost(2 * num_sources);
+  device->maps.KeepAtMost(0);
+  scratch->inference.FreeDeviceMaps();
+}
+
 void ReserveState(Scratch* scratch, std::int64_t num_pixels, int num_views, const Task& task) {
   scratch->plane.Reserve(num_pixels, task);
   scratch->cost.Reserve(num_pixels, task);
-  scratch->selected_views.Reserve(num_pixels, task);
-  scratch->view_costs.Reserve(num_pixels * num_views, task);
-  scratch->window_levels.Reserve(num_pixels, task);
+  scratch->estimation.selected_views.Reserve(num_pixels, task);
+  scratch->estimation.view_costs.Reserve(num_pixels * num_views, task);
+  scratch->estimation.window_levels.Reserve(num_pixels, task);
 }
 
 InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges, const Task& task) {
   static_assert(sizeof(DepthRange) == sizeof(float2));
   const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
-  scratch->ranges.Reserve(num_cells, task);
-  scratch->ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells, scratch->stream.get(),
-                         task);
+  scratch->estimation.ranges.Reserve(num_cells, task);
+  scratch->estimation.ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells,
+                                    scratch->stream.get(), task);
   InitialDepths initial;
-  initial.ranges = scratch->ranges.View(ranges.width(), ranges.height());
+  initial.ranges = scratch->estimation.ranges.View(ranges.width(), ranges.height());
   initial.cell = kDepthRangeCell;
   return initial;
 }
 
-using MapHandle = std::shared_ptr<const DeviceMap>;
+using DepthsHandle = std::shared_ptr<const DeviceDepths>;
 
-// An earlier estimate to start from and the source views' maps; the handles keep them alive until the call ends.
-std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input,
-                                       Scratch* scratch, const Task& task, InitialDepths* initial,
-                                       EstimationLaunch* launch) {
+// An earlier estimate to start from, in the state itself, and the source views' depths; the handles keep these alive
+// until the call ends.
+std::vector<DepthsHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input,
+                                          Scratch* scratch, const Task& task, InitialDepths* initial,
+                                          EstimationLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
-  std::vector<MapHandle> handles;
+  std::vector<DepthsHandle> handles;
   if (input.initial != nullptr) {
-    handles.push_back(device->maps.Get(input.initial, stream, task));
-    initial->hypotheses = handles.back()->View();
+    const PlaneMap& map = *input.initial;
+    scratch->plane.Upload(map.data(), static_cast<std::int64_t>(map.size()), stream, task);
+    initial->hypotheses = scratch->plane.View(map.width(), map.height());
   }
   if (input.source_maps.empty()) return handles;
   const std::vector<RelativeView> views = MakeRelativeViews(input);
@@ -68,12 +78,13 @@ std::vector<MapHandle> BindEarlierMaps(DeviceResources* device, const Estimation
   for (std::size_t j = 0; j < views.size(); ++j) {
     guidance.push_back({views[j], {}});
     if (input.source_maps[j] == nullptr) continue;
-    handles.push_back(device->maps.Get(input.source_maps[j], stream, task));
-    guidance.back().map = handles.back()->View();
+    handles.push_back(device->depths.Get(input.source_maps[j], stream, task));
+    guidance.back().depths = handles.back()->View();
   }
-  scratch->guidance.Reserve(kMaxSourceViews, task);
-  scratch->guidance.Upload(guidance.data(), static_cast<std::int64_t>(guidance.size()), stream, task);
-  launch->guidance = scratch->guidance.data();
+  scratch->estimation.guidance.Reserve(kMaxSourceViews, task);
+  scratch->estimation.guidance.Upload(guidance.data(), static_cast<std::int64_t>(guidance.size()), stream,
+                                      task);
+  launch->guidance = scratch->estimation.guidance.data();
   return handles;
 }
 
@@ -97,13 +108,16 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
+  PrepareMemory(device, scratch.get(), input.sources.size());
   ReserveState(scratch.get(), num_pixels, launch.parameters.num_views, task);
   launch.state = {scratch->plane.View(size.width, size.height), scratch->cost.View(size.width, size.height),
-                  scratch->selected_views.View(size.width, size.height), scratch->view_costs.data()};
-  launch.window_levels = scratch->window_levels.View(size.width, size.height);
+                  scratch->estimation.selected_views.View(size.width, size.height),
+                  scratch->estimation.view_costs.data()};
+  launch.window_levels = scratch->estimation.window_levels.View(size.width, size.height);
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
   InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
-  const std::vector<MapHandle> maps = BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
+  const std::vector<DepthsHandle> depths =
+      BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
@@ -114,6 +128,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   scratch->end.Record(stream, task);
   scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
   scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
+  device->NoteMemory(task);
   EstimationResult result{PlaneMap(size.width, size.height), CostMap(size.width, size.height)};
   scratch->stream.Synchronize(task);
 

@@ -20,10 +20,10 @@ struct SourceView {
   const std::uint32_t* quads[kMaxPyramidLevels] = {};  // TexelQuads::data
 };
 
-// A source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
+// Depths of a source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
 struct GuidanceSource {
   RelativeView view;
-  ArrayView2D<const PlaneHypothesis> map;
+  ArrayView2D<const float> depths;
 };
 
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.

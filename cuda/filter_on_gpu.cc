@@ -44,6 +44,12 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
 
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
+  device->images.KeepAtMost(0);
+  device->depths.KeepAtMost(0);
+  device->maps.KeepAtMost(input.sources.size() +
+                          2);  // of 16 bytes a pixel; concurrent calls share most of them
+  scratch->estimation.FreeDeviceMaps();
+  scratch->inference.FreeDeviceMaps();
   std::vector<MapHandle> handles = {device->maps.Get(input.reference.map, stream, task)};
   std::vector<FilterSource> sources;
   FilterLaunch launch{context.reference,
@@ -74,6 +80,7 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   LaunchFilter(launch, scratch->keep.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
   scratch->host_mask.Download(scratch->keep, num_pixels, stream, task);
+  device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
   return KeptPixels(map, scratch->host_mask.data());

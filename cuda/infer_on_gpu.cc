@@ -16,7 +16,7 @@
 namespace phi::gpu {
 namespace {
 
-static_assert(kRegionMaps == kPlanesPerRegion);
+static_assert(kRegionMaps == kPlanesPerRegion && kRegionMaps == 2);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
 
@@ -52,7 +52,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   const std::int64_t n = static_cast<std::int64_t>(width) * height;
   InferenceScratch& buffers = scratch->inference;
   buffers.supports.Reserve(n, task);
-  buffers.inverse_depths.Reserve((kNumDirections + kPlanesPerRegion + 3) * n, task);
+  buffers.inverse_depths.Reserve((kNumDirections + 3) * n, task);
   scratch->plane.Reserve(n, task);
   scratch->filled.Reserve(n, task);
   launch->supports = buffers.supports.View(width, height);
@@ -62,8 +62,11 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->inferred = take();
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
-  for (auto& planes : launch->region_planes) planes = take();
-  launch->result = scratch->plane.View(width, height);
+  // Needed before anything is inferred, and no longer then: they share the memory.
+  launch->region_planes[0] = launch->inferred;
+  launch->region_planes[1] = launch->filled_and_measured;
+  launch->result = scratch->plane.View(width, height);  // the measured map until the composition
+  launch->measured = launch->result;
   launch->filled = scratch->filled.View(width, height);
 }
 
@@ -155,15 +158,18 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
 
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
-  const std::shared_ptr<const DeviceMap> measured = device->maps.Get(input.measured, stream, task);
+  device->images.KeepAtMost(2 * (input.sources.size() + 1));
+  device->depths.KeepAtMost(0);
+  device->maps.KeepAtMost(0);
+  scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
   launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
   launch.window.samples_per_side = stereo.SamplesPerSide();
   launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
   launch.paper = options.formulas == Formulas::kPaper;
-  launch.measured = measured->View();
   const std::vector<TextureHandle> textures = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
+  scratch->plane.Upload(input.measured->data(), launch.result.size(), stream, task);
   const bool solves_field = options.mode == InferenceMode::kMrf;
   const PotentialTables tables(options);
 
@@ -181,6 +187,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   }
   LaunchComposition(launch, stream, task);
   scratch->end.Record(stream, task);
+  device->NoteMemory(task);
   const std::int64_t num_pixels = launch.result.size();
   scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
   scratch->host_mask.Download(scratch->filled, num_pixels, stream, task);

@@ -288,7 +288,7 @@ struct GpuContext {
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
         costs[j] = fminf(
-            costs[j] + GuidanceCost(parameters.reference, source.view, source.map, u, v, h.depth), kMaxCost);
+            costs[j] + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth), kMaxCost);
       }
     }
   }

@@ -1,4 +1,5 @@
-// Device memory, page-locked memory and a stream for one call at a time; kept between calls, grown as needed.
+// Device memory, page-locked memory and a stream for one call at a time; kept between calls, grown as needed. A call may
+// free what only other kinds of call use: that stops the device, but stages change rarely.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +27,28 @@ struct InferenceScratch {
   PinnedBuffer<std::int64_t> host_totals;
   PinnedBuffer<Support> host_supports;
   PinnedBuffer<float> host_region_planes;
+
+  void FreeDeviceMaps() {
+    supports.Free();
+    inverse_depths.Free();
+    node_bytes.Free();
+    node_floats.Free();
+    node_integers.Free();
+  }
+};
+
+struct EstimationScratch {
+  DeviceBuffer<std::uint32_t> selected_views;
+  DeviceBuffer<std::uint16_t> view_costs;
+  DeviceBuffer<std::uint8_t> window_levels;
+  DeviceBuffer<float2> ranges;
+  DeviceBuffer<GuidanceSource> guidance;
+
+  void FreeDeviceMaps() {
+    selected_views.Free();
+    view_costs.Free();
+    window_levels.Free();
+  }
 };
 
 struct Scratch {
@@ -36,13 +59,9 @@ struct Scratch {
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
-  DeviceBuffer<std::uint32_t> selected_views;
-  DeviceBuffer<std::uint16_t> view_costs;
-  DeviceBuffer<std::uint8_t> window_levels;
-  DeviceBuffer<float2> ranges;
-  DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<std::uint8_t> keep, filled;
   DeviceBuffer<FilterSource> filter_sources;
+  EstimationScratch estimation;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
@@ -55,7 +74,11 @@ class ScratchPool {
   class Lease {
    public:
     Lease(ScratchPool* pool, const Task& task) : pool_(pool), scratch_(pool->Take(task)) {}
-    ~Lease() { pool_->Return(std::move(scratch_)); }
+    // Copies of a call that failed may still read its inputs: wait for them.
+    ~Lease() {
+      cudaStreamSynchronize(scratch_->stream.get());
+      pool_->Return(std::move(scratch_));
+    }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
     Scratch* get() const { return scratch_.get(); }

@@ -60,6 +60,26 @@ TEST_F(ResourcesTest, CacheUploadsOnceAndKeepsToItsBudget) {
   EXPECT_EQ(counted.num_uploads, 4);
 }
 
+TEST_F(ResourcesTest, CacheKeepsWhatWasUsedLast) {
+  const Task task{"test"};
+  const Stream stream(task);
+  CountedCache counted;
+  const auto a = std::make_shared<const int>(10), b = std::make_shared<const int>(10);
+  const auto c = std::make_shared<const int>(10);
+  for (const auto& host : {a, b, c, a}) counted.cache.Get(host, stream.get(), task);
+  const std::shared_ptr<const CountedCopy> held = counted.cache.Get(b, stream.get(), task);
+  counted.cache.KeepAtMost(2);  // b and a
+  EXPECT_EQ(counted.num_uploads, 3);
+  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 3);
+  counted.cache.Get(c, stream.get(), task);  // in b's place
+  EXPECT_EQ(counted.num_uploads, 4);
+  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(counted.num_uploads, 4);
+  counted.cache.KeepAtMost(0);
+  EXPECT_EQ(held->size, 10u);
+}
+
 TEST_F(ResourcesTest, CacheForgetsWhatTheHostFreed) {
   const Task task{"test"};
   const Stream stream(task);
