@@ -18,9 +18,6 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 Matrix3d AboutX(double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitX()).toRotationMatrix();
 }
-Matrix3d AboutY(double degrees) {
-  return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitY()).toRotationMatrix();
-}
 Matrix3d AboutZ(double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180, Vector3d::UnitZ()).toRotationMatrix();
 }

@@ -207,7 +207,7 @@ TEST_F(InterruptionTest, BytesDependOnNeitherThreadsNorCache) {
 TEST_F(InterruptionTest, TerminalShowsABar) {
   const TemporaryFolder folder;
   test_support::WriteNoiseWorkspace(folder.path(), kOptions);
-  const WatchedResult result = RunStereo(folder.path(), {}, {.terminal = true});
+  const WatchedResult result = RunStereo(folder.path(), {}, {.terminal = true, .while_running = {}});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, HasSubstr("\r\033[K["));
   EXPECT_THAT(result.err, HasSubstr("images, time left"));

@@ -1,0 +1,64 @@
+// patch_match_stereo with its defaults, CPU backend, against exact and scanned depth.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "colmap_ext/evaluation/map_evaluation.h"
+#include "tests/support/room_run.h"
+#include "tests/support/test_data.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::ProgramResult;
+using test_support::RoomRun;
+using test_support::RoomScore;
+using test_support::TemporaryFolder;
+
+// Goals: 90 % of the textured pixels seen by three or more views within 0.5 % before the filter, of which the filter
+// keeps 85 %; 98 % of all that it keeps within 1 %. The bounds below the goals are what is reached now, 89.9 and 84.0 %
+// (docs/performance.md says where the rest is lost); raise them with every improvement.
+TEST(StereoAccuracy, FixedRoom) {
+  const RoomRun run(colmap_ext::MakeSyntheticRoom());
+  const ProgramResult result = run.RunStereo();
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const RoomScore score = ScoreRoom(run);
+  std::printf(
+      "textured: raw within 0.5 %% %.2f %%, kept %.2f %%, of these within 1 %% %.2f %%; all kept: %.2f %%\n",
+      score.RawCorrectPercent(), score.KeptTexturedPercent(), score.KeptTexturedCorrectPercent(),
+      score.KeptCorrectPercent());
+  EXPECT_GE(score.RawCorrectPercent(), 89.5);         // goal 90
+  EXPECT_GE(score.KeptTexturedPercent(), 85);         // goal reached: 96.4
+  EXPECT_GE(score.KeptTexturedCorrectPercent(), 96);  // goal 98, reached 96.7
+  EXPECT_GE(score.KeptCorrectPercent(), 83);          // goal 98
+}
+
+// Photos with a laser scan. At 768 pixels the goal is 55 % within 2 cm and 80 % within 10 cm; this test runs at half of
+// that, to be quick.
+TEST(StereoAccuracy, Fountain) {
+  const fs::path scene = test_support::FindScene("fountain");
+  if (scene.empty()) GTEST_SKIP() << "no scene 'fountain' (see PHIMVS_TEST_DATA in CONTRIBUTING.md)";
+  const TemporaryFolder folder;
+  const fs::path dense = folder / "dense";
+  fs::create_directories(dense / "stereo");
+  fs::create_directory_symlink(fs::absolute(scene / "dense/images"), dense / "images");
+  fs::create_directory_symlink(fs::absolute(scene / "dense/sparse"), dense / "sparse");
+  fs::copy_file(scene / "dense/stereo/patch-match.cfg", dense / "stereo/patch-match.cfg");
+  const ProgramResult result =
+      test_support::RunProgram({PHIMVS_BINARY, "patch_match_stereo", "--workspace_path", dense,
+                                "--PhiStereo.backend", "cpu", "--PatchMatchStereo.max_image_size", "384"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  colmap_ext::MapEvaluationOptions options;
+  options.maps = dense / "stereo/depth_maps";
+  options.truth = scene / "gt/depth_u16";
+  options.kind = "photometric";
+  options.values_per_unit = 4000;
+  options.thresholds = {0.02, 0.1};
+  const colmap_ext::MapScore mean = colmap_ext::EvaluateDepthMaps(options).Mean();
+  std::printf("within 2 cm: %.2f %%, within 10 cm: %.2f %%\n", mean.within[0], mean.within[1]);
+  EXPECT_GE(mean.within[0], 30);
+  EXPECT_GE(mean.within[1], 80);
+}
+
+}  // namespace
