@@ -231,6 +231,8 @@ class ReferenceWindow<0> {
 
 template <int kSide>
 struct GpuContext {
+  static constexpr bool kReusesCosts = false;
+
   const EstimationLaunch& launch;
   const EstimationParameters& parameters;
   EstimationState state;

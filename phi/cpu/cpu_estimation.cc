@@ -20,6 +20,8 @@ using Matcher = SimdMatcher;
 
 // The view policy of estimate_pixel.h.
 struct CpuContext {
+  static constexpr bool kReusesCosts = true;
+
   const EstimationParameters& parameters;
   EstimationState state;
   const Matcher& matcher;

@@ -6,6 +6,8 @@
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
 //   Costs(patch, x, y, h, views, costs)   the cost in [0, kMaxCost] of each source view whose bit in `views` is set,
 //                                  geometric guidance included; the other elements of `costs` stay as they are
+//   kReusesCosts                   whether a candidate that equals an earlier one takes its costs. Not where the threads
+//                                  of a warp wait for each other anyway: hardly ever all of them could skip one
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
@@ -142,6 +144,21 @@ PHI_HD std::uint32_t SelectViews(const EstimationState& state, int num_views, in
   return PruneWeights(weights, num_views);
 }
 
+// The first candidate that is the same plane as `h` at the pixel, up to rounding, or -1. Good planes spread over their
+// surroundings, so that several regions often send the same one.
+PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candidates, int num_candidates,
+                    const PlaneHypothesis& h) {
+  constexpr float kMaxPixels = 1e-3f, kMaxAngle = 3e-4f;  // shift of a match; radian
+  for (int k = 0; k < num_candidates; ++k) {
+    const Vec3f turn = candidates[k].normal - h.normal;
+    if (fabsf(1.0f / candidates[k].depth - 1.0f / h.depth) < kMaxPixels * p.inverse_depth_per_pixel &&
+        Dot(turn, turn) < kMaxAngle * kMaxAngle) {
+      return k;
+    }
+  }
+  return -1;
+}
+
 // One propagation and refinement of the pixel, for `iteration` counted from 0.
 template <int kViews, class Context>
 PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
@@ -160,9 +177,14 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
     if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
-    candidates[num_candidates] = moved;
-    context.Costs(patch, x, y, moved, kAllViews, costs[num_candidates]);
-    ++num_candidates;
+    int same = -1;
+    if constexpr (Context::kReusesCosts) same = FindSame(p, candidates, num_candidates, moved);
+    if (same >= 0) {
+      for (int j = 0; j < p.num_views; ++j) costs[num_candidates][j] = costs[same][j];
+    } else {
+      context.Costs(patch, x, y, moved, kAllViews, costs[num_candidates]);
+    }
+    candidates[num_candidates++] = moved;
   }
 
   float weights[kViews];

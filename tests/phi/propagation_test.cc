@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "phi/base/array2d.h"
+#include "phi/matching/estimate_pixel.h"
 
 namespace phi {
 namespace {
@@ -56,6 +57,18 @@ TEST(Propagation, RegionOutsideTheImageSendsNothing) {
   PixelOffset best;
   EXPECT_FALSE(BestInRegion(cost.view(), 10, 2, 4, &best));
   EXPECT_TRUE(BestInRegion(cost.view(), 10, 3, 4, &best));
+}
+
+TEST(Propagation, ACandidateThatWasSentBeforeIsFound) {
+  EstimationParameters p;
+  p.inverse_depth_per_pixel = 1e-3f;
+  // Inverse depths 0.5 and 0.25.
+  const PlaneHypothesis candidates[2] = {{{0, 0, -1}, 2}, {{0, 0.6f, -0.8f}, 4}};
+  EXPECT_EQ(FindSame(p, candidates, 2, {{0, 0.6f, -0.8f}, 4}), 1);
+  EXPECT_EQ(FindSame(p, candidates, 1, {{0, 0.6f, -0.8f}, 4}), -1);
+  EXPECT_EQ(FindSame(p, candidates, 2, {{0, 0, -1}, 4}), -1) << "another normal";
+  EXPECT_EQ(FindSame(p, candidates, 2, {{0, 0, -1}, 1 / 0.50002f}), -1) << "0.02 pixels off";
+  EXPECT_EQ(FindSame(p, candidates, 2, {{0, 0, -1}, 1 / 0.5000002f}), 0) << "0.0002 pixels off";
 }
 
 }  // namespace
