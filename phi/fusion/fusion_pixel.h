@@ -39,12 +39,15 @@ struct FusionPixel {
   static constexpr std::uint8_t kInferred = 1;  // depth was inferred by hole filling, not measured
   static constexpr std::uint8_t kEmitted = 2;   // this pixel gave a point of the cloud
 
+  // As 32-bit words: depth, normal, colour and flags.
+  static constexpr int kNumWords = 3, kNormalWord = 1, kColorWord = 2;
+
   float depth = 0;      // camera z, world units; <= 0 = none
   PackedNormal normal;  // camera frame, facing the camera
   std::uint8_t rgb[3] = {0, 0, 0};
   std::uint8_t flags = 0;
 };
-static_assert(sizeof(FusionPixel) == 12);
+static_assert(sizeof(FusionPixel) == FusionPixel::kNumWords * sizeof(std::uint32_t));
 
 using FusionMap = Array2D<FusionPixel>;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "phi/base/error.h"
@@ -9,9 +10,6 @@
 
 namespace phi {
 namespace {
-
-// A pixel is covered only by one that samples the surface at most so much more coarsely.
-constexpr float kMaxCoarsening = 1.5f;
 
 FusionGates MakeGates(const FusionOptions& options) {
   FusionGates gates;
@@ -25,18 +23,17 @@ FusionGates MakeGates(const FusionOptions& options) {
   return gates;
 }
 
-using AnswerCounts = std::array<int, kNumAgreements>;
-
-// The test without which enough images would have agreed, or the nearest to it.
-PixelOutcome Diagnose(const AnswerCounts& answers, int num_views, int min_num_views) {
-  const auto count = [&](Agreement a) { return answers[static_cast<std::size_t>(a)]; };
-  num_views += count(Agreement::kNormal);
+// The test without which enough images would have agreed with pixel i of the run, or the nearest to it.
+PixelOutcome Diagnose(const SupportRun& run, int i, int min_num_views) {
+  int num_views = run.num_agreeing[i] + run.num_normal[i];
   if (num_views >= min_num_views) return PixelOutcome::kNormal;
-  num_views += count(Agreement::kReprojection);
+  num_views += run.num_reprojection[i];
   if (num_views >= min_num_views) return PixelOutcome::kReprojection;
-  num_views += count(Agreement::kDepth) + count(Agreement::kSeenThrough) + count(Agreement::kBehind);
+  num_views += run.num_depth[i];
   return num_views >= min_num_views ? PixelOutcome::kDepth : PixelOutcome::kTooFewViews;
 }
+
+bool HasPixel(RunBits bits, int i) { return (bits >> i & 1u) != 0; }
 
 }  // namespace
 
@@ -61,6 +58,10 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
     for (const Image& image : neighbors) {
       if (image.earlier != earlier) continue;
       const Pinhole& k = image.camera.pinhole;
+      if (image.map->size() > kMaxFusionPixels) {
+        throw ResourceError("fusion: a depth map of " + std::to_string(k.width) + "x" +
+                            std::to_string(k.height) + " is too large; lower --StereoFusion.max_image_size");
+      }
       neighbors_.push_back({image.index, earlier, MakeRelativeView(reference.camera, image.camera),
                             static_cast<float>(1 / k.fx), static_cast<float>(1 / k.fy),
                             static_cast<const FusionMap*>(image.map)->view()});
@@ -70,21 +71,82 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
 
 FusedBlock ImageFuser::FuseRows(int begin, int end) const {
   FusedBlock block;
-  std::size_t hint = 0;
+  SupportRun run(neighbors_);
   for (int y = begin; y < end; ++y) {
-    for (int x = 0; x < reference_.map->width(); ++x) {
-      FusionPixel& pixel = (*reference_.map)(x, y);
-      PixelOutcome outcome = PixelOutcome::kNoDepth;
-      if (pixel.depth > 0) {
-        const Vec3f ray = rays_.Ray(x + 0.5f, y + 0.5f);
-        outcome = rule_ == FusionRule::kPaper ? FuseAsPaper(pixel, ray, &block)
-                                              : FuseBySupport(pixel, ray, &hint, &block);
-      }
-      if (outcome == PixelOutcome::kFused) pixel.flags |= FusionPixel::kEmitted;
-      ++block.outcomes[outcome];
+    if (rule_ == FusionRule::kPaper) {
+      FuseRowAsPaper(y, &block);
+    } else {
+      for (int x = 0; x < reference_.map->width(); x += kRunLength) FuseRun(x, y, &run, &block);
     }
   }
   return block;
+}
+
+ReferenceRun ImageFuser::MakeRun(int x, int y, int count) const {
+  ReferenceRun reference;
+  reference.fx = rays_.fx;
+  reference.ray_y = rays_.Ray(0, y + 0.5f).y;
+  const FusionPixel* pixels = &(*reference_.map)(x, y);
+  for (int i = 0; i < kRunLength; ++i) {
+    const FusionPixel pixel = i < count ? pixels[i] : FusionPixel();
+    std::uint32_t words[FusionPixel::kNumWords];
+    std::memcpy(words, &pixel, sizeof(words));
+    reference.depth[i] = pixel.depth;
+    reference.normal[i] = words[FusionPixel::kNormalWord];
+    reference.ray_x[i] = rays_.Ray(x + i + 0.5f, 0).x;
+
+    reference.color[i] = words[FusionPixel::kColorWord];
+  }
+  return reference;
+}
+
+void ImageFuser::FuseRun(int x, int y, SupportRun* run, FusedBlock* block) const {
+  const int count = std::min(kRunLength, reference_.map->width() - x);
+  const ReferenceRun reference = MakeRun(x, y, count);
+  DecideRun(neighbors_, gates_, reference, run);
+  for (int i = 0; i < count; ++i) {
+    PixelOutcome outcome = PixelOutcome::kNoDepth;
+    if (HasPixel(run->covered, i)) {
+      outcome = PixelOutcome::kCovered;
+    } else if (HasPixel(run->has_depth, i)) {
+      outcome = FusePixel(reference, *run, i, block);
+    }
+    if (outcome == PixelOutcome::kFused) (*reference_.map)(x + i, y).flags |= FusionPixel::kEmitted;
+    ++block->outcomes[outcome];
+  }
+}
+
+PixelOutcome ImageFuser::FusePixel(const ReferenceRun& reference, const SupportRun& run, int i,
+                                   FusedBlock* block) const {
+  if (run.num_agreeing[i] < gates_.min_num_views) return Diagnose(run, i, gates_.min_num_views);
+  const int num_views = run.num_views[i];
+  if (num_views < gates_.min_num_views || !HasPixel(run.reference.agrees, i)) return PixelOutcome::kDepth;
+  if (gates_.min_num_views > 1 && run.support[i] < gates_.min_support) return PixelOutcome::kWeakSupport;
+  const float num_conflicts = static_cast<float>(run.num_seen_through[i]);
+  if (num_conflicts > gates_.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
+
+  Candidate candidate;
+  const Vec3f ray = {reference.ray_x[i], reference.ray_y, 1.0f};
+  candidate.point = reference.depth[i] * (1 + run.relative_depth[i]) * ray;
+  candidate.normal = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
+  for (int c = 0; c < 3; ++c) candidate.rgb_sum[c] = run.rgb_sum[c][i];
+  candidate.num_views = num_views;
+  candidate.num_inferred = run.num_inferred[i];
+  block->views.push_back(reference_.index);
+  for (const std::uint32_t k : run.agreeing) {
+    if (HasPixel(run.answers[k].agrees, i)) block->views.push_back(neighbors_[k].image);
+  }
+  return Emit(candidate, block);
+}
+
+void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) const {
+  for (int x = 0; x < reference_.map->width(); ++x) {
+    FusionPixel& pixel = (*reference_.map)(x, y);
+    PixelOutcome outcome = PixelOutcome::kNoDepth;
+    if (pixel.depth > 0) outcome = FuseAsPaper(pixel, rays_.Ray(x + 0.5f, y + 0.5f), block);
+    if (outcome == PixelOutcome::kFused) pixel.flags |= FusionPixel::kEmitted;
+    ++block->outcomes[outcome];
+  }
 }
 
 bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const {
@@ -93,59 +155,12 @@ bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& their
          theirs.depth * rays_.fx <= kMaxCoarsening * depth * neighbor.view.source.fx;
 }
 
-PixelOutcome ImageFuser::FuseBySupport(const FusionPixel& pixel, Vec3f ray, std::size_t* hint,
-                                       FusedBlock* block) const {
-  const Vec3f normal = UnpackNormal(pixel.normal);
-  const auto is_covered_by = [&](std::size_t k, const NeighborAnswer& answer) {
-    return answer.covers && Covers(neighbors_[k], *answer.pixel, pixel.depth);
-  };
-  if (*hint < neighbors_.size() && neighbors_[*hint].earlier &&
-      is_covered_by(*hint, AskNeighbor(neighbors_[*hint], ray, pixel.depth, normal, gates_))) {
-    return PixelOutcome::kCovered;
-  }
-  Measurement measurements[kMaxFusionNeighbors + 1];
-  measurements[0] = {Measurement::kReference, 0, 1, &pixel};
-  int count = 1;
-  AnswerCounts answers{};
-  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
-    const NeighborAnswer answer = AskNeighbor(neighbors_[k], ray, pixel.depth, normal, gates_);
-    ++answers[static_cast<std::size_t>(answer.agreement)];
-    if (is_covered_by(k, answer)) {
-      *hint = k;
-      return PixelOutcome::kCovered;
-    }
-    if (answer.agreement == Agreement::kAgrees && count < gates_.max_num_views) {
-      measurements[count++] = MakeMeasurement(answer, static_cast<int>(k), gates_);
-    }
-  }
-  if (count < gates_.min_num_views) return Diagnose(answers, count, gates_.min_num_views);
-  const Consensus consensus = FindConsensus(measurements, count, gates_);
-  if (consensus.num_views < gates_.min_num_views || measurements[0].neighbor == Measurement::kDropped) {
-    return PixelOutcome::kDepth;
-  }
-  if (gates_.min_num_views > 1 && consensus.support < gates_.min_support) return PixelOutcome::kWeakSupport;
-  const int conflicts = answers[static_cast<std::size_t>(Agreement::kSeenThrough)];
-  if (static_cast<float>(conflicts) > gates_.max_conflicts * std::max(1, consensus.num_views - 1)) {
-    return PixelOutcome::kSeenThrough;
-  }
-
-  Candidate candidate;
-  candidate.point = pixel.depth * (1 + consensus.relative_depth) * ray;
-  for (int i = 0; i < count; ++i) {
-    const Measurement& m = measurements[i];
-    if (m.neighbor == Measurement::kDropped) continue;
-    candidate.normal = candidate.normal + m.agreement * NormalInReference(m.neighbor, *m.pixel);
-    Merge(m.neighbor, *m.pixel, &candidate, block);
-  }
-  return Emit(candidate, block);
-}
-
 PixelOutcome ImageFuser::FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const {
   const Vec3f point = pixel.depth * ray;
   Candidate candidate;
   candidate.point = point;
   candidate.normal = UnpackNormal(pixel.normal);
-  std::array<int, kMaxFusionNeighbors> merged;
+  std::array<std::uint32_t, kMaxFusionNeighbors> merged;
   std::array<const FusionPixel*, kMaxFusionNeighbors> pixels;
   int count = 0, num_with_depth = 1;
   for (std::size_t k = 0; k < neighbors_.size(); ++k) {
@@ -155,34 +170,27 @@ PixelOutcome ImageFuser::FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedB
     if (Covers(neighbors_[k], *answer.pixel, pixel.depth)) return PixelOutcome::kCovered;
     if (count + 1 >= gates_.max_num_views) continue;
     candidate.point = candidate.point + answer.point;
-    candidate.normal = candidate.normal + NormalInReference(static_cast<int>(k), *answer.pixel);
-    merged[static_cast<std::size_t>(count)] = static_cast<int>(k);
+    candidate.normal =
+        candidate.normal + TransposedTimes(neighbors_[k].view.rotation, UnpackNormal(answer.pixel->normal));
+    merged[static_cast<std::size_t>(count)] = neighbors_[k].image;
     pixels[static_cast<std::size_t>(count++)] = answer.pixel;
   }
   if (count + 1 < gates_.min_num_views) {
     return num_with_depth < gates_.min_num_views ? PixelOutcome::kTooFewViews : PixelOutcome::kDepth;
   }
   candidate.point = (1.0f / static_cast<float>(count + 1)) * candidate.point;
-  Merge(Measurement::kReference, pixel, &candidate, block);
+  Merge(reference_.index, pixel, &candidate, block);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
     Merge(merged[i], *pixels[i], &candidate, block);
   return Emit(candidate, block);
 }
 
-Vec3f ImageFuser::NormalInReference(int neighbor, const FusionPixel& pixel) const {
-  const Vec3f normal = UnpackNormal(pixel.normal);
-  if (neighbor == Measurement::kReference) return normal;
-  return TransposedTimes(neighbors_[static_cast<std::size_t>(neighbor)].view.rotation, normal);
-}
-
-void ImageFuser::Merge(int neighbor, const FusionPixel& pixel, Candidate* candidate,
+void ImageFuser::Merge(std::uint32_t image, const FusionPixel& pixel, Candidate* candidate,
                        FusedBlock* block) const {
   for (int c = 0; c < 3; ++c) candidate->rgb_sum[c] += pixel.rgb[c];
   ++candidate->num_views;
   candidate->num_inferred += (pixel.flags & FusionPixel::kInferred) != 0;
-  block->views.push_back(neighbor == Measurement::kReference
-                             ? reference_.index
-                             : neighbors_[static_cast<std::size_t>(neighbor)].image);
+  block->views.push_back(image);
 }
 
 PixelOutcome ImageFuser::Emit(const Candidate& candidate, FusedBlock* block) const {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "phi/fusion/fusion_options.h"
-#include "phi/fusion/support_rule.h"
+#include "phi/fusion/support_run.h"
 #include "phi/geometry/camera.h"
 
 namespace phi {
@@ -86,12 +86,15 @@ class ImageFuser {
     int num_views = 0, num_inferred = 0;
   };
 
-  // `hint`: the neighbour that covered the last pixel, to be asked first; it saves time and changes no result.
-  PixelOutcome FuseBySupport(const FusionPixel& pixel, Vec3f ray, std::size_t* hint, FusedBlock* block) const;
+  // The support rule for up to kRunLength pixels of row y, from x on.
+  void FuseRun(int x, int y, SupportRun* run, FusedBlock* block) const;
+  ReferenceRun MakeRun(int x, int y, int count) const;
+  PixelOutcome FusePixel(const ReferenceRun& reference, const SupportRun& run, int i,
+                         FusedBlock* block) const;
+  void FuseRowAsPaper(int y, FusedBlock* block) const;
   PixelOutcome FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
   bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const;
-  Vec3f NormalInReference(int neighbor, const FusionPixel& pixel) const;
-  void Merge(int neighbor, const FusionPixel& pixel, Candidate* candidate, FusedBlock* block) const;
+  void Merge(std::uint32_t image, const FusionPixel& pixel, Candidate* candidate, FusedBlock* block) const;
   PixelOutcome Emit(const Candidate& candidate, FusedBlock* block) const;
 
   Image reference_;

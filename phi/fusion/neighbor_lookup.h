@@ -4,8 +4,13 @@
 // reference pixel's ray. Comparing depths along one ray is fair to slanted surfaces, where the neighbour's
 // nearest pixel lies at quite another depth, and keeps every point on its own pixel's ray.
 //
-// Pure functions of a pixel: the CPU and a GPU may both call them, in any order.
+// An image answers, in the order of the tests: it does not see the point; it has no depth there; its surface lies
+// before the point, or beyond it (it sees through the point); the depths differ, the reprojection error is too large,
+// the normals differ; or it agrees.
 #pragma once
+
+#include <cstddef>
+#include <cstdint>
 
 #include "phi/fusion/fusion_pixel.h"
 #include "phi/geometry/device_camera.h"
@@ -23,10 +28,6 @@ struct FusionGates {
   int max_num_views = 10000;
 };
 
-// How a neighbour answers, in the order of the tests.
-enum class Agreement { kUnseen, kNoDepth, kBehind, kSeenThrough, kDepth, kReprojection, kNormal, kAgrees };
-inline constexpr int kNumAgreements = 8;
-
 struct FusionNeighbor {
   std::uint32_t image = 0;  // index of the image in the model, as in .vis files
   bool earlier = false;     // decided before the reference image
@@ -40,17 +41,6 @@ struct FusionNeighbor {
   }
 };
 
-struct NeighborAnswer {
-  Agreement agreement = Agreement::kUnseen;
-  bool covers = false;  // the two pixels see the same spot, for the purpose of not giving it two points
-  float relative_depth =
-      0;  // of the neighbour's plane along the reference ray, over the reference depth, minus 1
-  float reproj_error = 0;  // pixels of the neighbour, between the two points on the reference ray
-  float normal_cosine = 0;
-  Vec3f normal;  // of the neighbour, in the neighbour's frame
-  const FusionPixel* pixel = nullptr;
-};
-
 // Least cosine between a ray and a neighbour's surface for their intersection to mean anything (87 degrees).
 inline constexpr float kMinRayCosine = 0.05f;
 // A neighbour sees through a point when its own surface lies beyond it by this many depth tolerances.
@@ -60,6 +50,13 @@ inline constexpr float kHopelessFactor = 20;
 // Noise puts pixels of one spot further apart than two that support each other may be. Covering them all the
 // same keeps the fringe of the noise out of the cloud.
 inline constexpr float kCoverFactor = 4;
+
+// A pixel is covered only by one that samples the surface at most so much more coarsely.
+inline constexpr float kMaxCoarsening = 1.5f;
+// An upper bound for the neighbours of one image.
+inline constexpr int kMaxFusionNeighbors = 256;
+// And for the pixels of a map, whose words are numbered in 31 bits.
+inline constexpr std::size_t kMaxFusionPixels = 0x7fffffff / FusionPixel::kNumWords;
 
 struct ImagePoint {
   float u = 0, v = 0;  // pixels, K's coordinates
@@ -73,50 +70,6 @@ PHI_HD ImagePoint ProjectPoint(const RayModel& k, Vec3f x) {
 // Whether the point is in front of the camera and inside the image.
 PHI_HD bool InsideImage(const RayModel& k, Vec3f x, ImagePoint p) {
   return x.z > 0 && p.u >= 0 && p.v >= 0 && p.u < k.width && p.v < k.height;
-}
-
-// Asks about the point depth * ray of the reference image, whose normal there is `normal` (reference frame).
-PHI_HD NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, Vec3f ray, float depth, Vec3f normal,
-                                  const FusionGates& gates) {
-  NeighborAnswer answer;
-  const RelativeView& view = neighbor.view;
-  const RayModel& k = view.source;
-  const Vec3f direction = view.rotation * ray;
-  const Vec3f x = depth * direction + view.translation;
-  const ImagePoint seen = ProjectPoint(k, x);
-  if (!InsideImage(k, x, seen)) return answer;
-  const int column = static_cast<int>(seen.u), row = static_cast<int>(seen.v);
-  const FusionPixel& pixel = neighbor.map(column, row);
-  answer.pixel = &pixel;
-  answer.agreement = Agreement::kNoDepth;
-  if (!(pixel.depth > 0)) return answer;
-
-  const float difference = pixel.depth - x.z;
-  answer.agreement = difference > kSeenThroughFactor * gates.max_depth_error * x.z ? Agreement::kSeenThrough
-                                                                                   : Agreement::kBehind;
-  if (fabsf(difference) > kHopelessFactor * gates.max_depth_error * x.z) return answer;
-  answer.normal = UnpackNormal(pixel.normal);
-  const float slope = Dot(answer.normal, direction);
-  if (!(slope < -kMinRayCosine)) return answer;
-  const Vec3f on_plane = pixel.depth * neighbor.Ray(column, row);
-  const float along = Dot(answer.normal, on_plane - view.translation) / slope;
-  answer.relative_depth = along / depth - 1;
-  if (!(fabsf(answer.relative_depth) <= kCoverFactor * gates.max_depth_error)) return answer;
-
-  const Vec3f y = along * direction + view.translation;
-  if (!(y.z > 0)) return answer;
-  const ImagePoint agreed = ProjectPoint(k, y);
-  const float du = agreed.u - seen.u, dv = agreed.v - seen.v;
-  answer.reproj_error = sqrtf(du * du + dv * dv);
-  answer.covers = answer.reproj_error <= kCoverFactor * gates.max_reproj_error;
-  answer.agreement = Agreement::kDepth;
-  if (!(fabsf(answer.relative_depth) <= gates.max_depth_error)) return answer;
-  answer.agreement = Agreement::kReprojection;
-  if (!(answer.reproj_error <= gates.max_reproj_error)) return answer;
-  answer.normal_cosine = Dot(view.rotation * normal, answer.normal);
-  answer.agreement =
-      answer.normal_cosine >= gates.min_normal_cosine ? Agreement::kAgrees : Agreement::kNormal;
-  return answer;
 }
 
 }  // namespace phi

@@ -1,10 +1,12 @@
 // Fusion of exact maps: every point lies on the surface that the maps were made from, and every patch has one.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <cmath>
 #include <cstring>
 #include <vector>
 
+#include "phi/base/random.h"
 #include "phi/fusion/image_fusion.h"
 #include "tests/support/exact_scenes.h"
 
@@ -130,6 +132,37 @@ TEST(Fusion, BlocksOfRowsDoNotChangeTheResult) {
     EXPECT_EQ(split.view_counts, whole.view_counts);
     for (std::size_t i = 0; i < whole.points.size(); ++i) {
       ASSERT_EQ(std::memcmp(split.points[i].xyz, whole.points[i].xyz, sizeof(double[3])), 0);
+    }
+  }
+}
+
+TEST(Fusion, InstructionSetsAgreeToTheBit) {
+  const RenderedScene scene = SphereScene();
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  // Noise of the size of the tolerances: every test passes here and fails there.
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    for (std::size_t i = 0; i < maps[m].size(); ++i) {
+      const Random4 random = Philox({5, static_cast<std::uint32_t>(m)}, i, 0, 0);
+      FusionPixel& pixel = maps[m].data()[i];
+      pixel.depth *= 1 + 0.01f * SymmetricFloat(random.v[0]);
+      const Vec3f tilt = {0.5f * SymmetricFloat(random.v[1]), 0.5f * SymmetricFloat(random.v[2]), 0};
+      pixel.normal = PackNormal(Normalized(UnpackNormal(pixel.normal) + tilt));
+    }
+  }
+  const std::vector<FusionMap> noisy = maps;
+  const FusedBlock best = FuseAll(scene, {}, &maps);
+  EXPECT_GT(best.points.size(), 100u);
+  for (const std::int64_t target : {HWY_SCALAR, HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+    if ((hwy::SupportedTargets() & target) == 0) continue;
+    hwy::SetSupportedTargetsForTest(target);
+    maps = noisy;
+    const FusedBlock other = FuseAll(scene, {}, &maps);
+    hwy::SetSupportedTargetsForTest(0);
+    ASSERT_EQ(other.points.size(), best.points.size()) << hwy::TargetName(target);
+    EXPECT_EQ(other.views, best.views) << hwy::TargetName(target);
+    for (std::size_t i = 0; i < best.points.size(); ++i) {
+      ASSERT_EQ(std::memcmp(other.points[i].xyz, best.points[i].xyz, sizeof(double[3])), 0);
+      ASSERT_EQ(std::memcmp(other.points[i].normal, best.points[i].normal, sizeof(float[3])), 0);
     }
   }
 }
