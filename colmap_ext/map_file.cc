@@ -70,7 +70,8 @@ class MapReader {
                             std::to_string(expected) + " bytes; delete it and compute it again");
     }
     file_.clear();
-    file_.seekg(static_cast<std::streamoff>(header_bytes));
+    first_value_ = static_cast<std::streamoff>(header_bytes);
+    file_.seekg(first_value_);
   }
 
   const MapSize& size() const { return size_; }
@@ -86,6 +87,14 @@ class MapReader {
     if (!file_) throw phi::InputError(path_.string() + ": reading broke off; check the disk");
   }
 
+  // Rows [y, y + num_rows) of a channel.
+  void ReadRows(int channel, int y, int num_rows, std::vector<float>* rows) {
+    rows->resize(std::size_t{1} * num_rows * size_.width);
+    const std::int64_t first = (std::int64_t{1} * channel * size_.height + y) * size_.width;
+    file_.seekg(first_value_ + static_cast<std::streamoff>(first * sizeof(float)));
+    Read(*rows);
+  }
+
   // Calls consume(row, values) for each row of the next channel.
   template <typename Consume>
   void ReadChannel(const Consume& consume) {
@@ -99,8 +108,26 @@ class MapReader {
  private:
   fs::path path_;
   std::ifstream file_;
+  std::streamoff first_value_ = 0;
   MapSize size_;
   std::vector<float> row_;
+};
+
+// The open maps of one image, of the same size.
+struct PlaneReaders {
+  PlaneReaders(const fs::path& depth_path, const fs::path& normal_path)
+      : depth(depth_path), normal(normal_path), size(depth.size()) {
+    depth.ExpectChannels(1, "depth map");
+    normal.ExpectChannels(3, "normal map");
+    if (normal.size().width != size.width || normal.size().height != size.height) {
+      throw phi::InputError(normal_path.string() + ": the normal map is " + SizeText(normal.size()) +
+                            " but the depth map " + depth_path.string() + " is " + SizeText(size) +
+                            "; delete both and compute them again");
+    }
+  }
+
+  MapReader depth, normal;
+  MapSize size;
 };
 
 class MapWriter {
@@ -157,25 +184,34 @@ phi::Array2D<phi::Vec3f> ReadNormalMap(const fs::path& path) {
 }
 
 phi::PlaneMap ReadPlaneMap(const fs::path& depth_path, const fs::path& normal_path) {
-  MapReader depth(depth_path), normal(normal_path);
-  depth.ExpectChannels(1, "depth map");
-  normal.ExpectChannels(3, "normal map");
-  const MapSize size = depth.size();
-  if (normal.size().width != size.width || normal.size().height != size.height) {
-    throw phi::InputError(normal_path.string() + ": the normal map is " + SizeText(normal.size()) +
-                          " but the depth map " + depth_path.string() + " is " + SizeText(size) +
-                          "; delete both and compute them again");
-  }
+  PlaneReaders readers(depth_path, normal_path);
+  const MapSize size = readers.size;
   phi::PlaneMap map(size.width, size.height);
-  depth.ReadChannel([&](int y, const float* row) {
+  readers.depth.ReadChannel([&](int y, const float* row) {
     for (int x = 0; x < size.width; ++x) map(x, y).depth = row[x];
   });
   for (const auto component : kComponents) {
-    normal.ReadChannel([&](int y, const float* row) {
+    readers.normal.ReadChannel([&](int y, const float* row) {
       for (int x = 0; x < size.width; ++x) map(x, y).normal.*component = row[x];
     });
   }
   return map;
+}
+
+void ReadPlaneRows(const fs::path& depth_path, const fs::path& normal_path,
+                   const std::function<void(int, const PlaneRow&)>& consume) {
+  constexpr int kRows = 32;  // read at once
+  PlaneReaders readers(depth_path, normal_path);
+  std::array<std::vector<float>, 4> rows;  // depth, normal
+  for (int begin = 0; begin < readers.size.height; begin += kRows) {
+    const int count = std::min(kRows, readers.size.height - begin);
+    readers.depth.ReadRows(0, begin, count, &rows[0]);
+    for (int c = 0; c < 3; ++c) readers.normal.ReadRows(c, begin, count, &rows[1 + c]);
+    for (int i = 0; i < count; ++i) {
+      const auto row = [&](int r) { return rows[r].data() + std::size_t{1} * i * readers.size.width; };
+      consume(begin + i, {row(0), {row(1), row(2), row(3)}});
+    }
+  }
 }
 
 void WriteDepthMap(const fs::path& path, const phi::Array2D<float>& depth) {

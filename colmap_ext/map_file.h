@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "phi/backend.h"
@@ -19,6 +20,16 @@ MapSize ReadMapSize(const std::filesystem::path& path);
 phi::Array2D<float> ReadDepthMap(const std::filesystem::path& path);
 phi::Array2D<phi::Vec3f> ReadNormalMap(const std::filesystem::path& path);
 phi::PlaneMap ReadPlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path);
+
+// One row of a depth map and its normal map.
+struct PlaneRow {
+  const float* depth;
+  const float* normal[3];
+};
+
+// Calls consume(y, row) for each row in turn, without holding the maps: for readers that keep another form of them.
+void ReadPlaneRows(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path,
+                   const std::function<void(int, const PlaneRow&)>& consume);
 
 // All writers write a temporary file beside `path` and rename it: nothing half-written has a final name.
 void WriteDepthMap(const std::filesystem::path& path, const phi::Array2D<float>& depth);

@@ -21,9 +21,10 @@ int SourceIndex(int i, int target_size, int source_size) {
 }
 
 // A normal that is missing or damaged becomes the direction to the camera.
-phi::PackedNormal PackChecked(phi::Vec3f normal, phi::Vec3f ray) {
-  const float norm = phi::Norm(normal);
-  if (std::isfinite(norm) && norm > 0.5f && norm < 2.0f) return phi::PackNormal(normal);
+phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int x, int y) {
+  const float squared_norm = phi::Dot(normal, normal);
+  if (squared_norm > 0.25f && squared_norm < 4.0f) return phi::PackNormal(normal);
+  const phi::Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
 }
 
@@ -77,8 +78,8 @@ phi::FusionMap FusionMapReader::Read(int image) const {
 }
 
 std::int64_t FusionMapReader::TransientBytes(std::int64_t num_pixels) {
-  // Depth, normals and colours as read; the decoder holds the image a second time.
-  return num_pixels * static_cast<std::int64_t>(sizeof(float) + sizeof(phi::Vec3f) + 2 * sizeof(Rgb));
+  // Colours as read; the decoder holds the image a second time. Depth and normals are read by rows.
+  return num_pixels * static_cast<std::int64_t>(2 * sizeof(Rgb));
 }
 
 std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
@@ -86,20 +87,25 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
 }
 
 void FusionMapReader::AddMaps(int image, phi::FusionMap* map) const {
-  const phi::Array2D<float> depth = ReadDepthMap(workspace_.DepthMapPath(image, input_.kind));
-  const phi::Array2D<phi::Vec3f> normals = ReadNormalMap(workspace_.NormalMapPath(image, input_.kind));
+  const fs::path depth_path = workspace_.DepthMapPath(image, input_.kind);
+  const MapSize source = ReadMapSize(depth_path);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
-  for (int y = 0; y < map->height(); ++y) {
-    const int source_y = SourceIndex(y, map->height(), depth.height());
+  int y = 0;
+  const auto add_row = [&](const PlaneRow& row) {
     for (int x = 0; x < map->width(); ++x) {
-      const int source_x = SourceIndex(x, map->width(), depth.width());
-      const float value = depth(source_x, source_y);
-      if (!(value > 0) || !std::isfinite(value)) continue;
+      const int source_x = map->width() == source.width ? x : SourceIndex(x, map->width(), source.width);
+      const float depth = row.depth[source_x];
+      if (!(depth > 0) || !std::isfinite(depth)) continue;
       phi::FusionPixel& pixel = (*map)(x, y);
-      pixel.depth = value;
-      pixel.normal = PackChecked(normals(source_x, source_y), rays.Ray(x + 0.5f, y + 0.5f));
+      pixel.depth = depth;
+      const phi::Vec3f normal = {row.normal[0][source_x], row.normal[1][source_x], row.normal[2][source_x]};
+      pixel.normal = PackChecked(normal, rays, x, y);
     }
-  }
+  };
+  const auto consume = [&](int source_y, const PlaneRow& row) {
+    for (; y < map->height() && SourceIndex(y, map->height(), source.height) == source_y; ++y) add_row(row);
+  };
+  ReadPlaneRows(depth_path, workspace_.NormalMapPath(image, input_.kind), consume);
 }
 
 void FusionMapReader::AddColors(int image, phi::FusionMap* map) const {

@@ -15,7 +15,11 @@ struct PackedNormal {
   std::int16_t x = 0, y = 0;
 };
 
-PHI_HD std::int16_t ToSigned16(float v) { return static_cast<std::int16_t>(floorf(v * 32767.0f + 0.5f)); }
+PHI_HD std::int16_t ToSigned16(float v) {
+  const float rounded = v * 32767.0f + 0.5f;
+  const int toward_zero = static_cast<int>(rounded);
+  return static_cast<std::int16_t>(toward_zero - (static_cast<float>(toward_zero) > rounded ? 1 : 0));
+}
 
 PHI_HD PackedNormal PackNormal(Vec3f n) {
   const float s = 1.0f / (fabsf(n.x) + fabsf(n.y) + fabsf(n.z));
