@@ -156,96 +156,133 @@ HWY_INLINE void PrefetchAhead(const FusionNeighbor& neighbor, const Projection& 
   }
 }
 
-// Asks the neighbour about the pixels `wanted`; see neighbor_lookup.h. Returns those that it covers.
-HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part, Mask wanted,
-                    SupportRun* run, RunAnswer* answer) {
-  const Floats df;
+HWY_INLINE void StoreNormal(const Vectors3& normal, int first, RunAnswer* answer) {
+  Store(normal.x, answer->normal[0] + first);
+  Store(normal.y, answer->normal[1] + first);
+  Store(normal.z, answer->normal[2] + first);
+}
+
+// What a neighbour's map holds where the points fall.
+struct Sighting {
+  Vectors3 direction;  // of the reference rays, in the neighbour's frame
+  Vectors3 point;      // in the neighbour's frame
+  Projection seen;
+  Mask inside;
+  VI column, row, index;  // index: of the pixel's first word
+  VF depth;
+};
+
+// Without depths yet.
+HWY_INLINE Sighting Sight(const FusionNeighbor& neighbor, const Part& part, Mask wanted) {
   const Ints di;
-  const RelativeView& view = neighbor.view;
-  const RayModel& k = view.source;
-  const float* r = view.rotation.m;
+  const RayModel& k = neighbor.view.source;
+  const float* r = neighbor.view.rotation.m;
   const VF ray_x = Load(part.reference->ray_x + part.first), ray_y = Set(part.reference->ray_y);
   const auto along_ray = [&](float a, float b, float c) HWY_ATTR {
     return hn::Add(hn::Add(hn::Mul(Set(a), ray_x), hn::Mul(Set(b), ray_y)), Set(c));
   };
-  const Vectors3 direction = {along_ray(r[0], r[1], r[2]), along_ray(r[3], r[4], r[5]),
-                              along_ray(r[6], r[7], r[8])};
-  const Vectors3 x = ScaleAndAdd(part.depth, direction, view.translation);
-  const Projection seen = Project(k, x);
-  const Mask none = hn::MaskFromVec(hn::Zero(df));
-  const Mask inside = hn::And(wanted, Inside(k, x, seen));
-  if (hn::AllFalse(df, inside)) return none;
+  Sighting s;
+  s.direction = {along_ray(r[0], r[1], r[2]), along_ray(r[3], r[4], r[5]), along_ray(r[6], r[7], r[8])};
+  s.point = ScaleAndAdd(part.depth, s.direction, neighbor.view.translation);
+  s.seen = Project(k, s.point);
+  s.inside = hn::And(wanted, Inside(k, s.point, s.seen));
+  s.column = hn::ConvertTo(di, s.seen.u);
+  s.row = hn::ConvertTo(di, s.seen.v);
+  const VI pixel = hn::Add(hn::Mul(s.row, hn::Set(di, k.width)), s.column);
+  const VI word = hn::Mul(pixel, hn::Set(di, FusionPixel::kNumWords));
+  s.index = hn::IfThenElseZero(hn::RebindMask(di, s.inside), word);
+  return s;
+}
 
-  const VI column = hn::ConvertTo(di, seen.u), row = hn::ConvertTo(di, seen.v);
-  const VI pixel = hn::Add(hn::Mul(row, hn::Set(di, k.width)), column);
-  const VI index =
-      hn::IfThenElseZero(hn::RebindMask(di, inside), hn::Mul(pixel, hn::Set(di, FusionPixel::kNumWords)));
-  PrefetchAhead(neighbor, seen);
-  const std::uint32_t* words = reinterpret_cast<const std::uint32_t*>(neighbor.map.data);
-  const VF depth = hn::BitCast(df, hn::GatherIndex(Words(), words, index));
-  const Mask has_depth = hn::And(inside, hn::Gt(depth, hn::Zero(df)));
-  const VF difference = hn::Sub(depth, x.z);
-  const Mask beyond = hn::Gt(difference, hn::Mul(Set(kSeenThroughFactor * gates.max_depth_error), x.z));
-  const Mask hopeless =
-      hn::Gt(hn::Abs(difference), hn::Mul(Set(kHopelessFactor * gates.max_depth_error), x.z));
-  const Mask near = hn::AndNot(hopeless, has_depth);
-  std::int32_t* num_depth = run->num_depth + part.first;
-  std::int32_t* num_seen_through = run->num_seen_through + part.first;
-  if (hn::AllFalse(df, near)) {
-    Count(has_depth, num_depth);
-    Count(hn::And(has_depth, beyond), num_seen_through);
-    return none;
-  }
+// The neighbour's planes, met by the reference rays.
+struct Meeting {
+  Vectors3 normal;  // in the neighbour's frame
+  VF relative_depth, reproj_error;
+  Mask meets;
+};
 
-  const Vectors3 normal = Unpack(hn::GatherIndex(Words(), words + FusionPixel::kNormalWord, index));
-  const VF slope = Dot(normal, direction);
+HWY_INLINE Meeting Meet(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
+                        const Sighting& s, const std::uint32_t* words) {
+  const Floats df;
+  const RayModel& k = neighbor.view.source;
+  const Vec3f& t = neighbor.view.translation;
+  Meeting m;
+  m.normal = Unpack(hn::GatherIndex(Words(), words + FusionPixel::kNormalWord, s.index));
+  const VF slope = Dot(m.normal, s.direction);
   const auto pixel_ray = [&](VI i, float center, float inverse_f) HWY_ATTR {
     return hn::Mul(hn::Sub(hn::Add(hn::ConvertTo(df, i), Set(0.5f)), Set(center)), Set(inverse_f));
   };
-  const Vec3f& t = view.translation;
-  const Vectors3 offset = {hn::Sub(hn::Mul(depth, pixel_ray(column, k.cx, neighbor.inverse_fx)), Set(t.x)),
-                           hn::Sub(hn::Mul(depth, pixel_ray(row, k.cy, neighbor.inverse_fy)), Set(t.y)),
-                           hn::Sub(depth, Set(t.z))};
-  const VF along = hn::Div(Dot(normal, offset), slope);
-  const VF relative_depth = hn::Sub(hn::Div(along, part.depth), Set(1));
-  const VF depth_error = hn::Abs(relative_depth);
-  const Vectors3 y = ScaleAndAdd(along, direction, t);
-  const Mask meets = hn::And(hn::And(hn::Lt(slope, Set(-kMinRayCosine)), hn::Gt(y.z, hn::Zero(df))),
-                             hn::Le(depth_error, Set(kCoverFactor * gates.max_depth_error)));
-  const Mask compared = hn::And(near, meets);
+  const Vectors3 offset = {
+      hn::Sub(hn::Mul(s.depth, pixel_ray(s.column, k.cx, neighbor.inverse_fx)), Set(t.x)),
+      hn::Sub(hn::Mul(s.depth, pixel_ray(s.row, k.cy, neighbor.inverse_fy)), Set(t.y)),
+      hn::Sub(s.depth, Set(t.z))};
+  const VF along = hn::Div(Dot(m.normal, offset), slope);
+  m.relative_depth = hn::Sub(hn::Div(along, part.depth), Set(1));
+  const Vectors3 y = ScaleAndAdd(along, s.direction, t);
+  m.meets = hn::And(hn::And(hn::Lt(slope, Set(-kMinRayCosine)), hn::Gt(y.z, hn::Zero(df))),
+                    hn::Le(hn::Abs(m.relative_depth), Set(kCoverFactor * gates.max_depth_error)));
   const Projection agreed = Project(k, y);
-  const VF du = hn::Sub(agreed.u, seen.u), dv = hn::Sub(agreed.v, seen.v);
-  const VF reproj_error = hn::Sqrt(hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)));
+  const VF du = hn::Sub(agreed.u, s.seen.u), dv = hn::Sub(agreed.v, s.seen.v);
+  m.reproj_error = hn::Sqrt(hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)));
+  return m;
+}
 
-  const Mask depth_agrees = hn::And(compared, hn::Le(depth_error, Set(gates.max_depth_error)));
-  const Mask reproj_agrees = hn::And(depth_agrees, hn::Le(reproj_error, Set(gates.max_reproj_error)));
-  const VF cosine = Dot(Rotate(view.rotation, part.normal), normal);
-  const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
-  Count(hn::AndNot(depth_agrees, has_depth), num_depth);
-  Count(hn::And(hn::AndNot(compared, has_depth), beyond), num_seen_through);
-  Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + part.first);
-  Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + part.first);
-
-  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, index);
-  answer->agrees |= ToBits(agrees, part.first);
-  const VF agreement = hn::Mul(SoftAgreement(reproj_error, gates.max_reproj_error),
-                               SoftAgreement(hn::Sub(Set(1), cosine), 1 - gates.min_normal_cosine));
-  const Vectors3 turned = RotateBack(view.rotation, normal);
-  Store(relative_depth, answer->relative_depth + part.first);
-  Store(agreement, answer->agreement + part.first);
-  Store(turned.x, answer->normal[0] + part.first);
-  Store(turned.y, answer->normal[1] + part.first);
-  Store(turned.z, answer->normal[2] + part.first);
-  hn::Store(color, Words(), answer->color + part.first);
-  if (!neighbor.earlier) return none;
-
+// Which of the pixels `compared` the neighbour covers, if it is an earlier one.
+HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
+                            VF depth, VF reproj_error, VW color, Mask compared) {
   // Footprints are depth / focal length, on either side.
   const Mask fine = hn::Le(hn::Mul(depth, Set(part.reference->fx)),
-                           hn::Mul(hn::Mul(Set(kMaxCoarsening), part.depth), Set(k.fx)));
+                           hn::Mul(hn::Mul(Set(kMaxCoarsening), part.depth), Set(neighbor.view.source.fx)));
   const Mask close = hn::Le(reproj_error, Set(kCoverFactor * gates.max_reproj_error));
   const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kEmitted} << 24);
-  const Mask emitted = hn::RebindMask(df, hn::TestBit(color, flag));
+  const Mask emitted = hn::RebindMask(Floats(), hn::TestBit(color, flag));
   return hn::And(hn::And(compared, close), hn::And(fine, emitted));
+}
+
+// Asks the neighbour about the pixels `wanted`; see neighbor_lookup.h. Returns those that it covers.
+HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part, Mask wanted,
+                    SupportRun* run, RunAnswer* answer) {
+  const Floats df;
+  const Mask none = hn::MaskFromVec(hn::Zero(df));
+  Sighting s = Sight(neighbor, part, wanted);
+  if (hn::AllFalse(df, s.inside)) return none;
+  PrefetchAhead(neighbor, s.seen);
+  const std::uint32_t* words = reinterpret_cast<const std::uint32_t*>(neighbor.map.data);
+  s.depth = hn::BitCast(df, hn::GatherIndex(Words(), words, s.index));
+  const Mask has_depth = hn::And(s.inside, hn::Gt(s.depth, hn::Zero(df)));
+  const VF difference = hn::Sub(s.depth, s.point.z);
+  const auto tolerances = [&](float factor)
+                              HWY_ATTR { return hn::Mul(Set(factor * gates.max_depth_error), s.point.z); };
+  const Mask beyond = hn::Gt(difference, tolerances(kSeenThroughFactor));
+  const Mask near = hn::AndNot(hn::Gt(hn::Abs(difference), tolerances(kHopelessFactor)), has_depth);
+  const int first = part.first;
+  if (hn::AllFalse(df, near)) {
+    Count(has_depth, run->num_depth + first);
+    Count(hn::And(has_depth, beyond), run->num_seen_through + first);
+    return none;
+  }
+
+  const Meeting m = Meet(neighbor, gates, part, s, words);
+  const Mask compared = hn::And(near, m.meets);
+  const Mask depth_agrees = hn::And(compared, hn::Le(hn::Abs(m.relative_depth), Set(gates.max_depth_error)));
+  const Mask reproj_agrees = hn::And(depth_agrees, hn::Le(m.reproj_error, Set(gates.max_reproj_error)));
+  const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
+  const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
+  Count(hn::AndNot(depth_agrees, has_depth), run->num_depth + first);
+  Count(hn::And(hn::AndNot(compared, has_depth), beyond), run->num_seen_through + first);
+  Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
+  Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
+
+  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
+  const VF agreement = hn::Mul(SoftAgreement(m.reproj_error, gates.max_reproj_error),
+                               SoftAgreement(hn::Sub(Set(1), cosine), 1 - gates.min_normal_cosine));
+  answer->agrees |= ToBits(agrees, first);
+  Store(m.relative_depth, answer->relative_depth + first);
+  Store(agreement, answer->agreement + first);
+  StoreNormal(RotateBack(neighbor.view.rotation, m.normal), first, answer);
+  hn::Store(color, Words(), answer->color + first);
+  return neighbor.earlier ? FindCovered(neighbor, gates, part, s.depth, m.reproj_error, color, compared)
+                          : none;
 }
 
 // Asks the neighbour about the run's pixels `wanted`; returns those that it covers.
@@ -372,9 +409,7 @@ HWY_INLINE void StartRun(const ReferenceRun& reference, Part* parts, SupportRun*
     RunAnswer& own = run->reference;
     Store(hn::Zero(Floats()), own.relative_depth + first);
     Store(Set(1), own.agreement + first);
-    Store(part.normal.x, own.normal[0] + first);
-    Store(part.normal.y, own.normal[1] + first);
-    Store(part.normal.z, own.normal[2] + first);
+    StoreNormal(part.normal, first, &own);
     hn::Store(hn::Load(Words(), reference.color + first), Words(), own.color + first);
   }
   for (RunAnswer& answer : run->answers) answer.agrees = 0;
