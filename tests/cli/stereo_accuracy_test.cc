@@ -34,8 +34,8 @@ TEST(StereoAccuracy, FixedRoom) {
   EXPECT_GE(score.KeptCorrectPercent(), 83);          // goal 98
 }
 
-// Photos with a laser scan. At 768 pixels the goal is 55 % within 2 cm and 80 % within 10 cm; this test runs at half of
-// that, to be quick.
+// Photos with a laser scan. The goal, 55 % within 2 cm and 80 % within 10 cm, is for 768 pixels; it holds at half of
+// that already (60 and 89 %), which is quicker.
 TEST(StereoAccuracy, Fountain) {
   const fs::path scene = test_support::FindScene("fountain");
   if (scene.empty()) GTEST_SKIP() << "no scene 'fountain' (see PHIMVS_TEST_DATA in CONTRIBUTING.md)";
@@ -57,7 +57,7 @@ TEST(StereoAccuracy, Fountain) {
   options.thresholds = {0.02, 0.1};
   const colmap_ext::MapScore mean = colmap_ext::EvaluateDepthMaps(options).Mean();
   std::printf("within 2 cm: %.2f %%, within 10 cm: %.2f %%\n", mean.within[0], mean.within[1]);
-  EXPECT_GE(mean.within[0], 30);
+  EXPECT_GE(mean.within[0], 55);
   EXPECT_GE(mean.within[1], 80);
 }
 
