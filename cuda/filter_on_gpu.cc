@@ -55,6 +55,7 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   FilterLaunch launch{context.reference,
                       context.thresholds,
                       context.min_num_consistent,
+                      context.min_num_consistent_inferred,
                       context.max_cost,
                       handles.front()->View(),
                       {},

@@ -8,12 +8,13 @@ __device__ bool Keeps(const FilterLaunch& f, int x, int y) {
   if (!(h.depth > 0)) return false;
   const bool inferred = f.filled.data != nullptr && f.filled(x, y) != 0;
   if (f.cost.data != nullptr && !inferred && f.cost(x, y) > f.max_cost) return false;
+  const int required = inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
   int num_consistent = 0;
-  for (int j = 0; j < f.num_sources && num_consistent < f.min_num_consistent; ++j) {
+  for (int j = 0; j < f.num_sources && num_consistent < required; ++j) {
     const FilterSource& source = f.sources[j];
     num_consistent += IsConsistent(f.reference, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds);
   }
-  return num_consistent >= f.min_num_consistent;
+  return num_consistent >= required;
 }
 
 __global__ void FilterKernel(const __grid_constant__ FilterLaunch launch, ArrayView2D<std::uint8_t> keep) {

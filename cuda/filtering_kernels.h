@@ -18,7 +18,7 @@ struct FilterSource {
 struct FilterLaunch {
   RayModel reference;
   ConsistencyThresholds thresholds;
-  int min_num_consistent = 0;
+  int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
   ArrayView2D<const PlaneHypothesis> map;
   ArrayView2D<const float> cost;           // no data: not tested

@@ -39,6 +39,7 @@ struct StereoOptions {
 // Geometric consistency (paper section D).
 struct FilterOptions {
   int min_num_consistent = 2;              // --PatchMatchStereo.filter_min_num_consistent, source views
+  int min_num_consistent_inferred = 3;     // --PhiInference.min_num_consistent: the same for inferred pixels
   double max_reprojection_error = 1;       // --PatchMatchStereo.filter_geom_consistency_max_cost, pixels
   double max_relative_depth_error = 0.01;  // --PhiStereo.filter_max_relative_depth_error
   double max_normal_error = 30;            // --PhiStereo.filter_max_normal_error, degrees

@@ -147,6 +147,8 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
        {"min_cost", phi::InferenceMode::kMinCost},
        {"mrf", phi::InferenceMode::kMrf}},
       "How holes are filled: not, by the cheapest plane, or by a random field");
+  parser->Add("PhiInference.min_num_consistent", &pipeline.filter.min_num_consistent_inferred,
+              "Source views that must confirm an inferred pixel");
   parser->Add("PhiInference.num_passes", &inference.num_passes, "Passes of message passing over the field");
   parser->Add("PhiInference.truncation", &inference.truncation,
               "Relative depth difference from which neighbours count as different surfaces");

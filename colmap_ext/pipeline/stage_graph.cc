@@ -27,7 +27,7 @@ std::string Text(const PipelineOptions& pipeline) {
 std::string Text(const phi::FilterOptions& o) {
   std::ostringstream text;
   text.precision(17);
-  text << "min_num_consistent=" << o.min_num_consistent
+  text << "min_num_consistent=" << o.min_num_consistent << " inferred=" << o.min_num_consistent_inferred
        << " max_reprojection_error=" << o.max_reprojection_error
        << " max_relative_depth_error=" << o.max_relative_depth_error
        << " max_normal_error=" << o.max_normal_error

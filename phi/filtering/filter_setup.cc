@@ -24,6 +24,7 @@ FilterContext::FilterContext(const FilterInput& input, const FilterOptions& opti
     : reference(MakeRayModel(input.reference.view->camera.pinhole)),
       thresholds(MakeConsistencyThresholds(options)),
       min_num_consistent(options.min_num_consistent),
+      min_num_consistent_inferred(options.min_num_consistent_inferred),
       max_cost(static_cast<float>(options.max_cost)),
       map(input.reference.map->view()) {
   if (input.cost != nullptr && options.max_cost < kMaxCost) cost = input.cost->view();
@@ -40,11 +41,12 @@ bool FilterContext::Keeps(int x, int y) const {
   if (!(h.depth > 0)) return false;
   const bool inferred = filled.data != nullptr && filled(x, y) != 0;
   if (cost.data != nullptr && !inferred && cost(x, y) > max_cost) return false;
+  const int required = inferred ? min_num_consistent_inferred : min_num_consistent;
   int num_consistent = 0;
-  for (std::size_t j = 0; j < views.size() && num_consistent < min_num_consistent; ++j) {
+  for (std::size_t j = 0; j < views.size() && num_consistent < required; ++j) {
     num_consistent += IsConsistent(reference, views[j], x + 0.5f, y + 0.5f, h, source_maps[j], thresholds);
   }
-  return num_consistent >= min_num_consistent;
+  return num_consistent >= required;
 }
 
 }  // namespace phi

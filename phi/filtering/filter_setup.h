@@ -15,13 +15,12 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options);
 struct FilterContext {
   FilterContext(const FilterInput& input, const FilterOptions& options);
 
-  // True when the pixel has a depth, at least min_num_consistent source views confirm it, and its cost is not
-  // too high.
+  // True when the pixel has a depth, enough source views confirm it, and its cost is not too high.
   bool Keeps(int x, int y) const;
 
   RayModel reference;
   ConsistencyThresholds thresholds;
-  int min_num_consistent = 0;
+  int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
   ArrayView2D<const PlaneHypothesis> map;
   ArrayView2D<const float> cost;           // no data: not tested
