@@ -77,7 +77,8 @@ __device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, in
     costs[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
                             : BestViewsCost(view_costs, launch.num_sources, &mask);
   }
-  return allowed;
+  if (launch.paper || allowed == 0) return allowed;
+  return RefuseMismatches(launch.reference_texture, launch.window, x, y, allowed, costs, kNumDirections);
 }
 
 __global__ void MinCostKernel(const __grid_constant__ InferenceLaunch launch) {

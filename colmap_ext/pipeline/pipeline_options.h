@@ -18,7 +18,7 @@ struct PipelineOptions {
   bool geom_consistency =
       true;  // --PatchMatchStereo.geom_consistency: false ends with (filtered) photometric maps
   bool filter_maps = true;           // --PatchMatchStereo.filter
-  int num_guided_passes = 4;         // --PhiStereo.num_guided_passes, see NumGuidedPasses
+  int num_guided_passes = 0;         // --PhiStereo.num_guided_passes, see NumGuidedPasses
   double depth_min = -1;             // --PatchMatchStereo.depth_min, world units; < 0: from the sparse points
   double depth_max = -1;             // --PatchMatchStereo.depth_max, world units; < 0: from the sparse points
   bool write_cost_maps = false;      // --PhiStereo.write_cost_maps

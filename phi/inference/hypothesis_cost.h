@@ -4,6 +4,7 @@
 
 #include "phi/geometry/device_camera.h"
 #include "phi/matching/cost_aggregation.h"
+#include "phi/matching/window_level.h"
 #include "phi/matching/zncc.h"
 
 namespace phi {
@@ -50,6 +51,24 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
     }
   }
   return sums.Cost(static_cast<float>(window.NumSamples()));
+}
+
+// Where its window has texture (variance in squared grey levels), the right plane matches, and matching had its chance: a
+// hypothesis that does not match there is refused, and the pixel may stay a hole. Without texture the cost says little,
+// and the field decides.
+inline constexpr float kTexturedVariance = 36.0f;
+inline constexpr float kMaxTexturedCost = 0.6f;
+
+// `allowed` without the hypotheses that the texture at (x, y) contradicts.
+template <class Sampler>
+PHI_HD std::uint8_t RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,
+                                     std::uint8_t allowed, const float* costs, int num_hypotheses) {
+  std::uint8_t kept = 0;
+  for (int k = 0; k < num_hypotheses; ++k) {
+    if ((allowed >> k & 1) && costs[k] <= kMaxTexturedCost) kept |= static_cast<std::uint8_t>(1 << k);
+  }
+  if (kept == allowed) return allowed;
+  return WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance ? kept : allowed;
 }
 
 }  // namespace phi

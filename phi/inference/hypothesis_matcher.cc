@@ -136,7 +136,8 @@ std::uint8_t HypothesisMatcher::Costs(int x, int y, Scratch* scratch, float cost
     costs[k] = formulas_ == Formulas::kPaper ? HarmonicMeanCost(view_costs, num_views)
                                              : BestViewsCost(view_costs, num_views, &mask);
   }
-  return allowed;
+  if (formulas_ == Formulas::kPaper) return allowed;
+  return RefuseMismatches(reference_, window_, x, y, allowed, costs, kNumDirections);
 }
 
 }  // namespace phi

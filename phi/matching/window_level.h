@@ -16,7 +16,7 @@ inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 
 // Variance (squared grey levels) that a window needs at level 0. White noise falls by 4 per level, and so does the
 // variance that a window needs.
-inline constexpr float kWindowVariance = 8.0f;
+inline constexpr float kWindowVariance = 6.0f;
 
 // Variance of the samples of a window centred at (u, v), K's coordinates of that level.
 template <class Sampler>
