@@ -154,14 +154,12 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
               "Relative depth difference from which neighbours count as different surfaces");
 }
 
-// Guidance needs maps that are nearly right, so the first part keeps more iterations than the guided passes get.
+// Half the iterations: most pixels have converged by then.
 void StereoCommandOptions::ApplyQuality(const OptionParser& parser) {
-  constexpr int kFastIterations = 5, kFastGuidedPasses = 2;
+  constexpr int kFastIterations = 4;
   if (pipeline.stereo.quality != phi::Quality::kFast) return;
   if (!parser.IsSet("PatchMatchStereo.num_iterations")) pipeline.stereo.num_iterations = kFastIterations;
-  if (!parser.IsSet("PhiStereo.num_guided_passes")) pipeline.num_guided_passes = kFastGuidedPasses;
-  phi::LogInfo("quality fast: " + std::to_string(pipeline.stereo.num_iterations) + " iterations, " +
-               std::to_string(pipeline.NumGuidedPasses()) + " of them guided by the maps of all views");
+  phi::LogInfo("quality fast: " + std::to_string(pipeline.stereo.num_iterations) + " iterations");
 }
 
 void StereoCommandOptions::Finish(const OptionParser& parser) {

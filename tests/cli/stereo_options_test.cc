@@ -18,19 +18,23 @@ PipelineOptions Parsed(std::vector<const char*> arguments) {
 }
 
 TEST(StereoOptions, FastMeansFewerIterations) {
-  const PipelineOptions standard = Parsed({}), fast = Parsed({"--PhiStereo.quality", "fast"});
-  EXPECT_EQ(standard.stereo.num_iterations, 8);
-  EXPECT_EQ(standard.NumGuidedPasses(), 4);
-  EXPECT_EQ(fast.stereo.num_iterations, 5);
-  EXPECT_EQ(fast.NumGuidedPasses(), 2);
+  EXPECT_EQ(Parsed({}).stereo.num_iterations, 8);
+  EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast"}).stereo.num_iterations, 4);
 }
 
 TEST(StereoOptions, GivenIterationsGoBeforeQuality) {
-  const PipelineOptions options =
-      Parsed({"--PhiStereo.quality", "fast", "--PatchMatchStereo.num_iterations", "8"});
-  EXPECT_EQ(options.stereo.num_iterations, 8);
-  EXPECT_EQ(options.num_guided_passes, 2);
-  EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast", "--PhiStereo.num_guided_passes", "0"}).num_guided_passes,
+  EXPECT_EQ(
+      Parsed({"--PhiStereo.quality", "fast", "--PatchMatchStereo.num_iterations", "6"}).stereo.num_iterations,
+      6);
+}
+
+TEST(StereoOptions, GuidedPassesArePartOfTheIterations) {
+  EXPECT_EQ(Parsed({}).NumGuidedPasses(), 0);
+  EXPECT_EQ(Parsed({"--PhiStereo.num_guided_passes", "3"}).NumGuidedPasses(), 3);
+  EXPECT_EQ(Parsed({"--PhiStereo.num_guided_passes", "9", "--PatchMatchStereo.num_iterations", "5"})
+                .NumGuidedPasses(),
+            4);
+  EXPECT_EQ(Parsed({"--PhiStereo.num_guided_passes", "3", "--PhiStereo.formulas", "paper"}).NumGuidedPasses(),
             0);
 }
 
