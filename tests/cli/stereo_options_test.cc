@@ -19,7 +19,7 @@ PipelineOptions Parsed(std::vector<const char*> arguments) {
 
 TEST(StereoOptions, FastMeansFewerIterations) {
   EXPECT_EQ(Parsed({}).stereo.num_iterations, 8);
-  EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast"}).stereo.num_iterations, 4);
+  EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast"}).stereo.num_iterations, 5);
 }
 
 TEST(StereoOptions, GivenIterationsGoBeforeQuality) {
