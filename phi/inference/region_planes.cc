@@ -27,7 +27,18 @@ constexpr double kBoxMargin = 0.25;       // of the inliers' box's longer side
 struct Point {
   int x, y;
   double w;
+  std::uint32_t hash;  // of the pixel, once more than what sampled it: uniform again
 };
+
+// A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
+// support more or less changes only the draws that hit it.
+std::uint32_t PixelHash(std::uint32_t pixel) {
+  pixel ^= pixel >> 16;
+  pixel *= 0x85EBCA6Bu;
+  pixel ^= pixel >> 13;
+  pixel *= 0xC2B2AE35u;
+  return pixel ^ pixel >> 16;
+}
 
 bool IsInlier(const RegionPlane& plane, const Point& p) {
   return std::abs(plane.a + plane.b * p.x + plane.c * p.y - p.w) < kTolerance * p.w;
@@ -81,22 +92,28 @@ int NumDraws(double inlier_share) {
   return draws < kMaxDraws ? static_cast<int>(std::ceil(draws)) : kMaxDraws;
 }
 
-// The plane that most of the points agree on.
+// The point whose hash is the next from `word` on. Points by ascending hash.
+const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
+  const auto next = std::lower_bound(points.begin(), points.end(), word,
+                                     [](const Point& p, std::uint32_t hash) { return p.hash < hash; });
+  return next == points.end() ? points.front() : *next;
+}
+
+// The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
 bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t region, std::uint32_t round,
               RegionPlane* best) {
-  const std::size_t stride = (points.size() + kMaxScored - 1) / kMaxScored;
-  const std::size_t num_scored = (points.size() + stride - 1) / stride;
+  const std::size_t num_scored = std::min(points.size(), kMaxScored);
   std::size_t best_count = 0;
   int num_draws = kMaxDraws;
   for (int draw = 0; draw < num_draws; ++draw) {
     const Random4 random = Philox(key, region, round, static_cast<std::uint32_t>(draw));
     RegionPlane plane;
-    if (!PlaneThrough(points[random.v[0] % points.size()], points[random.v[1] % points.size()],
-                      points[random.v[2] % points.size()], &plane)) {
+    if (!PlaneThrough(PointAt(points, random.v[0]), PointAt(points, random.v[1]),
+                      PointAt(points, random.v[2]), &plane)) {
       continue;
     }
     std::size_t count = 0;
-    for (std::size_t i = 0; i < points.size(); i += stride) count += IsInlier(plane, points[i]);
+    for (std::size_t i = 0; i < num_scored; ++i) count += IsInlier(plane, points[i]);
     if (count <= best_count) continue;
     best_count = count;
     *best = plane;
@@ -145,7 +162,7 @@ std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D
 // A region with enough supports, and which of the members below are its own.
 struct SupportedRegion {
   std::int32_t region;
-  std::uint32_t stride;  // one of so many supports becomes a member
+  std::uint32_t max_hash;  // of the supports that become members
   std::int64_t begin;
   std::int32_t num_members = 0;
 };
@@ -156,16 +173,12 @@ std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& coun
   *num_places = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
     if (counts[r] < kMinSupports) continue;
-    list.push_back({static_cast<std::int32_t>(r),
-                    static_cast<std::uint32_t>((counts[r] - 1) / kMaxPoints + 1), *num_places});
+    const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
+    list.push_back(
+        {static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), *num_places});
     *num_places += counts[r];
   }
   return list;
-}
-
-// Spreads the sampled pixels evenly without regard to rows, whose length a plain stride may share factors with.
-bool IsSampled(std::uint32_t pixel, std::uint32_t stride) {
-  return stride == 1 || (pixel * 2654435769u >> 8) % stride == 0;
 }
 
 }  // namespace
@@ -187,7 +200,7 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
       if (region < 0 || !(supports(x, y).value > 0)) continue;
       const std::int32_t pixel = y * supports.width + x;
       SupportedRegion& own = supported[region];
-      if (IsSampled(pixel, own.stride)) members[own.begin + FetchAdd(&own.num_members, 1)] = pixel;
+      if (PixelHash(pixel) <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = pixel;
     }
   });
   region_ = std::move(regions.region);
@@ -195,13 +208,15 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
   planes_.resize(supported.size());
   tbb::parallel_for(std::size_t{0}, supported.size(), [&](std::size_t k) {
     const SupportedRegion& own = supported[k];
-    std::int32_t* begin = members.get() + own.begin;
-    std::sort(begin, begin + own.num_members);  // threads found them in any order
+    const std::int32_t* begin = members.get() + own.begin;
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* pixel = begin; pixel != begin + own.num_members; ++pixel) {
-      points.push_back({*pixel % supports.width, *pixel / supports.width, supports.data[*pixel].value});
+      points.push_back({*pixel % supports.width, *pixel / supports.width, supports.data[*pixel].value,
+                        PixelHash(PixelHash(*pixel))});
     }
+    // Threads found them in any order.
+    std::sort(points.begin(), points.end(), [](const Point& p, const Point& q) { return p.hash < q.hash; });
     planes_[k] = FitPlanes(std::move(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
   });
 }

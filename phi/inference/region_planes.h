@@ -2,7 +2,7 @@
 // surface, or a few, and its measured rim carries planes that lines through six pixels only guess.
 //
 // Regions are connected pixels whose smoothed brightness changes slowly. Each gets up to two planes in inverse depth
-// by RANSAC over its measured pixels, refined by least squares. Draws are keyed by image and region: the same planes
+// by RANSAC over its measured pixels, refined by least squares. Draws are keyed by image, region and pixel: the same planes
 // for any number of threads.
 #pragma once
 
