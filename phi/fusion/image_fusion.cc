@@ -149,10 +149,16 @@ void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) const {
   }
 }
 
-bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const {
-  // Footprints are depth / focal length, on either side.
-  return neighbor.earlier && (theirs.flags & FusionPixel::kEmitted) != 0 &&
-         theirs.depth * rays_.fx <= kMaxCoarsening * depth * neighbor.view.source.fx;
+bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
+                        Vec3f ray) const {
+  if (!neighbor.earlier || (theirs.flags & FusionPixel::kEmitted) == 0) return false;
+  // Steps along the surface are depth / (focal length * slant cosine); see SamplesFinely in support_run.cc.
+  const RelativeView& view = neighbor.view;
+  const Vec3f normal = UnpackNormal(pixel.normal);
+  const Vec3f seen = view.rotation * (pixel.depth * ray) + view.translation;
+  const float slant = std::max(kMinSlantCosine, -Dot(normal, ray));
+  const float their_slant = std::max(kMinSlantCosine, -Dot(view.rotation * normal, seen) / seen.z);
+  return theirs.depth * rays_.fx * slant <= kMaxCoarsening * view.source.fx * pixel.depth * their_slant;
 }
 
 PixelOutcome ImageFuser::FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const {
@@ -167,7 +173,7 @@ PixelOutcome ImageFuser::FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedB
     const PaperAnswer answer = AskNeighborAsPaper(neighbors_[k], point, gates_);
     num_with_depth += answer.pixel != nullptr && answer.pixel->depth > 0;
     if (!answer.agrees) continue;
-    if (Covers(neighbors_[k], *answer.pixel, pixel.depth)) return PixelOutcome::kCovered;
+    if (Covers(neighbors_[k], *answer.pixel, pixel, ray)) return PixelOutcome::kCovered;
     if (count + 1 >= gates_.max_num_views) continue;
     candidate.point = candidate.point + answer.point;
     candidate.normal =

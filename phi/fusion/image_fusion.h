@@ -93,7 +93,8 @@ class ImageFuser {
                          FusedBlock* block) const;
   void FuseRowAsPaper(int y, FusedBlock* block) const;
   PixelOutcome FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
-  bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, float depth) const;
+  bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
+              Vec3f ray) const;
   void Merge(std::uint32_t image, const FusionPixel& pixel, Candidate* candidate, FusedBlock* block) const;
   PixelOutcome Emit(const Candidate& candidate, FusedBlock* block) const;
 

@@ -51,8 +51,11 @@ inline constexpr float kHopelessFactor = 20;
 // same keeps the fringe of the noise out of the cloud.
 inline constexpr float kCoverFactor = 4;
 
-// A pixel is covered only by one that samples the surface at most so much more coarsely.
+// A pixel is covered only by one whose steps along the surface are at most so many times its own: what an image sees
+// at a grazing angle does not stand for what another sees from the front.
 inline constexpr float kMaxCoarsening = 1.5f;
+// Least cosine of a slant in that comparison (84 degrees): normals are not exact enough to tell more.
+inline constexpr float kMinSlantCosine = 0.1f;
 // An upper bound for the neighbours of one image.
 inline constexpr int kMaxFusionNeighbors = 256;
 // And for the pixels of a map, whose words are numbered in 31 bits.

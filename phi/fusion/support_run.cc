@@ -227,16 +227,26 @@ HWY_INLINE Meeting Meet(const FusionNeighbor& neighbor, const FusionGates& gates
   return m;
 }
 
+// Whether the neighbour samples the surface finely enough to stand for the reference's pixels. A pixel's longest step
+// along the surface is depth / (focal length * slant cosine); the reference's normal serves both sides, so that noise in
+// normals matters little.
+HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, const Sighting& s) {
+  const Vectors3 ray = {Load(part.reference->ray_x + part.first), Set(part.reference->ray_y), Set(1)};
+  const Vectors3 normal = Rotate(neighbor.view.rotation, part.normal);
+  const VF slant = hn::Max(Set(kMinSlantCosine), hn::Neg(Dot(part.normal, ray)));
+  const VF their_slant = hn::Max(Set(kMinSlantCosine), hn::Neg(hn::Div(Dot(normal, s.point), s.point.z)));
+  return hn::Le(hn::Mul(hn::Mul(s.depth, Set(part.reference->fx)), slant),
+                hn::Mul(hn::Mul(Set(kMaxCoarsening * neighbor.view.source.fx), part.depth), their_slant));
+}
+
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
-                            VF depth, VF reproj_error, VW color, Mask compared) {
-  // Footprints are depth / focal length, on either side.
-  const Mask fine = hn::Le(hn::Mul(depth, Set(part.reference->fx)),
-                           hn::Mul(hn::Mul(Set(kMaxCoarsening), part.depth), Set(neighbor.view.source.fx)));
+                            const Sighting& s, VF reproj_error, VW color, Mask compared) {
   const Mask close = hn::Le(reproj_error, Set(kCoverFactor * gates.max_reproj_error));
   const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kEmitted} << 24);
   const Mask emitted = hn::RebindMask(Floats(), hn::TestBit(color, flag));
-  return hn::And(hn::And(compared, close), hn::And(fine, emitted));
+  const Mask candidates = hn::And(compared, hn::And(close, emitted));
+  return hn::And(candidates, SamplesFinely(neighbor, part, s));
 }
 
 // Asks the neighbour about the pixels `wanted`; see neighbor_lookup.h. Returns those that it covers.
@@ -281,8 +291,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   Store(agreement, answer->agreement + first);
   StoreNormal(RotateBack(neighbor.view.rotation, m.normal), first, answer);
   hn::Store(color, Words(), answer->color + first);
-  return neighbor.earlier ? FindCovered(neighbor, gates, part, s.depth, m.reproj_error, color, compared)
-                          : none;
+  return neighbor.earlier ? FindCovered(neighbor, gates, part, s, m.reproj_error, color, compared) : none;
 }
 
 // Asks the neighbour about the run's pixels `wanted`; returns those that it covers.

@@ -244,6 +244,48 @@ TEST(Fusion, KeepsTheFinerSamplingOfTheNearerCamera) {
   EXPECT_GT(far.outcomes[PixelOutcome::kCovered], 70);
 }
 
+TEST(Fusion, KeepsTheFinerSamplingOfTheFrontalCamera) {
+  // Both cameras are 4 from the point (0, 0, 4) of the plane z = 4: the first sees it at 70 degrees of slant, where its
+  // pixels step along the plane by 1 / cos(70 deg) = 2.9 times those of the second, which looks straight at it.
+  RenderedScene scene = PlaneScene({.num_views = 2}, {0, 0, -1});
+  const double tilt = 70 * M_PI / 180;
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  scene.views[1].camera = scene.views[0].camera;
+  scene.views[0].camera.pose.rotation = rotation;
+  scene.views[0].camera.pose.translation = Eigen::Vector3d(0, 0, 4) - rotation * Eigen::Vector3d(0, 0, 4);
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const Eigen::Vector3d normal = rotation * Eigen::Vector3d(0, 0, -1);
+  const RayModel rays = MakeRayModel(scene.views[0].camera.pinhole);
+  for (int y = 0; y < maps[0].height(); ++y) {
+    for (int x = 0; x < maps[0].width(); ++x) {
+      const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
+      const double slope = normal.x() * ray.x + normal.y() * ray.y + normal.z();
+      maps[0](x, y) = {static_cast<float>(slope < -0.05 ? 4 * normal.z() / slope : 0.0),
+                       PackNormal({static_cast<float>(normal.x()), 0, static_cast<float>(normal.z())}),
+                       {0, 0, 0},
+                       0};
+    }
+  }
+  for (FusionPixel& pixel : maps[1]) pixel = {4, PackNormal({0, 0, -1}), {0, 0, 0}, 0};
+  FuseAll(scene, {}, &maps);
+  const auto outcome_counts = [&](std::size_t reference, int begin, int end) {
+    return MakeFuser(scene, reference, {}, &maps).FuseRows(begin, end).outcomes;
+  };
+  // The row through the middle: the grazing camera's points do not stand for the frontal camera's pixels around it.
+  EXPECT_GT(outcome_counts(1, 60, 61)[PixelOutcome::kFused], 60);
+  EXPECT_LT(outcome_counts(1, 60, 61)[PixelOutcome::kCovered], 60);
+
+  // Frontal first, the grazing camera adds nothing in the middle.
+  std::swap(maps[0], maps[1]);
+  std::swap(scene.views[0], scene.views[1]);
+  for (FusionMap& map : maps) {
+    for (FusionPixel& pixel : map) pixel.flags = 0;
+  }
+  FuseAll(scene, {}, &maps);
+  EXPECT_EQ(outcome_counts(1, 60, 61)[PixelOutcome::kFused], 0);
+  EXPECT_GT(outcome_counts(1, 60, 61)[PixelOutcome::kCovered], 60);
+}
+
 TEST(Fusion, AWorldFarFromItsOriginIsAsPrecise) {
   RenderedScene scene = PlaneScene({}, {0, 0, -1});
   colmap_ext::Similarity shift;
