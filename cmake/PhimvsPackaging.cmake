@@ -5,6 +5,8 @@ install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/phimvs" RENAME colmap)
 install(PROGRAMS scripts/compare_with_colmap DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-compare-with-colmap)
 install(PROGRAMS scripts/eth3d DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-eth3d)
+install(PROGRAMS scripts/ablation DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-ablation)
+install(PROGRAMS scripts/points_lost DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-points-lost)
 install(FILES README.md LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
 

@@ -51,7 +51,7 @@ struct EstimationInput {
   // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
-  float depth_min = 0, depth_max = 0;     // robust range of the scene in this view, world units
+  float depth_min = 0, depth_max = 0;  // robust range of the scene in this view, world units
   // Second and later estimations start from `initial` and may use the sources' maps as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;
   std::vector<std::shared_ptr<const PlaneMap>> source_maps;  // empty, or parallel to sources
@@ -88,6 +88,14 @@ struct InferenceResult {
   FieldStatistics statistics;
 };
 
+// What a device worked on one stage.
+struct DeviceStageTime {
+  std::string stage;       // "estimation", "filter" or "inference"
+  int num_images = 0;      // calls
+  double seconds = 0;      // in which the device was busy with the stage
+  double num_samples = 0;  // bilinear samples of source images for ZNCC; 0: none, or not counted
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -99,6 +107,8 @@ class Backend {
                                 const InferenceOptions& options) = 0;
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.
   virtual std::int64_t PeakDeviceBytes() const { return 0; }
+  // For the same summary; empty where the host computes. Not while calls are under way.
+  virtual std::vector<DeviceStageTime> DeviceStageTimes() const { return {}; }
 };
 
 std::unique_ptr<Backend> MakeCpuBackend(int num_threads);  // num_threads <= 0: all

@@ -70,8 +70,9 @@ RunSummary HoleFilling::Run() {
   }
   store_.Drain();
   for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");
-  record_.Compact();
   Summarize(SecondsSince(begin));
+  record_.AddRun(SummaryJson(summary_, UtcNow()));
+  record_.Compact();
   return summary_;
 }
 
@@ -81,9 +82,7 @@ void HoleFilling::Summarize(double seconds) {
   summary_.peak_cache_bytes = store_.cache().peak_bytes();
   summary_.bytes_written = store_.writers().bytes_written();
   summary_.write_seconds = store_.writers().busy_seconds();
-  for (const auto& backend : backends_) {
-    summary_.devices.push_back({backend->Name(), backend->PeakDeviceBytes()});
-  }
+  for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));
 }
 
 void HoleFilling::FindMeasuredMaps() {

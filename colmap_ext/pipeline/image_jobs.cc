@@ -3,12 +3,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <system_error>
 #include <unordered_map>
 
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
+#include "phi/matching/cost_aggregation.h"
 #include "phi/view_selection.h"
 
 namespace colmap_ext {
@@ -40,17 +43,40 @@ std::string ViewKey(const Workspace& workspace, int image) {
   return key.Hex();
 }
 
-void SelectAutomaticSources(const Workspace& workspace, const phi::SparseScene& scene,
-                            const std::vector<PatchMatchProblem>& problems,
-                            const phi::ViewSelectionOptions& options, std::vector<ImageJob>* jobs) {
+// Best first, so that matching, which takes kMaxSourceViews at most, takes the best. Views that the selector does not rank
+// go last, in the order in which they were named.
+std::vector<int> RankSources(const phi::ViewSelector& selector, const std::vector<int>& sources,
+                             int reference, int num_views) {
+  std::vector<int> place(num_views, num_views);
+  int next = 0;
+  for (const phi::SourceView& source : selector.Select(reference, num_views)) place[source.view] = next++;
+  std::vector<int> ranked = sources;
+  std::stable_sort(ranked.begin(), ranked.end(), [&](int a, int b) { return place[a] < place[b]; });
+  return ranked;
+}
+
+void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
+                   const std::vector<PatchMatchProblem>& problems, const phi::ViewSelectionOptions& options,
+                   std::vector<ImageJob>* jobs) {
   const phi::ViewSelector selector(workspace.views(), scene, options);
+  const int num_views = static_cast<int>(workspace.views().size());
+  std::atomic<int> num_long_lists = 0;
   tbb::parallel_for(std::size_t{0}, problems.size(), [&](std::size_t j) {
+    const std::vector<int>& named = problems[j].sources;
+    if (named.size() > static_cast<std::size_t>(phi::kMaxSourceViews)) {
+      (*jobs)[j].sources = RankSources(selector, named, problems[j].reference, num_views);
+      ++num_long_lists;
+    }
     const int max_sources = std::min(problems[j].max_automatic_sources, options.num_source_views);
     if (max_sources <= 0) return;
     for (const phi::SourceView& source : selector.Select(problems[j].reference, max_sources)) {
       (*jobs)[j].sources.push_back(source.view);
     }
   });
+  if (num_long_lists == 0) return;
+  phi::LogWarning("patch-match.cfg names more than " + std::to_string(phi::kMaxSourceViews) +
+                  " source images for " + std::to_string(num_long_lists) + " images: matching takes the " +
+                  std::to_string(phi::kMaxSourceViews) + " best of them, the consistency filters take all");
 }
 
 std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
@@ -105,7 +131,7 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
     jobs[j].sources = problems[j].sources;
     job_of_image[problems[j].reference] = static_cast<int>(j);
   }
-  SelectAutomaticSources(workspace, scene, problems, options, &jobs);
+  SelectSources(workspace, scene, problems, options, &jobs);
   const std::string scene_key = SceneKey(scene);
   for (ImageJob& job : jobs) {
     ResultKey key;

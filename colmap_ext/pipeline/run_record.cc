@@ -67,6 +67,9 @@ void RunRecord::ReadFile() {
     const Json json = Json::parse(file);
     options_hash_ = json.at("options_hash").get<std::string>();
     options_ = json.at("options").get<std::map<std::string, std::string>>();
+    if (json.contains("runs")) {
+      for (const Json& run : json["runs"]) runs_.push_back(Dump(run, -1));
+    }
     for (const auto& [image, kinds] : json.at("images").items()) {
       for (const auto& [kind, record] : kinds.items()) tasks_[{image, kind}] = FromJson(record);
     }
@@ -121,17 +124,26 @@ void RunRecord::Forget(const Task& task) {
   tasks_.erase(task);
 }
 
+void RunRecord::AddRun(const std::string& summary_json) {
+  constexpr std::size_t kMaxRuns = 20;
+  std::lock_guard<std::mutex> lock(mutex_);
+  runs_.push_back(summary_json);
+  if (runs_.size() > kMaxRuns) runs_.pop_front();
+}
+
 void RunRecord::Compact() {
   std::lock_guard<std::mutex> lock(mutex_);
   CompactLocked();
 }
 
 void RunRecord::CompactLocked() {
-  Json images = Json::object();
+  Json images = Json::object(), runs = Json::array();
+  for (const std::string& run : runs_) runs.push_back(Json::parse(run));
   for (const auto& [task, record] : tasks_) images[task.first][task.second] = ToJson(record);
   const Json json = {{"version", PHIMVS_VERSION},
                      {"options", options_},
                      {"options_hash", options_hash_},
+                     {"runs", runs},
                      {"images", images}};
   WriteFileAtomically(path_, Dump(json, 1) + "\n");
   std::filesystem::remove(journal_path_);

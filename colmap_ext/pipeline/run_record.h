@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -40,6 +41,8 @@ class RunRecord {
   void Begin(const std::vector<Task>& tasks, const std::vector<std::string>& keys);
   void Finish(const Task& task, const TaskRecord& record);
   void Forget(const Task& task);
+  // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
+  void AddRun(const std::string& summary_json);
   // Rewrites phimvs.json and removes the journal.
   void Compact();
 
@@ -53,6 +56,7 @@ class RunRecord {
   std::map<Task, TaskRecord> tasks_;
   std::map<std::string, std::string> options_;
   std::string options_hash_;
+  std::deque<std::string> runs_;  // JSON objects, oldest first
 };
 
 }  // namespace colmap_ext

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
+
+#include <nlohmann/json.hpp>
 
 namespace colmap_ext {
 namespace {
@@ -22,6 +25,15 @@ std::string Format(const char* format, Args... args) {
 
 }  // namespace
 
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts = {};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
 std::int64_t PeakHostBytes() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
@@ -35,6 +47,10 @@ std::int64_t AvailableHostBytes() {
     if (std::ifstream(path) >> limit && limit > 0) num_bytes = std::min(num_bytes, limit);
   }
   return num_bytes;
+}
+
+DeviceSummary SummarizeDevice(const phi::Backend& backend) {
+  return {backend.Name(), backend.PeakDeviceBytes(), backend.DeviceStageTimes()};
 }
 
 std::vector<std::string> SummaryLines(const RunSummary& summary) {
@@ -67,6 +83,39 @@ std::vector<std::string> SummaryLines(const RunSummary& summary) {
     lines.push_back(Format("  and %zu more, see phimvs.json", summary.failures.size() - kMaxListedFailures));
   }
   return lines;
+}
+
+std::string SummaryJson(const RunSummary& summary, const std::string& finished) {
+  using Json = nlohmann::ordered_json;
+  Json stages = Json::array(), devices = Json::array();
+  for (const StageSummary& stage : summary.stages) {
+    if (stage.num_made > 0)
+      stages.push_back({{"stage", stage.name}, {"images", stage.num_made}, {"seconds", stage.seconds}});
+  }
+  for (const DeviceSummary& device : summary.devices) {
+    Json times = Json::array();
+    for (const phi::DeviceStageTime& time : device.stages) {
+      Json entry = {{"stage", time.stage}, {"images", time.num_images}, {"seconds", time.seconds}};
+      if (time.num_samples > 0) entry["samples_per_second"] = time.num_samples / time.seconds;
+      times.push_back(entry);
+    }
+    devices.push_back({{"name", device.name}, {"peak_memory_bytes", device.peak_bytes}, {"stages", times}});
+  }
+  const int num_made = summary.num_images - summary.num_images_kept;
+  const Json json = {{"finished", finished},
+                     {"seconds", summary.seconds},
+                     {"images", summary.num_images},
+                     {"images_kept", summary.num_images_kept},
+                     {"images_failed", summary.failures.size()},
+                     {"images_per_second", summary.seconds > 0 ? num_made / summary.seconds : 0.0},
+                     {"stages", stages},
+                     {"devices", devices},
+                     {"peak_memory_bytes", summary.peak_host_bytes},
+                     {"peak_cache_bytes", summary.peak_cache_bytes},
+                     {"bytes_written", summary.bytes_written},
+                     {"bytes_per_second_and_writer",
+                      summary.write_seconds > 0 ? summary.bytes_written / summary.write_seconds : 0.0}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace colmap_ext

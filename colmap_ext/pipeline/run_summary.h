@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "phi/backend.h"
+
 namespace colmap_ext {
 
 struct StageSummary {
@@ -22,6 +24,7 @@ struct FailedImage {
 struct DeviceSummary {
   std::string name;
   std::int64_t peak_bytes = 0;  // 0: not told
+  std::vector<phi::DeviceStageTime> stages;
 };
 
 struct RunSummary {
@@ -37,6 +40,10 @@ struct RunSummary {
   double write_seconds = 0;  // summed over the writers
 };
 
+DeviceSummary SummarizeDevice(const phi::Backend& backend);
+
+// The time of day, UTC, ISO 8601.
+std::string UtcNow();
 // Peak resident memory of this process.
 std::int64_t PeakHostBytes();
 // Memory that this process may use: the machine's, or its control group's limit.
@@ -44,5 +51,8 @@ std::int64_t AvailableHostBytes();
 
 // One line of log for each entry.
 std::vector<std::string> SummaryLines(const RunSummary& summary);
+
+// The same as a JSON object, for phimvs.json. `finished`: when, as UtcNow tells it.
+std::string SummaryJson(const RunSummary& summary, const std::string& finished);
 
 }  // namespace colmap_ext

@@ -35,7 +35,7 @@ std::string EstimateKind(const PipelineOptions& options);
 // One reference image of patch-match.cfg.
 struct ImageJob {
   int image = 0;                 // index into the workspace's views
-  std::vector<int> sources;      // likewise, best first
+  std::vector<int> sources;      // likewise, best first; matching takes phi::kMaxSourceViews at most
   std::vector<int> source_jobs;  // parallel to sources: index of the job that makes the source's map, or -1
   std::string input_key;         // hash of cameras, image files and sparse points
   bool file_is_missing = false;

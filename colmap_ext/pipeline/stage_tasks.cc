@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
 
@@ -106,6 +107,7 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::ve
                                                     std::vector<std::string>* warnings) const {
   std::vector<phi::ViewImage> sources;
   for (std::size_t i = 0; i < job.sources.size(); ++i) {
+    if (sources.size() == static_cast<std::size_t>(phi::kMaxSourceViews)) break;
     try {
       sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));

@@ -78,9 +78,10 @@ RunSummary StereoPipeline::Run() {
   }
   store_.Drain();
   RemoveIntermediateFiles();
+  Summarize(SecondsSince(begin));
+  if (summary_.num_images_kept < summary_.num_images) record_.AddRun(SummaryJson(summary_, UtcNow()));
   record_.Compact();
   progress_.reset();
-  Summarize(SecondsSince(begin));
   return summary_;
 }
 
@@ -229,8 +230,7 @@ void StereoPipeline::Summarize(double seconds) {
   summary_.peak_cache_bytes = store_.cache().peak_bytes();
   summary_.bytes_written = store_.writers().bytes_written();
   summary_.write_seconds = store_.writers().busy_seconds();
-  for (const auto& backend : backends_)
-    summary_.devices.push_back({backend->Name(), backend->PeakDeviceBytes()});
+  for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));
 }
 
 bool StereoPipeline::WritesCost(int stage) const {

@@ -22,6 +22,8 @@ function duration(seconds) {
   return (seconds / 3600).toFixed(1) + ' h';
 }
 
+const gigabytes = (bytes) => (bytes / 1e9).toFixed(2) + ' GB';
+
 function fillTable(table, rows) {
   rows.forEach((cells, r) => {
     const row = make('tr');
@@ -44,9 +46,15 @@ function showSummary() {
     const t = Math.min(1, e.tolerances.length - 1);
     tiles.push([e.f1[t].toFixed(1), `F1 at ${e.tolerances[t]}`]);
   }
-  if (stages.length) {
+  const runs = report.runs || [];
+  if (runs.length) {
+    tiles.push([duration(runs.reduce((a, r) => a + r.seconds, 0)), runs.length > 1 ? `of stereo in ${runs.length} runs` : 'of stereo']);
+    tiles.push([gigabytes(Math.max(...runs.map((r) => r.peak_memory_bytes))), 'most memory']);
+    const device = Math.max(...runs.flatMap((r) => r.devices.map((d) => d.peak_memory_bytes)));
+    if (device > 0) tiles.push([gigabytes(device), 'most GPU memory']);
+  } else if (stages.length) {  // an interrupted run tells of its tasks only
     tiles.push([duration(stages.reduce((a, s) => a + s.seconds, 0)), 'of stereo tasks']);
-    tiles.push([(Math.max(...stages.map((s) => s.peak_memory_bytes)) / 1e9).toFixed(2) + ' GB', 'most memory']);
+    tiles.push([gigabytes(Math.max(...stages.map((s) => s.peak_memory_bytes))), 'most memory']);
   }
   for (const [value, label] of tiles) {
     const tile = make('div', 'tile');
@@ -129,16 +137,38 @@ function showScores() {
   });
 }
 
+// Wall time by stage of every run that ended, and what the last one used.
+function showRuns(runs) {
+  if (!runs.length) return;
+  const rows = [['run', 'stage', 'images', 'seconds', 'seconds/image', 'ZNCC samples/s']];
+  const row = (run, name, images, seconds, samples) => rows.push([run, name, images, seconds.toFixed(2),
+    (seconds / Math.max(1, images)).toFixed(3), samples ? samples.toExponential(2) : '']);
+  for (const r of runs) {
+    for (const s of r.stages) row(r.finished, s.stage, s.images, s.seconds);
+    for (const d of r.devices) {
+      for (const s of d.stages) row(r.finished, `${s.stage}, device time of ${d.name}`, s.images, s.seconds, s.samples_per_second);
+    }
+    row(r.finished, 'all', r.images - r.images_kept, r.seconds);
+  }
+  fillTable(byId('run-table'), rows);
+  const last = runs[runs.length - 1];
+  const parts = [`${last.images_per_second.toFixed(3)} images/s`, `${gigabytes(last.peak_memory_bytes)} of memory at most`,
+    ...last.devices.filter((d) => d.peak_memory_bytes > 0).map((d) => `${gigabytes(d.peak_memory_bytes)} on ${d.name}`),
+    `${gigabytes(last.bytes_written)} of maps written at ${(last.bytes_per_second_and_writer / 1e6).toFixed(0)} MB/s a writer`];
+  byId('run-figures').textContent = `Last run: ${parts.join(', ')}. Stages: wall time.`;
+}
+
 function showTimes() {
   const stages = Object.entries(report.stages || {});
   if (!stages.length) return;
   byId('times').hidden = false;
+  showRuns(report.runs || []);
   const rows = [['stage', 'images', 'failed', 'seconds', 'seconds/image', 'peak memory MB']];
   for (const [name, s] of stages) {
     rows.push([name, s.done, s.failed, s.seconds.toFixed(2), (s.seconds / Math.max(1, s.done)).toFixed(3),
       (s.peak_memory_bytes / 1e6).toFixed(0)]);
   }
-  fillTable(byId('times').querySelector('table'), rows);
+  fillTable(byId('task-table'), rows);
 }
 
 function showSettings() {

@@ -38,6 +38,7 @@ void AddRun(const std::filesystem::path& record_path, Json& report) {
   const Json record = ReadJson(record_path);
   report["version"] = record.value("version", "");
   report["options"] = record.value("options", Json::object());
+  report["runs"] = record.value("runs", Json::array());
   Json stages = Json::object();
   const Json images = record.value("images", Json::object());
   for (const auto& [image, kinds] : images.items()) {

@@ -63,18 +63,17 @@ class ComparisonScripts : public testing::Test {
     }
     WritePly(folder_ / "exact.ply", world_);
     // patch_match_stereo leaves the exact maps, stereo_fusion the exact points; the rest is the real program.
-    WriteProgram(
-        folder_ / "phimvs",
-        "echo \"$*\" >> '" + (folder_ / "calls").string() +
-            "'\n"
-            "case $1 in\n"
-            "patch_match_stereo) workspace=$3; cd '" +
-            TruthDepths().string() +
-            "'; for f in *; do cp \"$f\" \"$workspace/stereo/depth_maps/${f%.bin}.geometric.bin\"; done ;;\n"
-            "stereo_fusion) cp '" +
-            (folder_ / "exact.ply").string() +
-            "' \"$5\" ;;\n"
-            "*) exec '" PHIMVS_BINARY "' \"$@\" ;;\nesac\n");
+    WriteProgram(folder_ / "phimvs", "echo \"$*\" >> '" + (folder_ / "calls").string() +
+                                         "'\n"
+                                         "case $1 in\n"
+                                         "patch_match_stereo) workspace=$3; cd '" +
+                                         TruthDepths().string() +
+                                         "'; for f in *; do for k in photometric geometric; do cp \"$f\" "
+                                         "\"$workspace/stereo/depth_maps/${f%.bin}.$k.bin\"; done; done ;;\n"
+                                         "stereo_fusion) cp '" +
+                                         (folder_ / "exact.ply").string() +
+                                         "' \"$5\" ;;\n"
+                                         "*) exec '" PHIMVS_BINARY "' \"$@\" ;;\nesac\n");
   }
 
   // The folder of the exact depth maps, files <image name>.bin.
@@ -168,6 +167,34 @@ TEST_F(ComparisonScripts, Eth3dSaysWhatLayoutItWants) {
   EXPECT_THAT(result.errors, HasSubstr("scan_alignment.mlp"));
 }
 
+// The stand-in's maps and points are exact in every row: full marks, and a table of each heading that was asked for.
+TEST_F(ComparisonScripts, AblationRunsRowsOnceAndWritesTables) {
+  const std::vector<std::string> arguments{"--output_path",
+                                           folder_ / "out",
+                                           "--phimvs",
+                                           folder_ / "phimvs",
+                                           "--tables",
+                                           "Filling,Formulas",
+                                           "--scene",
+                                           "tiny",
+                                           *room_ / "room/dense",
+                                           folder_ / "exact.ply",
+                                           TruthDepths(),
+                                           "1"};
+  const ProgramResult first = Script("ablation", arguments);
+  ASSERT_EQ(first.exit_code, 0) << first.output << first.errors;
+  const std::string tables = ReadBytes(folder_ / "out/tables.md");
+  EXPECT_THAT(tables, HasSubstr("### Filling"));
+  EXPECT_THAT(tables, HasSubstr("### Formulas"));
+  EXPECT_THAT(tables, Not(HasSubstr("### Windows")));
+  EXPECT_THAT(tables, HasSubstr("| min_cost | 100.00 | 100.00 | 100.00 | 100.00 | 100.00 | 100.00 | "));
+  const std::string calls = ReadBytes(folder_ / "calls");
+  EXPECT_THAT(calls, HasSubstr("--PhiInference.mode min_cost"));
+  EXPECT_THAT(calls, HasSubstr("--PhiStereo.formulas paper"));
+  ASSERT_EQ(Script("ablation", arguments).exit_code, 0);
+  EXPECT_EQ(ReadBytes(folder_ / "calls"), calls) << "nothing runs twice";
+}
+
 class CompareWithColmap : public ComparisonScripts {
  protected:
   // A COLMAP whose head line is `head` and that runs as the stand-in does.
@@ -194,8 +221,54 @@ TEST_F(CompareWithColmap, RunsBothAndCrossesFusers) {
   EXPECT_GT(summary["maps"]["colmap"]["coverage"].get<double>(), 50);
   EXPECT_GT(summary["maps"]["phimvs"]["seconds"].get<double>(), 0);
   EXPECT_TRUE(summary["notes"].empty()) << summary["notes"];
+  EXPECT_EQ(summary["colmap"]["stereo"], "COLMAP 3.11.1 -- with (Commit x on y with CUDA)");
   EXPECT_THAT(ReadBytes(folder_ / "out/report.html"), HasSubstr("Difference to COLMAP"));
   EXPECT_FALSE(fs::exists(*room_ / "room/dense/stereo/phimvs.json")) << "the workspace itself is not changed";
+}
+
+// A module that answers as a pycolmap with CUDA does; its stereo and fusion are the stand-ins'.
+TEST_F(CompareWithColmap, TakesPycolmapWhereNoProgramHasCuda) {
+  const std::string stand_in = (folder_ / "phimvs").string();
+  WriteBytes(folder_ / "modules/pycolmap.py",
+             "import subprocess\n"
+             "__version__, has_cuda = '4.2.1', True\n"
+             "class PatchMatchOptions:\n"
+             "  geom_consistency, num_iterations, filter_min_ncc = False, 5, 0.1\n"
+             "def patch_match_stereo(workspace, options):\n"
+             "  print('options', options.geom_consistency, options.num_iterations, options.filter_min_ncc)\n"
+             "  subprocess.run(['" +
+                 stand_in +
+                 "', 'patch_match_stereo', '--workspace_path', workspace], check=True)\n"
+                 "def stereo_fusion(cloud, workspace, output_type):\n"
+                 "  assert output_type == 'PLY'\n"
+                 "  subprocess.run(['" +
+                 stand_in +
+                 "', 'stereo_fusion', '--workspace_path', workspace, '--output_path', cloud],"
+                 " check=True)\n");
+  WriteProgram(folder_ / "python",
+               "PYTHONPATH='" + (folder_ / "modules").string() + "' exec python3 \"$@\"\n");
+  const ProgramResult result = Script(
+      "compare_with_colmap",
+      {"--workspace_path", *room_ / "room/dense", "--output_path", folder_ / "out", "--truth_path",
+       folder_ / "exact.ply", "--phimvs", folder_ / "phimvs", "--colmap", "", "--python", folder_ / "python",
+       "--colmap_options", "--PatchMatchStereo.num_iterations 3 --PatchMatchStereo.filter_min_ncc 0.2"});
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  EXPECT_EQ(Summary()["colmap"]["stereo"], "pycolmap 4.2.1");
+  EXPECT_EQ(Summary()["clouds"].size(), 4u);
+  EXPECT_TRUE(Summary()["notes"].empty()) << Summary()["notes"];
+  EXPECT_THAT(ReadBytes(folder_ / "out/colmap.log"), HasSubstr("options True 3 0.2"));
+
+  fs::remove(folder_ / "calls");
+  ASSERT_EQ(Script("compare_with_colmap",
+                   {"--workspace_path", *room_ / "room/dense", "--output_path", folder_ / "out",
+                    "--truth_path", folder_ / "exact.ply", "--phimvs", folder_ / "phimvs", "--colmap", "",
+                    "--python", folder_ / "python", "--colmap_options",
+                    "--PatchMatchStereo.num_iterations 3 --PatchMatchStereo.filter_min_ncc 0.2"})
+                .exit_code,
+            0);
+  EXPECT_FALSE(fs::exists(folder_ / "calls") &&
+               ReadBytes(folder_ / "calls").find("patch_match_stereo") != std::string::npos)
+      << "whole steps are not run again";
 }
 
 TEST_F(CompareWithColmap, SaysWhatIsMissingWithoutCudaAndMaps) {

@@ -53,9 +53,14 @@ void WriteWorkspace(const std::filesystem::path& dense) {
   colmap_ext::WriteDepthMap(maps / "a.png.geometric.bin", geometric);
   std::filesystem::create_directories(dense / "stereo/filled_masks");
   cv::imwrite((dense / "stereo/filled_masks/a.png.png").string(), filled);
-  WriteBytes(
-      dense / "stereo/phimvs.json",
-      R"({"version": "1.2.3", "options": {"PhiStereo.quality": "fast"}, "options_hash": "h", "images": {"a.png":
+  WriteBytes(dense / "stereo/phimvs.json",
+             R"({"version": "1.2.3", "options": {"PhiStereo.quality": "fast"}, "options_hash": "h",
+             "runs": [{"finished": "2025-01-02T03:04:05Z", "seconds": 3.5, "images": 1, "images_kept": 0, "images_failed": 0,
+              "images_per_second": 0.286, "stages": [{"stage": "photometric", "images": 1, "seconds": 2.25}],
+              "devices": [{"name": "cuda:0 Card", "peak_memory_bytes": 1250000000,
+                           "stages": [{"stage": "estimation", "images": 1, "seconds": 2, "samples_per_second": 9.1e11}]}],
+              "peak_memory_bytes": 2340000000, "peak_cache_bytes": 1, "bytes_written": 400000000,
+              "bytes_per_second_and_writer": 120000000}], "images": {"a.png":
              {"photometric": {"state": "done", "key": "k", "seconds": 2.5, "peak_memory_bytes": 5000000,
               "warnings": ["</script> sees <one> view"]}}}})");
   WriteBytes(dense / "fused.ply",
@@ -98,6 +103,7 @@ TEST_F(ReportCommand, TellsCoverageTimesSettingsAndScores) {
   EXPECT_EQ(image["filled"], 25.0);
   EXPECT_EQ(data["stages"]["photometric"]["seconds"], 2.5);
   EXPECT_EQ(data["stages"]["photometric"]["peak_memory_bytes"], 5000000);
+  EXPECT_EQ(data["runs"][0]["stages"][0]["seconds"], 2.25);
   EXPECT_EQ(data["options"]["PhiStereo.quality"], "fast");
   EXPECT_EQ(data["warnings"][0], "a.png (photometric): </script> sees <one> view");
   EXPECT_EQ(data["evaluations"][0]["name"], "ours");

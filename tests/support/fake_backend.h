@@ -21,6 +21,8 @@ struct FakeCalls {
   std::atomic<int> guided{0};  // estimations that got maps to start from
   // Called at the start of each call with the stage ("estimate", ...) and the reference's name; may throw.
   std::function<void(const std::string& stage, const std::string& image)> on_call;
+  std::function<void(const phi::EstimationInput& input)> on_estimate;
+  std::atomic<int> most_filter_sources{0};
   std::chrono::milliseconds duration{0};
 };
 
@@ -30,12 +32,17 @@ class FakeBackend : public phi::Backend {
 
   std::string Name() const override { return "fake"; }
   int NumConcurrentImages() const override { return num_concurrent_; }
+  std::int64_t PeakDeviceBytes() const override { return 3000000; }
+  std::vector<phi::DeviceStageTime> DeviceStageTimes() const override {
+    return {{"estimation", 5, 0.5, 1e9}};
+  }
 
   // Depth: a number of the pixel, the seed, the images and the maps that came in. Every fifth pixel has none.
   phi::EstimationResult Estimate(const phi::EstimationInput& input,
                                  const phi::StereoOptions& options) override {
     const Call call(this, "estimate", *input.reference.view);
     ++calls_.estimates;
+    if (calls_.on_estimate) calls_.on_estimate(input);
     if (input.initial) ++calls_.guided;
     const phi::GrayImage& gray = *input.reference.image;
     phi::EstimationResult result{phi::PlaneMap(gray.width(), gray.height()),
@@ -54,6 +61,8 @@ class FakeBackend : public phi::Backend {
   phi::PlaneMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
     const Call call(this, "filter", *input.reference.view);
     ++calls_.filters;
+    calls_.most_filter_sources =
+        std::max<int>(calls_.most_filter_sources, static_cast<int>(input.sources.size()));
     phi::PlaneMap map = *input.reference.map;
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;

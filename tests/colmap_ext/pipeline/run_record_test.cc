@@ -57,6 +57,18 @@ TEST_F(RunRecordTest, JsonHoldsVersionOptionsAndTasks) {
   EXPECT_EQ(json["images"]["a"]["measured"]["seconds"], 1.5);
 }
 
+TEST_F(RunRecordTest, KeepsTheLastRuns) {
+  for (int run = 0; run < 23; ++run) {
+    RunRecord record(folder_.path());
+    record.AddRun(R"({"seconds": )" + std::to_string(run) + "}");
+    record.Compact();
+  }
+  const auto runs = nlohmann::json::parse(test_support::ReadBytes(Json()))["runs"];
+  ASSERT_EQ(runs.size(), 20u);
+  EXPECT_EQ(runs[0]["seconds"], 3);
+  EXPECT_EQ(runs[19]["seconds"], 22);
+}
+
 TEST_F(RunRecordTest, FinishingATaskDoesNotRewriteTheFile) {
   RunRecord record(folder_.path());
   record.Begin({{"a", "measured"}, {"b", "measured"}}, {"k", "l"});

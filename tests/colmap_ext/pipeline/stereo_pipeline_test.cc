@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "colmap_ext/map_file.h"
@@ -82,6 +85,53 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
   EXPECT_EQ(calls_.estimates, kNumImages);
   EXPECT_EQ(calls_.inferences, kNumImages);
   EXPECT_EQ(calls_.filters, 2 * kNumImages);
+}
+
+TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
+  Run();
+  Run();  // finds everything done: no run worth a line
+  const auto record = nlohmann::json::parse(test_support::ReadBytes(folder_ / "stereo/phimvs.json"));
+  ASSERT_EQ(record["runs"].size(), 1u);
+  const auto& run = record["runs"][0];
+  ASSERT_EQ(run["stages"].size(), 4u) << run.dump(1);
+  double seconds = 0;
+  for (const auto& stage : run["stages"]) {
+    EXPECT_EQ(stage["images"], kNumImages);
+    seconds += stage["seconds"].get<double>();
+  }
+  EXPECT_GT(seconds, 0);
+  EXPECT_LE(seconds, run["seconds"].get<double>());
+  EXPECT_NEAR(run["images_per_second"].get<double>() * run["seconds"].get<double>(), kNumImages, 1e-9);
+  EXPECT_EQ(run["devices"][0]["name"], "fake");
+  EXPECT_EQ(run["devices"][0]["peak_memory_bytes"], 3000000);
+  EXPECT_EQ(run["devices"][0]["stages"][0]["samples_per_second"], 2e9);
+  std::int64_t num_bytes = 0;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder_ / "stereo")) {
+    if (file.path().extension() == ".bin") num_bytes += static_cast<std::int64_t>(file.file_size());
+  }
+  EXPECT_NEAR(run["bytes_written"].get<double>(), num_bytes, 0.1 * num_bytes) << "masks come on top";
+  EXPECT_GT(run["bytes_per_second_and_writer"].get<double>(), 0);
+  EXPECT_GT(run["peak_memory_bytes"].get<std::int64_t>(), 1000000);
+}
+
+// Cameras in a row, all named as sources of all: matching takes 32 of them, those that see most of the same points from
+// near by, and the filters take all.
+TEST_F(StereoPipelineTest, MatchesInTheBestOfALongListOfSources) {
+  TemporaryFolder other;
+  test_support::WriteNoiseWorkspace(other.path(), {.num_images = 40});
+  std::mutex mutex;
+  std::map<std::string, std::vector<std::string>> matched;
+  calls_.on_estimate = [&](const phi::EstimationInput& input) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (const phi::ViewImage& source : input.sources) {
+      matched[input.reference.view->name].push_back(source.view->name);
+    }
+  };
+  EXPECT_TRUE(Run(other.path()).failures.empty());
+  ASSERT_EQ(matched.size(), 40u);
+  for (const auto& [reference, sources] : matched) EXPECT_THAT(sources, SizeIs(32)) << reference;
+  EXPECT_THAT(matched["a/5.png"], ::testing::IsSupersetOf({"a/4.png", "a/6.png"}));
+  EXPECT_EQ(calls_.most_filter_sources, 39);
 }
 
 TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
