@@ -140,9 +140,9 @@ function showScores() {
 // Wall time by stage of every run that ended, and what the last one used.
 function showRuns(runs) {
   if (!runs.length) return;
-  const rows = [['run', 'stage', 'images', 'seconds', 'seconds/image', 'ZNCC samples/s']];
-  const row = (run, name, images, seconds, samples) => rows.push([run, name, images, seconds.toFixed(2),
-    (seconds / Math.max(1, images)).toFixed(3), samples ? samples.toExponential(2) : '']);
+  const rows = [['stage', 'images', 'seconds', 'seconds/image', 'ZNCC samples/s', 'run that ended']];
+  const row = (run, name, images, seconds, samples) => rows.push([name, images, seconds.toFixed(2),
+    (seconds / Math.max(1, images)).toFixed(3), samples ? samples.toExponential(2) : '', run]);
   for (const r of runs) {
     for (const s of r.stages) row(r.finished, s.stage, s.images, s.seconds);
     for (const d of r.devices) {
