@@ -52,6 +52,8 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
                     "Which measurements make a point");
   parser->Add("PhiFusion.min_support", &fusion.rule.min_support,
               "Least sum of the other images' agreements, each between 0 and 1");
+  parser->Add("PhiFusion.min_support_inferred", &fusion.rule.min_support_inferred,
+              "The same for pixels whose depth was inferred, if larger than min_support");
   parser->Add("PhiFusion.max_conflicts", &fusion.rule.max_conflicts,
               "Most images that see through a point, for each that supports it");
   parser->Add("PhiFusion.max_memory_gb", &fusion.max_memory_gb, "Memory for maps; 0: half of the computer's")

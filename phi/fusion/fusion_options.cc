@@ -27,6 +27,8 @@ std::string FusionOptions::Check() const {
   Require(max_normal_error > 0 && max_normal_error <= 90, "--StereoFusion.max_normal_error", max_normal_error,
           "in (0, 90] degrees", &message);
   Require(min_support >= 0, "--PhiFusion.min_support", min_support, "at least 0", &message);
+  Require(min_support_inferred >= 0, "--PhiFusion.min_support_inferred", min_support_inferred, "at least 0",
+          &message);
   Require(max_conflicts >= 0, "--PhiFusion.max_conflicts", max_conflicts, "at least 0", &message);
   return message;
 }

@@ -22,8 +22,11 @@ struct FusionOptions {
   double max_normal_error = 30;
   // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]
   double min_support = 0.6;
+  // --PhiFusion.min_support_inferred: the same for a pixel whose depth was inferred, if larger. Below 1 a single image
+  // in close agreement is enough.
+  double min_support_inferred = 0.9;
   // --PhiFusion.max_conflicts: images that see through the point, per image that supports it
-  double max_conflicts = 1;
+  double max_conflicts = 0.5;
   std::string Check() const;
 };
 

@@ -17,6 +17,8 @@ FusionGates MakeGates(const FusionOptions& options) {
   gates.max_depth_error = static_cast<float>(options.max_depth_error);
   gates.min_normal_cosine = static_cast<float>(std::cos(options.max_normal_error * M_PI / 180));
   gates.min_support = static_cast<float>(options.min_support);
+  gates.min_support_inferred =
+      static_cast<float>(std::max(options.min_support, options.min_support_inferred));
   gates.max_conflicts = static_cast<float>(options.max_conflicts);
   gates.min_num_views = options.min_num_views;
   gates.max_num_views = options.max_num_views;
@@ -121,7 +123,9 @@ PixelOutcome ImageFuser::FusePixel(const ReferenceRun& reference, const SupportR
   if (run.num_agreeing[i] < gates_.min_num_views) return Diagnose(run, i, gates_.min_num_views);
   const int num_views = run.num_views[i];
   if (num_views < gates_.min_num_views || !HasPixel(run.reference.agrees, i)) return PixelOutcome::kDepth;
-  if (gates_.min_num_views > 1 && run.support[i] < gates_.min_support) return PixelOutcome::kWeakSupport;
+  const bool inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
+  const float min_support = inferred ? gates_.min_support_inferred : gates_.min_support;
+  if (gates_.min_num_views > 1 && run.support[i] < min_support) return PixelOutcome::kWeakSupport;
   const float num_conflicts = static_cast<float>(run.num_seen_through[i]);
   if (num_conflicts > gates_.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
 

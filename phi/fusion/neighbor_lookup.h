@@ -22,8 +22,8 @@ struct FusionGates {
   float max_reproj_error = 2;
   float max_depth_error = 0.01f;
   float min_normal_cosine = 0.866f;
-  float min_support = 0.6f;
-  float max_conflicts = 1;
+  float min_support = 0.6f, min_support_inferred = 0.9f;
+  float max_conflicts = 0.5f;
   int min_num_views = 2;
   int max_num_views = 10000;
 };

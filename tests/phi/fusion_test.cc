@@ -316,6 +316,30 @@ TEST(Fusion, InferredWhenMostMeasurementsAre) {
   }
 }
 
+TEST(Fusion, AnInferredPixelNeedsACloserAgreement) {
+  const RenderedScene scene = PlaneScene({.num_views = 2}, {0, 0, -1});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  // The other image is 0.9 % off, 0.45 % from the median: its agreement is 1 - 0.45^2 = 0.80, less a little.
+  for (FusionPixel& pixel : maps[1]) pixel.depth *= 1.009f;
+  const auto outcomes = [&] { return MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61).outcomes; };
+  EXPECT_GT(outcomes()[PixelOutcome::kFused], 100);
+  EXPECT_EQ(outcomes()[PixelOutcome::kWeakSupport], 0);
+  for (FusionPixel& pixel : maps[0]) pixel.flags = FusionPixel::kInferred;
+  EXPECT_EQ(outcomes()[PixelOutcome::kFused], 0);
+  EXPECT_GT(outcomes()[PixelOutcome::kWeakSupport], 100);
+}
+
+TEST(Fusion, AnImageThatSeesThroughOutweighsASingleSupport) {
+  const RenderedScene scene = PlaneScene({.num_views = 4}, {0, 0, -1});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[3]) pixel.depth *= 1.3f;
+  for (FusionPixel& pixel : maps[2]) pixel.depth = 0;
+  const auto outcomes = [&] { return MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61).outcomes; };
+  EXPECT_GT(outcomes()[PixelOutcome::kSeenThrough], 100);
+  maps[2] = MakeMaps(scene)[2];
+  EXPECT_GT(outcomes()[PixelOutcome::kFused], 100);  // two images support it, one sees through
+}
+
 TEST(Fusion, DropsPointsOutsideTheBox) {
   const RenderedScene scene = PlaneScene();
   std::vector<FusionMap> maps = MakeMaps(scene);
