@@ -141,6 +141,7 @@ HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& g
   const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kEmitted} << 24);
   const Mask emitted = hn::RebindMask(Floats(), hn::TestBit(color, flag));
   const Mask candidates = hn::And(compared, hn::And(close, emitted));
+  if (hn::AllFalse(Floats(), candidates)) return candidates;
   return hn::And(candidates, SamplesFinely(neighbor, part, s));
 }
 
@@ -169,6 +170,12 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
 
   const Meeting m = Meet(neighbor, gates, part, s, words);
   const Mask compared = hn::And(near, m.meets);
+  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
+  const Mask covered =
+      neighbor.earlier ? FindCovered(neighbor, gates, part, s, m.reproj_error, color, compared) : none;
+  if (hn::AllFalse(df, hn::AndNot(covered, has_depth)))
+    return covered;  // nothing else matters of these pixels
+
   const Mask depth_agrees = hn::And(compared, hn::Le(hn::Abs(m.relative_depth), Set(gates.max_depth_error)));
   const Mask reproj_agrees = hn::And(depth_agrees, hn::Le(m.reproj_error, Set(gates.max_reproj_error)));
   const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
@@ -178,7 +185,6 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
   Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
 
-  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
   const VF agreement = hn::Mul(SoftAgreement(m.reproj_error, gates.max_reproj_error),
                                SoftAgreement(hn::Sub(Set(1), cosine), 1 - gates.min_normal_cosine));
   answer->agrees |= ToBits(agrees, first);
@@ -186,7 +192,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   Store(agreement, answer->agreement + first);
   StoreNormal(RotateBack(neighbor.view.rotation, m.normal), first, answer);
   hn::Store(color, Words(), answer->color + first);
-  return neighbor.earlier ? FindCovered(neighbor, gates, part, s, m.reproj_error, color, compared) : none;
+  return covered;
 }
 
 // Asks the neighbour about the run's pixels `wanted`; returns those that it covers.
