@@ -76,6 +76,18 @@ class CudaBackend : public Backend {
 
   std::int64_t PeakDeviceBytes() const override { return device_->peak_bytes; }
 
+  std::vector<DeviceStageTime> DeviceStageTimes() const override {
+    std::vector<DeviceStageTime> times;
+    for (const auto& [name, stage] : {std::pair{"estimation", DeviceTimes::kEstimation},
+                                      {"inference", DeviceTimes::kInference},
+                                      {"filter", DeviceTimes::kFilter}}) {
+      const StageTime& time = device_->times.stage(stage);
+      if (time.num_images() > 0)
+        times.push_back({name, time.num_images(), time.BusySeconds(), time.samples()});
+    }
+    return times;
+  }
+
   EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
   }
