@@ -6,9 +6,9 @@ namespace {
 __device__ bool Keeps(const FilterLaunch& f, int x, int y) {
   const PlaneHypothesis h = f.map(x, y);
   if (!(h.depth > 0)) return false;
-  const bool inferred = f.filled.data != nullptr && f.filled(x, y) != 0;
-  if (f.cost.data != nullptr && !inferred && f.cost(x, y) > f.max_cost) return false;
-  const int required = inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
+  const std::uint8_t inferred = f.filled.data != nullptr ? f.filled(x, y) : 0;
+  if (f.cost.data != nullptr && inferred == 0 && f.cost(x, y) > f.max_cost) return false;
+  const int required = RequiredViews(inferred, f.min_num_consistent, f.min_num_consistent_inferred);
   int num_consistent = 0;
   for (int j = 0; j < f.num_sources && num_consistent < required; ++j) {
     const FilterSource& source = f.sources[j];

@@ -1,4 +1,5 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -19,6 +20,13 @@ namespace {
 static_assert(kRegionMaps == kPlanesPerRegion && kRegionMaps == 2);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
+using DepthsHandle = std::shared_ptr<const DeviceDepths>;
+
+// What a launch reads from the caches; keeps it alive.
+struct SourceHandles {
+  std::vector<TextureHandle> textures;
+  std::vector<DepthsHandle> depths;
+};
 
 void CheckInput(const InferenceInput& input) {
   const PlaneMap& map = *input.measured;
@@ -28,17 +36,22 @@ void CheckInput(const InferenceInput& input) {
                    ": the depth map's size differs from the image's; run patch_match_stereo again");
 }
 
-std::vector<TextureHandle> BindSources(DeviceResources* device, const InferenceInput& input, Scratch* scratch,
-                                       const Task& task, InferenceLaunch* launch) {
+SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, Scratch* scratch,
+                          const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
-  std::vector<TextureHandle> handles = {device->images.Get(input.reference.image, stream, task)};
-  launch->reference_texture = {handles.front()->level(0).get()};
+  SourceHandles handles;
+  handles.textures.push_back(device->images.Get(input.reference.image, stream, task));
+  launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
-  for (const ViewImage& source : input.sources) {
-    if (sources.size() == static_cast<std::size_t>(kMaxSourceViews)) break;
-    handles.push_back(device->images.Get(source.image, stream, task));
+  const std::size_t num_sources = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
+  for (std::size_t j = 0; j < num_sources; ++j) {
+    const ViewImage& source = input.sources[j];
+    handles.textures.push_back(device->images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
-                       {handles.back()->level(0).get()}});
+                       {handles.textures.back()->level(0).get()}});
+    if (launch->paper || j >= input.source_maps.size() || input.source_maps[j] == nullptr) continue;
+    handles.depths.push_back(device->depths.Get(input.source_maps[j], stream, task));
+    sources.back().measured_depths = handles.depths.back()->View();
   }
   InferenceScratch& buffers = scratch->inference;
   buffers.sources.Reserve(kMaxSourceViews, task);
@@ -159,7 +172,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   device->images.KeepAtMost(2 * (input.sources.size() + 1));
-  device->depths.KeepAtMost(0);
+  device->depths.KeepAtMost(2 * input.sources.size());
   device->maps.KeepAtMost(0);
   scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
@@ -167,7 +180,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   launch.window.samples_per_side = stereo.SamplesPerSide();
   launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
   launch.paper = options.formulas == Formulas::kPaper;
-  const std::vector<TextureHandle> textures = BindSources(device, input, scratch.get(), task, &launch);
+  const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   scratch->plane.Upload(input.measured->data(), launch.result.size(), stream, task);
   const bool solves_field = options.mode == InferenceMode::kMrf;

@@ -61,24 +61,39 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
   }
 }
 
+// As HypothesisMatcher::Evidence.
+__device__ DepthEvidence Evidence(const InferenceLaunch& launch, int x, int y, float inverse_depth) {
+  DepthEvidence evidence;
+  for (int j = 0; j < launch.num_sources; ++j) {
+    AddEvidence(launch.sources[j].view, launch.sources[j].measured_depths, x + 0.5f, y + 0.5f, inverse_depth,
+                &evidence);
+  }
+  return evidence;
+}
+
 // As HypothesisMatcher::Costs.
-__device__ std::uint8_t HypothesisCosts(const InferenceLaunch& launch, int x, int y, float* costs) {
-  std::uint8_t allowed = 0;
+__device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x, int y) {
+  PixelHypotheses result;
   for (int k = 0; k < kNumDirections; ++k) {
-    costs[k] = kMaxCost;
-    if (!(launch.hypotheses[k](x, y) > 0)) continue;
-    allowed |= static_cast<std::uint8_t>(1 << k);
+    const float w = launch.hypotheses[k](x, y);
+    if (!(w > 0)) continue;
+    result.existing |= static_cast<std::uint8_t>(1 << k);
+    if (!launch.paper && Evidence(launch, x, y, w).seen_through) continue;
+    result.free |= static_cast<std::uint8_t>(1 << k);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < launch.num_sources; ++j) {
       view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
                                          launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
     }
     std::uint32_t mask = 0;
-    costs[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
-                            : BestViewsCost(view_costs, launch.num_sources, &mask);
+    result.cost[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
+                                  : BestViewsCost(view_costs, launch.num_sources, &mask);
   }
-  if (launch.paper || allowed == 0) return allowed;
-  return RefuseMismatches(launch.reference_texture, launch.window, x, y, allowed, costs, kNumDirections);
+  result.allowed = result.free;
+  if (!launch.paper && result.free != 0) {
+    RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
+  }
+  return result;
 }
 
 __global__ void MinCostKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -86,12 +101,7 @@ __global__ void MinCostKernel(const __grid_constant__ InferenceLaunch launch) {
   if (!launch.inferred.Contains(x, y)) return;
   float chosen = 0;
   if (!(launch.measured_inverse_depth(x, y) > 0)) {
-    float costs[kNumDirections];
-    const std::uint8_t allowed = HypothesisCosts(launch, x, y, costs);
-    int best = -1;
-    for (int k = 0; k < kNumDirections; ++k) {
-      if ((allowed >> k & 1) && (best < 0 || costs[k] < costs[best])) best = k;
-    }
+    const int best = HypothesisCosts(launch, x, y).Cheapest();
     if (best >= 0) chosen = launch.hypotheses[best](x, y);
   }
   launch.inferred(x, y) = chosen;
@@ -112,15 +122,14 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   if (!field.measured.Contains(i, j)) return;
   const int x = kFieldStride * i, y = kFieldStride * j;
   const std::int64_t node = NodeIndex(field.view, i, j);
-  float costs[kNumDirections];
-  const std::uint8_t allowed = field.measured(i, j) > 0 ? 0 : HypothesisCosts(launch, x, y, costs);
-  field.allowed[node] = allowed;
+  const PixelHypotheses pixel = field.measured(i, j) > 0 ? PixelHypotheses() : HypothesisCosts(launch, x, y);
+  field.allowed[node] = pixel.allowed;
   for (int k = 0; k < kNumDirections; ++k) {
     float w = 0;
     std::int32_t energy = 0;
-    if (allowed >> k & 1) {
+    if (pixel.allowed >> k & 1) {
       w = launch.hypotheses[k](x, y);
-      energy = UnaryEnergy(field.view.potentials, costs[k]);
+      energy = UnaryEnergy(field.view.potentials, pixel.cost[k]);
       for (const auto& offset : kOffsets) {
         const int ni = i + offset[0], nj = j + offset[1];
         if (field.measured.Contains(ni, nj) && field.measured(ni, nj) > 0) {
@@ -150,6 +159,17 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, H
       launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
 }
 
+// As FilledValue in infer.cc, and drops what other views see through.
+__global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.inferred.Contains(x, y)) return;
+  const float w = launch.inferred(x, y);
+  std::uint8_t filled = 0;
+  if (w > 0) filled = launch.paper ? kInferredConfirmed : Evidence(launch, x, y, w).FilledValue();
+  if (filled == 0) launch.inferred(x, y) = 0;
+  launch.filled(x, y) = filled;
+}
+
 __global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
@@ -167,7 +187,6 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
     h.depth = 1 / w;
   }
   launch.result(x, y) = h;
-  launch.filled(x, y) = w > 0 ? 255 : 0;
 }
 
 LineOptions Lines(const InferenceLaunch& launch) {
@@ -224,6 +243,8 @@ void LaunchFieldChoice(const InferenceLaunch& launch, const FieldLaunch& field, 
 
 void LaunchComposition(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
   const dim3 grid = Grid(launch.inferred.width, launch.inferred.height);
+  MarkKernel<<<grid, kBlock, 0, stream>>>(launch);
+  CheckLaunch("MarkKernel", task);
   UnionKernel<<<grid, kBlock, 0, stream>>>(launch);
   CheckLaunch("UnionKernel", task);
   CompositionKernel<<<grid, kBlock, 0, stream>>>(launch);

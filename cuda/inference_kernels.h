@@ -20,6 +20,7 @@ inline constexpr int kRegionMaps = 2;  // phi::kPlanesPerRegion, whose header is
 struct InferenceSource {
   RelativeView view;
   TextureSampler texture;
+  ArrayView2D<const float> measured_depths = {};  // no data: unknown
 };
 
 // Passed to the kernels by value. All arrays are on the device.
@@ -39,7 +40,7 @@ struct InferenceLaunch {
   ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
   ArrayView2D<float> filled_and_measured;         // inverse depth
   ArrayView2D<PlaneHypothesis> result;
-  ArrayView2D<std::uint8_t> filled;  // 255 = inferred
+  ArrayView2D<std::uint8_t> filled;  // as InferenceResult's
 
   HypothesisMaps Maps() const;
 };

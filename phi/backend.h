@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "phi/base/array2d.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/geometry/camera.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/options.h"
@@ -67,13 +68,15 @@ struct FilterInput {
   std::vector<ViewMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
   std::shared_ptr<const Mask>
-      filled;  // null, or 255 where depth was inferred (max_cost does not apply there)
+      filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)
 };
 
 struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
   std::shared_ptr<const PlaneMap> measured;  // after the first filter
+  // The sources' measured maps, which tell free space: empty, or parallel to sources; null where there is none.
+  std::vector<std::shared_ptr<const PlaneMap>> source_maps;
 };
 
 // Energies of the field in Eq. 6 and 7's negative logarithms; 0 where no field was solved.
@@ -84,7 +87,7 @@ struct FieldStatistics {
 
 struct InferenceResult {
   PlaneMap map;  // measured pixels unchanged, holes filled where a hypothesis was chosen
-  Mask filled;   // 255 = inferred
+  Mask filled;   // values: phi/filtering/filled_value.h
   FieldStatistics statistics;
 };
 

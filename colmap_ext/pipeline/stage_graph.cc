@@ -135,6 +135,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
                     .options = Text(options.inference),
                     .is_output = false,
                     .transient = true,
+                    .reads_source_maps = true,
                     .weight = kInferWeight});
   stages.push_back(MakeFilter(kGeometric, options));
   return stages;

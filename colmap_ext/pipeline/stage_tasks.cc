@@ -24,7 +24,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
     case StageKind::kFilter:
       return Filter(stage, *previous, input_keys, jobs_[job], backend);
     case StageKind::kInfer:
-      return Infer(*previous, jobs_[job], backend, warnings);
+      return Infer(*previous, input_keys, jobs_[job], backend, warnings);
     case StageKind::kPublish:
       return {.map = store_.Map(jobs_[job].image, previous->result)};
   }
@@ -76,7 +76,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   if (after_inference) {
     phi::Mask filled = *input.filled;
     for (std::size_t i = 0; i < filled.size(); ++i) {
-      if (!(result.map->data()[i].depth > 0)) filled.data()[i] = 0;
+      filled.data()[i] = filled.data()[i] != 0 && result.map->data()[i].depth > 0 ? 255 : 0;
     }
     result.filled = std::make_shared<const phi::Mask>(std::move(filled));
   }
@@ -87,13 +87,16 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   return result;
 }
 
-StageResult StageTasks::Infer(const Stage& previous, const ImageJob& job, phi::Backend& backend,
+StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::string>& input_keys,
+                              const ImageJob& job, phi::Backend& backend,
                               std::vector<std::string>* warnings) const {
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);
   input.measured = store_.Map(job.image, previous.result);
+  const Maps maps = SourceMaps(previous, input_keys, job);
+  for (const int index : used) input.source_maps.push_back(maps[index]);
   phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
           .filled = std::make_shared<const phi::Mask>(std::move(inferred.filled))};

@@ -32,8 +32,8 @@ class StageTasks {
                        const ImageJob& job, phi::Backend& backend, std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
-  StageResult Infer(const Stage& previous, const ImageJob& job, phi::Backend& backend,
-                    std::vector<std::string>* warnings) const;
+  StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
+                    phi::Backend& backend, std::vector<std::string>* warnings) const;
   phi::ViewImage ReadView(int image) const;
   // The sources whose image can be read; the others become warnings. `used` gets their positions in
   // job.sources.

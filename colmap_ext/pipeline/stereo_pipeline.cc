@@ -106,7 +106,7 @@ void StereoPipeline::RefuseForeignMaps() const {
         if (!std::filesystem::exists(path)) continue;
         throw phi::InputError(
             path.string() +
-            " was not made by phimvs; add --overwrite true to replace it and all others like it, or "
+            " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all others like it, or "
             "move stereo/depth_maps and stereo/normal_maps away");
       }
     }

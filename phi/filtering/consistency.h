@@ -3,6 +3,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {

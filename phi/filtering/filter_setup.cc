@@ -40,9 +40,9 @@ FilterContext::FilterContext(const FilterInput& input, const FilterOptions& opti
 bool FilterContext::Keeps(int x, int y) const {
   const PlaneHypothesis& h = map(x, y);
   if (!(h.depth > 0)) return false;
-  const bool inferred = filled.data != nullptr && filled(x, y) != 0;
-  if (cost.data != nullptr && !inferred && cost(x, y) > max_cost) return false;
-  const int required = inferred ? min_num_consistent_inferred : min_num_consistent;
+  const std::uint8_t inferred = filled.data != nullptr ? filled(x, y) : 0;
+  if (cost.data != nullptr && inferred == 0 && cost(x, y) > max_cost) return false;
+  const int required = RequiredViews(inferred, min_num_consistent, min_num_consistent_inferred);
   int num_consistent = 0;
   for (std::size_t j = 0; j < views.size() && num_consistent < required; ++j) {
     num_consistent += IsConsistent(reference, views[j], x + 0.5f, y + 0.5f, h, source_maps[j], thresholds);

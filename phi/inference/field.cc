@@ -28,25 +28,23 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
     HypothesisMatcher::Scratch scratch;
     for (int i = 0; i < width_; ++i) {
       if (measured_(i, j) > 0) continue;
-      float costs[kNumDirections];
-      const std::uint8_t allowed = matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch, costs);
-      AddNode(hypotheses, allowed, costs, i, j);
+      AddNode(hypotheses, matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch), i, j);
     }
   });
   num_nodes_ = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
 }
 
-void Field::AddNode(const Hypotheses& hypotheses, std::uint8_t allowed, const float* costs, int i, int j) {
+void Field::AddNode(const Hypotheses& hypotheses, const PixelHypotheses& pixel, int i, int j) {
   constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   const HypothesisMaps maps = hypotheses.maps();
   const PotentialView potentials = potentials_.view();
   const int x = kFieldStride * i, y = kFieldStride * j;
   const std::size_t node = static_cast<std::size_t>(j) * width_ + i;
-  allowed_[node] = allowed;
+  allowed_[node] = pixel.allowed;
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(allowed >> k & 1)) continue;
+    if (!(pixel.allowed >> k & 1)) continue;
     const float w = maps.inverse_depth[k](x, y);
-    std::int32_t energy = UnaryEnergy(potentials, costs[k]);
+    std::int32_t energy = UnaryEnergy(potentials, pixel.cost[k]);
     for (const auto& offset : kOffsets) {
       const int ni = i + offset[0], nj = j + offset[1];
       if (measured_.view().Contains(ni, nj) && measured_(ni, nj) > 0) {

@@ -23,7 +23,7 @@ class Field {
   Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
 
  private:
-  void AddNode(const Hypotheses& hypotheses, std::uint8_t allowed, const float* costs, int i, int j);
+  void AddNode(const Hypotheses& hypotheses, const PixelHypotheses& pixel, int i, int j);
 
   int width_, height_;
   std::int64_t num_nodes_ = 0;

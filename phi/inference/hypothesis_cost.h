@@ -3,6 +3,8 @@
 #pragma once
 
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/free_space.h"
+#include "phi/inference/line_hypothesis.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/matching/window_level.h"
 #include "phi/matching/zncc.h"
@@ -15,11 +17,6 @@ PHI_HD float SampleInverseDepth(ArrayView2D<const float> inverse_depth, float u,
   const int y = static_cast<int>(Clamp(v, 0.0f, static_cast<float>(inverse_depth.height - 1)));
   const float w = inverse_depth(x, y);
   return w > 0 ? w : center;
-}
-
-// The point at inverse depth w on the ray of reference pixel (u, v), in the source image, homogeneous.
-PHI_HD Vec3f ProjectInverseDepth(const RelativeView& view, float u, float v, float w) {
-  return view.a * Vec3f{u, v, 1.0f} + w * view.b;
 }
 
 // C(x, j) of pixel (x, y) for one direction's map (inverse depth, hypotheses and measured pixels together). kMaxCost
@@ -59,16 +56,35 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
 inline constexpr float kTexturedVariance = 36.0f;
 inline constexpr float kMaxTexturedCost = 0.6f;
 
-// `allowed` without the hypotheses that the texture at (x, y) contradicts.
-template <class Sampler>
-PHI_HD std::uint8_t RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,
-                                     std::uint8_t allowed, const float* costs, int num_hypotheses) {
-  std::uint8_t kept = 0;
-  for (int k = 0; k < num_hypotheses; ++k) {
-    if ((allowed >> k & 1) && costs[k] <= kMaxTexturedCost) kept |= static_cast<std::uint8_t>(1 << k);
+// The hypotheses of one pixel. Bit k of a mask: direction k.
+struct PixelHypotheses {
+  float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
+  std::uint8_t existing = 0;  // there is a hypothesis
+  std::uint8_t free = 0;      // of these: no other view sees through it
+  std::uint8_t allowed = 0;   // of these: texture does not contradict it
+
+  // The allowed one of lowest cost, ties to the lowest index; -1 = none.
+  PHI_HD int Cheapest() const {
+    int best = -1;
+    for (int k = 0; k < kNumDirections; ++k) {
+      if ((allowed >> k & 1) && (best < 0 || cost[k] < cost[best])) best = k;
+    }
+    return best;
   }
-  if (kept == allowed) return allowed;
-  return WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance ? kept : allowed;
+};
+
+// Takes away the hypotheses that the texture at (x, y) contradicts.
+template <class Sampler>
+PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,
+                             PixelHypotheses* hypotheses) {
+  std::uint8_t kept = 0;
+  for (int k = 0; k < kNumDirections; ++k) {
+    if ((hypotheses->free >> k & 1) && hypotheses->cost[k] <= kMaxTexturedCost) {
+      kept |= static_cast<std::uint8_t>(1 << k);
+    }
+  }
+  if (kept == hypotheses->free) return;
+  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance) hypotheses->allowed = kept;
 }
 
 }  // namespace phi

@@ -16,6 +16,8 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
   for (std::size_t j = 0; j < num_views; ++j) {
     sources_.push_back({input.sources[j].image->view()});
     views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));
+    const bool has_map = j < input.source_maps.size() && input.source_maps[j] != nullptr;
+    source_maps_.push_back(has_map ? input.source_maps[j]->view() : ArrayView2D<const PlaneHypothesis>{});
   }
   const int n = window_.samples_per_side = stereo.SamplesPerSide();
   window_.step = static_cast<float>(stereo.window_radius / n);
@@ -118,26 +120,38 @@ float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) cons
   return sums.Cost(static_cast<float>(n));
 }
 
-std::uint8_t HypothesisMatcher::Costs(int x, int y, Scratch* scratch, float costs[kNumDirections]) const {
-  std::uint8_t allowed = 0;
-  for (int k = 0; k < kNumDirections; ++k) {
-    costs[k] = kMaxCost;
-    if (maps_.inverse_depth[k](x, y) > 0) allowed |= static_cast<std::uint8_t>(1 << k);
+DepthEvidence HypothesisMatcher::Evidence(int x, int y, float inverse_depth) const {
+  DepthEvidence evidence;
+  for (std::size_t j = 0; j < views_.size(); ++j) {
+    AddEvidence(views_[j], source_maps_[j], x + 0.5f, y + 0.5f, inverse_depth, &evidence);
   }
-  if (allowed == 0) return 0;
+  return evidence;
+}
+
+PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
+  PixelHypotheses result;
+  const bool robust = formulas_ == Formulas::kRobust;
+  for (int k = 0; k < kNumDirections; ++k) {
+    const float w = maps_.inverse_depth[k](x, y);
+    if (!(w > 0)) continue;
+    result.existing |= static_cast<std::uint8_t>(1 << k);
+    if (!robust || !Evidence(x, y, w).seen_through) result.free |= static_cast<std::uint8_t>(1 << k);
+  }
+  result.allowed = result.free;
+  if (result.free == 0) return result;
   SampleReference(x, y, scratch);
   const int num_views = static_cast<int>(views_.size());
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(allowed >> k & 1)) continue;
+    if (!(result.free >> k & 1)) continue;
     SampleMap(maps_.inverse_depth[k], x, y, scratch);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
     std::uint32_t mask = 0;
-    costs[k] = formulas_ == Formulas::kPaper ? HarmonicMeanCost(view_costs, num_views)
-                                             : BestViewsCost(view_costs, num_views, &mask);
+    result.cost[k] =
+        robust ? BestViewsCost(view_costs, num_views, &mask) : HarmonicMeanCost(view_costs, num_views);
   }
-  if (formulas_ == Formulas::kPaper) return allowed;
-  return RefuseMismatches(reference_, window_, x, y, allowed, costs, kNumDirections);
+  if (robust) RefuseMismatches(reference_, window_, x, y, &result);
+  return result;
 }
 
 }  // namespace phi

@@ -22,9 +22,10 @@ class HypothesisMatcher {
     std::vector<float> reference, inverse_depth, u, v, source;
   };
 
-  // Aggregated cost of each of the pixel's hypotheses; returns the mask of those that exist, and leaves the others'
-  // costs at kMaxCost.
-  std::uint8_t Costs(int x, int y, Scratch* scratch, float costs[kNumDirections]) const;
+  // Aggregated cost of each of the pixel's hypotheses, and which of them may be chosen; the others' costs mean nothing.
+  PixelHypotheses Costs(int x, int y, Scratch* scratch) const;
+  // What the source views measured where this depth of pixel (x, y) would be.
+  DepthEvidence Evidence(int x, int y, float inverse_depth) const;
 
  private:
   void SampleReference(int x, int y, Scratch* scratch) const;
@@ -36,6 +37,7 @@ class HypothesisMatcher {
   GraySampler reference_;
   std::vector<GraySampler> sources_;
   std::vector<RelativeView> views_;
+  std::vector<ArrayView2D<const PlaneHypothesis>> source_maps_;  // parallel to views_; no data: unknown
   MatchingWindow window_;
   std::vector<float> offset_u_, offset_v_;  // of the samples from the window's centre, pixels
   HypothesisMaps maps_;

@@ -28,12 +28,7 @@ InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatc
     HypothesisMatcher::Scratch scratch;
     for (int x = 0; x < result.width(); ++x) {
       if (hypotheses.measured(x, y)) continue;
-      float costs[kNumDirections];
-      const std::uint8_t allowed = matcher.Costs(x, y, &scratch, costs);
-      int best = -1;
-      for (int k = 0; k < kNumDirections; ++k) {
-        if ((allowed >> k & 1) && (best < 0 || costs[k] < costs[best])) best = k;
-      }
+      const int best = matcher.Costs(x, y, &scratch).Cheapest();
       if (best >= 0) result(x, y) = maps.inverse_depth[best](x, y);
     }
   });
@@ -61,12 +56,30 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
   return result;
 }
 
-// Adds the inferred depths and their normals to the measured map.
-InferenceResult Compose(const PlaneMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
-                        Formulas formulas) {
-  InferenceResult result;
-  result.map = measured;
-  result.filled = Mask(measured.width(), measured.height(), 0);
+// What becomes of an inferred depth: the value in the filled mask, 0 where another view sees through it.
+std::uint8_t FilledValue(const HypothesisMatcher& matcher, Formulas formulas, int x, int y, float w) {
+  if (formulas == Formulas::kPaper) return kInferredConfirmed;
+  return matcher.Evidence(x, y, w).FilledValue();
+}
+
+// Drops the inferred depths that other views see through, and marks the others.
+Mask MarkInferred(const HypothesisMatcher& matcher, Formulas formulas, InverseDepthMap* inferred) {
+  Mask filled(inferred->width(), inferred->height(), 0);
+  tbb::parallel_for(0, filled.height(), [&](int y) {
+    for (int x = 0; x < filled.width(); ++x) {
+      float& w = (*inferred)(x, y);
+      if (!(w > 0)) continue;
+      filled(x, y) = FilledValue(matcher, formulas, x, y, w);
+      if (filled(x, y) == 0) w = 0;
+    }
+  });
+  return filled;
+}
+
+// The measured map with the inferred depths and their normals.
+PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
+                 Formulas formulas) {
+  PlaneMap result = measured;
   InverseDepthMap all = inferred;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const float depth = measured.data()[i].depth;
@@ -77,9 +90,8 @@ InferenceResult Compose(const PlaneMap& measured, const InverseDepthMap& inferre
     for (int x = 0; x < all.width(); ++x) {
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
-      result.map(x, y).normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
-      result.map(x, y).depth = 1 / w;
-      result.filled(x, y) = 255;
+      result(x, y).normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
+      result(x, y).depth = 1 / w;
     }
   });
   return result;
@@ -101,21 +113,20 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
                             const InferenceOptions& options) {
   CheckInput(input);
   const PlaneMap& measured = *input.measured;
-  InverseDepthMap inferred(measured.width(), measured.height(), 0.0f);
-  FieldStatistics statistics;
-  if (options.mode != InferenceMode::kOff) {
-    const Hypotheses hypotheses(measured, options.formulas, input.reference.image.get(),
-                                input.reference.view->image_id);
-    ThrowIfCancelled();
-    const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
-    inferred = options.mode == InferenceMode::kMinCost
-                   ? ChooseMinCost(hypotheses, matcher)
-                   : ChooseByField(hypotheses, matcher, options, &statistics);
-    ThrowIfCancelled();
-  }
-  InferenceResult result =
+  if (options.mode == InferenceMode::kOff)
+    return {measured, Mask(measured.width(), measured.height(), 0), {}};
+  const Hypotheses hypotheses(measured, options.formulas, input.reference.image.get(),
+                              input.reference.view->image_id);
+  ThrowIfCancelled();
+  const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
+  InferenceResult result;
+  InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
+                                 ? ChooseMinCost(hypotheses, matcher)
+                                 : ChooseByField(hypotheses, matcher, options, &result.statistics);
+  ThrowIfCancelled();
+  result.filled = MarkInferred(matcher, options.formulas, &inferred);
+  result.map =
       Compose(measured, inferred, MakeRayModel(input.reference.view->camera.pinhole), options.formulas);
-  result.statistics = statistics;
   return result;
 }
 

@@ -79,6 +79,22 @@ class ForeignWorkspace {
     return RunProgram({PHIMVS_BINARY, "hole_filler", "--workspace_path", path().string(),
                        "--PhiStereo.backend", "cpu", "--PhiInference.mode", mode});
   }
+  ProgramResult Stereo(const std::vector<std::string>& options) const {
+    std::vector<std::string> command = {PHIMVS_BINARY,
+                                        "patch_match_stereo",
+                                        "--workspace_path",
+                                        path().string(),
+                                        "--PhiStereo.backend",
+                                        "cpu",
+                                        "--PatchMatchStereo.num_iterations",
+                                        "2",
+                                        "--PatchMatchStereo.depth_min",
+                                        "1",
+                                        "--PatchMatchStereo.depth_max",
+                                        "10"};
+    command.insert(command.end(), options.begin(), options.end());
+    return RunProgram(command);
+  }
   // Content of all maps and masks, by path.
   std::map<std::string, std::string> Files() const {
     std::map<std::string, std::string> files;
@@ -139,6 +155,29 @@ TEST(HoleFillerCommand, OffTakesFilledDepthsBackOut) {
   ASSERT_EQ(workspace.Fill("off").exit_code, 0);
   EXPECT_EQ(ReadBytes(depth), original);
   EXPECT_FALSE(fs::exists(workspace.path() / "stereo/filled_masks/view1.png.png"));
+}
+
+// The other program's maps and their copies are not for patch_match_stereo to replace unasked.
+TEST(HoleFillerCommand, LeavesAWorkspaceThatBothCommandsGoOnFrom) {
+  const ForeignWorkspace workspace;
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  const auto files = workspace.Files();
+  const ProgramResult refused = workspace.Stereo({});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("was not made by phimvs patch_match_stereo; add --overwrite true"));
+  EXPECT_EQ(workspace.Files(), files);
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  EXPECT_EQ(workspace.Files(), files);
+
+  // From then on all maps are phimvs's own, and each command starts from the measured ones.
+  const ProgramResult replaced = workspace.Stereo({"--overwrite", "true"});
+  ASSERT_EQ(replaced.exit_code, 0) << replaced.errors;
+  const auto own = workspace.Files();
+  EXPECT_NE(own, files);
+  ASSERT_EQ(workspace.Fill("min_cost").exit_code, 0);
+  const ProgramResult again = workspace.Stereo({});
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(workspace.Files(), own);
 }
 
 TEST(HoleFillerCommand, SaysWhatIsMissing) {

@@ -87,7 +87,21 @@ TEST_F(ConsistencyTest, FilterWantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   input.cost = std::make_shared<CostMap>(80, 60, 1.0f);
   options.max_cost = 0.9;
   EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
-  input.filled = std::make_shared<Mask>(80, 60, 255);
+  input.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
+  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+}
+
+TEST_F(ConsistencyTest, InferredPixelsThatNoMeasurementConfirmsNeedOneViewMore) {
+  SceneView reference{"a", 1, reference_}, source{"b", 2, source_};
+  const auto map = std::make_shared<PlaneMap>(map_);
+  FilterInput input{{&reference, map}, {{&source, map}}, nullptr, nullptr};
+  FilterOptions options;
+  options.min_num_consistent_inferred = 1;
+  input.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
+  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+  input.filled = std::make_shared<Mask>(80, 60, kInferredAlone);
+  EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
+  input.sources.push_back(input.sources[0]);
   EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
 }
 

@@ -17,9 +17,10 @@ constexpr double kFocal = 150;
 struct Wall {
   Vec3f normal{0.5f, 0, -0.8660254f};
 
-  double InverseDepth(int x, int y) const {
+  // From a camera that stands `shift` m to the right of the reference camera: n . X = n . (-shift, 0, 3) there.
+  double InverseDepth(int x, int y, double shift = 0) const {
     const double u = (x + 0.5 - kWidth / 2.0) / kFocal, v = (y + 0.5 - kHeight / 2.0) / kFocal;
-    return (normal.x * u + normal.y * v + normal.z) / (3.0 * normal.z);
+    return (normal.x * u + normal.y * v + normal.z) / (3.0 * normal.z - shift * normal.x);
   }
 };
 
@@ -65,6 +66,23 @@ PlaneMap MakeMeasured(double disparity_noise) {
   return map;
 }
 
+// What the source view of PlainScene measured: the wall `factor` times as far as it is.
+std::shared_ptr<const PlaneMap> SourceMap(double factor) {
+  auto map = std::make_shared<PlaneMap>(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      (*map)(x, y).normal = Wall().normal;
+      (*map)(x, y).depth = static_cast<float>(factor / Wall().InverseDepth(x, y, 0.5));
+    }
+  }
+  return map;
+}
+
+std::int64_t NumFilled(const InferenceResult& result, int value = -1) {
+  return std::count_if(result.filled.begin(), result.filled.end(),
+                       [&](std::uint8_t v) { return value < 0 ? v != 0 : v == value; });
+}
+
 bool SameBits(const PlaneHypothesis& a, const PlaneHypothesis& b) {
   return a.depth == b.depth && a.normal.x == b.normal.x && a.normal.y == b.normal.y &&
          a.normal.z == b.normal.z;
@@ -79,7 +97,7 @@ TEST(Infer, APlaneWithAHoleComesBack) {
     const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        ASSERT_EQ(result.filled(x, y), InHole(x, y) ? 255 : 0);
+        ASSERT_EQ(result.filled(x, y), InHole(x, y) ? kInferredAlone : kMeasuredPixel);
         if (!InHole(x, y)) {
           ASSERT_TRUE(SameBits(result.map(x, y), measured(x, y)));
           continue;
@@ -106,12 +124,38 @@ TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
   EXPECT_GE(close, 0.95 * filled);
 }
 
+TEST(Infer, AMeasurementOfAnotherViewConfirms) {
+  InferenceInput input = PlainScene().Input(MakeMeasured(0));
+  for (const double factor : {1.0, 1.005}) {
+    input.source_maps = {SourceMap(factor)};
+    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredConfirmed), 60 * 40) << factor;
+  }
+  // Too far to confirm and too near to contradict; nearer than the wall, it hides it.
+  for (const double factor : {1.015, 0.9}) {
+    input.source_maps = {SourceMap(factor)};
+    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredAlone), 60 * 40) << factor;
+  }
+}
+
+// A window in the wall: the other view measured what lies behind.
+TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
+  for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
+    InferenceOptions options;
+    options.mode = mode;
+    InferenceInput input = PlainScene().Input(MakeMeasured(0));
+    input.source_maps = {SourceMap(1.1)};
+    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options)), 0);
+    options.formulas = Formulas::kPaper;
+    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options), kInferredConfirmed), 60 * 40);
+  }
+}
+
 TEST(Infer, OffFillsNothing) {
   InferenceOptions options;
   options.mode = InferenceMode::kOff;
   const PlaneMap measured = MakeMeasured(0);
   const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
-  EXPECT_EQ(std::count(result.filled.begin(), result.filled.end(), 255), 0);
+  EXPECT_EQ(NumFilled(result), 0);
   for (std::size_t i = 0; i < measured.size(); ++i)
     ASSERT_TRUE(SameBits(result.map.data()[i], measured.data()[i]));
 }
@@ -119,7 +163,7 @@ TEST(Infer, OffFillsNothing) {
 TEST(Infer, WithoutAnyMeasurementEverythingStaysAHole) {
   const InferenceResult result =
       InferPlanes(PlainScene().Input(PlaneMap(kWidth, kHeight)), StereoOptions(), {});
-  EXPECT_EQ(std::count(result.filled.begin(), result.filled.end(), 255), 0);
+  EXPECT_EQ(NumFilled(result), 0);
   EXPECT_EQ(result.statistics.num_nodes, 0);
 }
 
