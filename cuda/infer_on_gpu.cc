@@ -155,8 +155,14 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
 
 FieldStatistics Statistics(const std::int64_t* totals) {
   constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
-  return {totals[kNumNodes], totals[kBestEnergy] * kNats, totals[kLowerBound] * kNats,
-          totals[kMinCostEnergy] * kNats};
+  return {.num_nodes = totals[kNumNodes],
+          .energy = totals[kBestEnergy] * kNats,
+          .lower_bound = totals[kLowerBound] * kNats,
+          .min_cost_energy = totals[kMinCostEnergy] * kNats,
+          .num_unlike_min_cost = totals[kUnlikeMinCost],
+          .num_without_hypothesis = totals[kWithoutHypothesis],
+          .num_seen_through = totals[kSeenThrough],
+          .num_mismatched = totals[kMismatched]};
 }
 
 }  // namespace

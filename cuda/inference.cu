@@ -114,7 +114,11 @@ __global__ void MeasuredNodeKernel(const __grid_constant__ InferenceLaunch launc
     measured(i, j) = launch.measured_inverse_depth(kFieldStride * i, kFieldStride * j);
 }
 
-// As Field::AddNode. Reads the neighbours' measured depths, which MeasuredNodeKernel has written.
+__device__ void CountOne(const FieldLaunch& field, FieldTotal total) {
+  atomicAdd(reinterpret_cast<unsigned long long*>(field.totals + total), 1ull);
+}
+
+// As Field's constructor and AddNode. Reads the neighbours' measured depths, which MeasuredNodeKernel has written.
 __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
                            const __grid_constant__ FieldLaunch field) {
   constexpr int kOffsets[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
@@ -124,6 +128,11 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   const std::int64_t node = NodeIndex(field.view, i, j);
   const PixelHypotheses pixel = field.measured(i, j) > 0 ? PixelHypotheses() : HypothesisCosts(launch, x, y);
   field.allowed[node] = pixel.allowed;
+  if (!(field.measured(i, j) > 0)) {
+    if (pixel.existing == 0) CountOne(field, kWithoutHypothesis);
+    if (pixel.AllSeenThrough()) CountOne(field, kSeenThrough);
+    if (pixel.AllMismatched()) CountOne(field, kMismatched);
+  }
   for (int k = 0; k < kNumDirections; ++k) {
     float w = 0;
     std::int32_t energy = 0;
@@ -226,6 +235,8 @@ void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, con
 void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
                       const Task& task) {
   const dim3 grid = Grid(field.view.width, field.view.height);
+  Check(cudaMemsetAsync(field.totals, 0, kNumFieldTotals * sizeof(std::int64_t), stream), "cudaMemsetAsync",
+        task);
   MeasuredNodeKernel<<<grid, kBlock, 0, stream>>>(launch, field.measured);
   CheckLaunch("MeasuredNodeKernel", task);
   NodeKernel<<<grid, kBlock, 0, stream>>>(launch, field);

@@ -65,6 +65,10 @@ enum FieldTotal {
   kBestEnergy,
   kMinCostEnergy,
   kIsBetter,
+  kUnlikeMinCost,
+  kWithoutHypothesis,
+  kSeenThrough,
+  kMismatched,
   kNumFieldTotals
 };
 

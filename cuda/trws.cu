@@ -92,6 +92,13 @@ __global__ void KeepBestLabelsKernel(const __grid_constant__ FieldLaunch field, 
   if (node < num_nodes && field.totals[kIsBetter]) field.best_labels[node] = field.view.label[node];
 }
 
+__global__ void CountUnlikeMinCostKernel(const __grid_constant__ FieldLaunch field, std::int64_t num_nodes) {
+  const std::int64_t node = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (node >= num_nodes || field.view.allowed[node] == 0) return;
+  const int cheapest = ArgMin(field.view.unary + kMaxLabels * node, field.view.allowed[node]);
+  if (field.best_labels[node] != cheapest) AddTotal(field, kUnlikeMinCost, 1);
+}
+
 void Clear(void* data, std::size_t bytes, cudaStream_t stream, const Task& task) {
   Check(cudaMemsetAsync(data, 0, bytes, stream), "cudaMemsetAsync", task);
 }
@@ -102,7 +109,6 @@ void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t 
   const std::int64_t num_nodes = static_cast<std::int64_t>(field.view.width) * field.view.height;
   const std::size_t message_bytes = static_cast<std::size_t>(num_nodes) * kMaxLabels * sizeof(std::int32_t);
   const int blocks = static_cast<int>((num_nodes + kBlock - 1) / kBlock);
-  Clear(field.totals, kNumFieldTotals * sizeof(std::int64_t), stream, task);
   Clear(field.view.horizontal, message_bytes, stream, task);
   Clear(field.view.vertical, message_bytes, stream, task);
   MinUnaryKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
@@ -119,6 +125,8 @@ void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t 
     KeepBestLabelsKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
     CheckLaunch("KeepBestLabelsKernel", task);
   }
+  CountUnlikeMinCostKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
+  CheckLaunch("CountUnlikeMinCostKernel", task);
 }
 
 }  // namespace phi::gpu

@@ -79,10 +79,14 @@ struct InferenceInput {
   std::vector<std::shared_ptr<const PlaneMap>> source_maps;
 };
 
-// Energies of the field in Eq. 6 and 7's negative logarithms; 0 where no field was solved.
+// Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.
 struct FieldStatistics {
   std::int64_t num_nodes = 0;
   double energy = 0, lower_bound = 0, min_cost_energy = 0;
+  std::int64_t num_unlike_min_cost = 0;  // nodes whose label is not the one of lowest unary energy
+  // Pixels on the nodes' grid that are holes and no nodes, by the reason that left them no hypothesis: none was there,
+  // other views see through all of them, or texture contradicts all that are left.
+  std::int64_t num_without_hypothesis = 0, num_seen_through = 0, num_mismatched = 0;
 };
 
 struct InferenceResult {

@@ -78,6 +78,7 @@ RunSummary HoleFilling::Run() {
 
 void HoleFilling::Summarize(double seconds) {
   summary_.seconds = seconds;
+  summary_.inference = tasks_.Inference();
   summary_.peak_host_bytes = PeakHostBytes();
   summary_.peak_cache_bytes = store_.cache().peak_bytes();
   summary_.bytes_written = store_.writers().bytes_written();

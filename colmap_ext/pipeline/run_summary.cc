@@ -23,6 +23,46 @@ std::string Format(const char* format, Args... args) {
   return text;
 }
 
+double Percent(std::int64_t part, std::int64_t whole) { return whole > 0 ? 100.0 * part / whole : 0.0; }
+
+void AddInferenceLines(const InferenceSummary& s, std::vector<std::string>* lines) {
+  if (s.num_holes == 0) return;
+  lines->push_back(
+      Format("holes: %.1f %% inferred (%.1f %% with, %.1f %% without a measurement that agrees), %.1f %% "
+             "kept by the second filter",
+             Percent(s.num_confirmed + s.num_alone, s.num_holes), Percent(s.num_confirmed, s.num_holes),
+             Percent(s.num_alone, s.num_holes), Percent(s.num_kept, s.num_holes)));
+  const phi::FieldStatistics& f = s.field;
+  if (f.num_nodes == 0) return;
+  const std::int64_t num_sites =
+      f.num_nodes + f.num_without_hypothesis + f.num_seen_through + f.num_mismatched;
+  lines->push_back(
+      Format("holes refused: %.1f %% have no hypothesis, %.1f %% are seen through, %.1f %% do not match",
+             Percent(f.num_without_hypothesis, num_sites), Percent(f.num_seen_through, num_sites),
+             Percent(f.num_mismatched, num_sites)));
+  lines->push_back(Format(
+      "field: energy %.0f, lower bound %.0f, of cheapest hypotheses %.0f; %.1f %% of %lld nodes differ "
+      "from the cheapest",
+      f.energy, f.lower_bound, f.min_cost_energy, Percent(f.num_unlike_min_cost, f.num_nodes),
+      static_cast<long long>(f.num_nodes)));
+}
+
+nlohmann::ordered_json InferenceJson(const InferenceSummary& s) {
+  const phi::FieldStatistics& f = s.field;
+  return {{"holes", s.num_holes},
+          {"inferred_confirmed", s.num_confirmed},
+          {"inferred_alone", s.num_alone},
+          {"kept", s.num_kept},
+          {"nodes", f.num_nodes},
+          {"nodes_unlike_min_cost", f.num_unlike_min_cost},
+          {"holes_without_hypothesis", f.num_without_hypothesis},
+          {"holes_seen_through", f.num_seen_through},
+          {"holes_mismatched", f.num_mismatched},
+          {"energy", f.energy},
+          {"lower_bound", f.lower_bound},
+          {"min_cost_energy", f.min_cost_energy}};
+}
+
 }  // namespace
 
 std::string UtcNow() {
@@ -60,6 +100,7 @@ std::vector<std::string> SummaryLines(const RunSummary& summary) {
     lines.push_back(Format("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(), stage.seconds,
                            stage.num_made, stage.seconds / stage.num_made));
   }
+  AddInferenceLines(summary.inference, &lines);
   const int num_made = summary.num_images - summary.num_images_kept;
   lines.push_back(Format("time: %-12s %9.2f s, %.3f images/s (%d images, %d kept from an earlier run)", "all",
                          summary.seconds, summary.seconds > 0 ? num_made / summary.seconds : 0.0,
@@ -102,19 +143,20 @@ std::string SummaryJson(const RunSummary& summary, const std::string& finished) 
     devices.push_back({{"name", device.name}, {"peak_memory_bytes", device.peak_bytes}, {"stages", times}});
   }
   const int num_made = summary.num_images - summary.num_images_kept;
-  const Json json = {{"finished", finished},
-                     {"seconds", summary.seconds},
-                     {"images", summary.num_images},
-                     {"images_kept", summary.num_images_kept},
-                     {"images_failed", summary.failures.size()},
-                     {"images_per_second", summary.seconds > 0 ? num_made / summary.seconds : 0.0},
-                     {"stages", stages},
-                     {"devices", devices},
-                     {"peak_memory_bytes", summary.peak_host_bytes},
-                     {"peak_cache_bytes", summary.peak_cache_bytes},
-                     {"bytes_written", summary.bytes_written},
-                     {"bytes_per_second_and_writer",
-                      summary.write_seconds > 0 ? summary.bytes_written / summary.write_seconds : 0.0}};
+  Json json = {{"finished", finished},
+               {"seconds", summary.seconds},
+               {"images", summary.num_images},
+               {"images_kept", summary.num_images_kept},
+               {"images_failed", summary.failures.size()},
+               {"images_per_second", summary.seconds > 0 ? num_made / summary.seconds : 0.0},
+               {"stages", stages},
+               {"devices", devices},
+               {"peak_memory_bytes", summary.peak_host_bytes},
+               {"peak_cache_bytes", summary.peak_cache_bytes},
+               {"bytes_written", summary.bytes_written},
+               {"bytes_per_second_and_writer",
+                summary.write_seconds > 0 ? summary.bytes_written / summary.write_seconds : 0.0}};
+  if (summary.inference.num_holes > 0) json["inference"] = InferenceJson(summary.inference);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -27,8 +27,18 @@ struct DeviceSummary {
   std::vector<phi::DeviceStageTime> stages;
 };
 
+// What became of the holes of all images, in pixels; the field's share on its grid of every other pixel.
+struct InferenceSummary {
+  std::int64_t num_holes = 0;      // before
+  std::int64_t num_confirmed = 0;  // inferred, and some source view's measurement agrees
+  std::int64_t num_alone = 0;      // inferred, and none does
+  std::int64_t num_kept = 0;       // of both, after the second filter
+  phi::FieldStatistics field;      // sums
+};
+
 struct RunSummary {
   std::vector<StageSummary> stages;
+  InferenceSummary inference;
   std::vector<DeviceSummary> devices;
   std::vector<FailedImage> failures;
   int num_images = 0;       // reference images of the job

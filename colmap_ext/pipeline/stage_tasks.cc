@@ -1,5 +1,6 @@
 #include "colmap_ext/pipeline/stage_tasks.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "phi/base/error.h"
@@ -78,7 +79,10 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
     for (std::size_t i = 0; i < filled.size(); ++i) {
       filled.data()[i] = filled.data()[i] != 0 && result.map->data()[i].depth > 0 ? 255 : 0;
     }
+    const std::int64_t num_kept = std::count(filled.begin(), filled.end(), 255);
     result.filled = std::make_shared<const phi::Mask>(std::move(filled));
+    std::lock_guard<std::mutex> lock(mutex_);
+    inference_.num_kept += num_kept;
   }
   // The filtered photometric map takes the raw one's place, and its cost goes with it.
   if (stage.result == kPhotometric && options_.NeedsCost()) {
@@ -98,8 +102,36 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   const Maps maps = SourceMaps(previous, input_keys, job);
   for (const int index : used) input.source_maps.push_back(maps[index]);
   phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
+  CountInference(*input.measured, inferred);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
           .filled = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
+}
+
+void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const {
+  const auto has_no_depth = [](const phi::PlaneHypothesis& h) { return !(h.depth > 0); };
+  const std::int64_t num_holes = std::count_if(measured.begin(), measured.end(), has_no_depth);
+  const phi::Mask& filled = inferred.filled;
+  const std::int64_t num_confirmed = std::count(filled.begin(), filled.end(), phi::kInferredConfirmed);
+  const std::int64_t num_alone = std::count(filled.begin(), filled.end(), phi::kInferredAlone);
+  const phi::FieldStatistics& one = inferred.statistics;
+  std::lock_guard<std::mutex> lock(mutex_);
+  inference_.num_holes += num_holes;
+  inference_.num_confirmed += num_confirmed;
+  inference_.num_alone += num_alone;
+  phi::FieldStatistics& sum = inference_.field;
+  sum.num_nodes += one.num_nodes;
+  sum.energy += one.energy;
+  sum.lower_bound += one.lower_bound;
+  sum.min_cost_energy += one.min_cost_energy;
+  sum.num_unlike_min_cost += one.num_unlike_min_cost;
+  sum.num_without_hypothesis += one.num_without_hypothesis;
+  sum.num_seen_through += one.num_seen_through;
+  sum.num_mismatched += one.num_mismatched;
+}
+
+InferenceSummary StageTasks::Inference() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return inference_;
 }
 
 phi::ViewImage StageTasks::ReadView(int image) const {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/pipeline/map_store.h"
+#include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "phi/initialization.h"
 
@@ -25,6 +27,9 @@ class StageTasks {
   StageResult Run(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                   int job, phi::Backend& backend, std::vector<std::string>* warnings) const;
 
+  // Of the images that Run has done so far.
+  InferenceSummary Inference() const;
+
  private:
   using Maps = std::vector<std::shared_ptr<const phi::PlaneMap>>;
 
@@ -34,6 +39,7 @@ class StageTasks {
                      const ImageJob& job, phi::Backend& backend) const;
   StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend, std::vector<std::string>* warnings) const;
+  void CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const;
   phi::ViewImage ReadView(int image) const;
   // The sources whose image can be read; the others become warnings. `used` gets their positions in
   // job.sources.
@@ -47,6 +53,8 @@ class StageTasks {
   const PipelineOptions& options_;
   SparseDepthFunction sparse_depth_;
   MapStore& store_;
+  mutable std::mutex mutex_;
+  mutable InferenceSummary inference_;
 };
 
 }  // namespace colmap_ext

@@ -226,6 +226,7 @@ void StereoPipeline::RemoveIntermediateFiles() {
 void StereoPipeline::Summarize(double seconds) {
   summary_.num_images = static_cast<int>(jobs_.size());
   summary_.seconds = seconds;
+  summary_.inference = tasks_.Inference();
   summary_.peak_host_bytes = PeakHostBytes();
   summary_.peak_cache_bytes = store_.cache().peak_bytes();
   summary_.bytes_written = store_.writers().bytes_written();

@@ -1,6 +1,7 @@
 #include "phi/inference/field.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include <tbb/parallel_for.h>
 
@@ -24,14 +25,26 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
       if (hypotheses.measured(x, y)) measured_(i, j) = full(x, y);
     }
   }
+  std::atomic<std::int64_t> num_without{0}, num_seen_through{0}, num_mismatched{0};
   tbb::parallel_for(0, height_, [&](int j) {
     HypothesisMatcher::Scratch scratch;
+    std::int64_t without = 0, seen_through = 0, mismatched = 0;
     for (int i = 0; i < width_; ++i) {
       if (measured_(i, j) > 0) continue;
-      AddNode(hypotheses, matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch), i, j);
+      const PixelHypotheses pixel = matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch);
+      without += pixel.existing == 0;
+      seen_through += pixel.AllSeenThrough();
+      mismatched += pixel.AllMismatched();
+      AddNode(hypotheses, pixel, i, j);
     }
+    num_without += without;
+    num_seen_through += seen_through;
+    num_mismatched += mismatched;
   });
-  num_nodes_ = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
+  counts_.num_nodes = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
+  counts_.num_without_hypothesis = num_without;
+  counts_.num_seen_through = num_seen_through;
+  counts_.num_mismatched = num_mismatched;
 }
 
 void Field::AddNode(const Hypotheses& hypotheses, const PixelHypotheses& pixel, int i, int j) {

@@ -18,7 +18,8 @@ class Field {
   Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, const InferenceOptions& options);
 
   FieldView view() const;
-  std::int64_t num_nodes() const { return num_nodes_; }
+  // The counts of nodes and of holes that are none.
+  const FieldStatistics& counts() const { return counts_; }
   // Per node the inverse depth of its label; measured pixels keep theirs; 0 where there is neither.
   Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
 
@@ -26,7 +27,7 @@ class Field {
   void AddNode(const Hypotheses& hypotheses, const PixelHypotheses& pixel, int i, int j);
 
   int width_, height_;
-  std::int64_t num_nodes_ = 0;
+  FieldStatistics counts_;
   PotentialTables potentials_;
   Array2D<float> measured_;  // inverse depth at the nodes' pixels, 0 at holes
   std::vector<std::uint8_t> allowed_;

@@ -63,6 +63,8 @@ struct PixelHypotheses {
   std::uint8_t free = 0;      // of these: no other view sees through it
   std::uint8_t allowed = 0;   // of these: texture does not contradict it
 
+  PHI_HD bool AllSeenThrough() const { return existing != 0 && free == 0; }
+  PHI_HD bool AllMismatched() const { return free != 0 && allowed == 0; }
   // The allowed one of lowest cost, ties to the lowest index; -1 = none.
   PHI_HD int Cheapest() const {
     int best = -1;

@@ -40,10 +40,14 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
   const Field field(hypotheses, matcher, options);
   const TrwsResult solution = SolveTrws(field.view(), options.num_passes);
   constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
-  statistics->num_nodes = field.num_nodes();
+  *statistics = field.counts();
   statistics->energy = solution.energy * kNats;
   statistics->lower_bound = solution.lower_bounds.back() * kNats;
-  statistics->min_cost_energy = FieldEnergy(field.view(), MinUnaryLabels(field.view())) * kNats;
+  const std::vector<std::uint8_t> min_cost_labels = MinUnaryLabels(field.view());
+  statistics->min_cost_energy = FieldEnergy(field.view(), min_cost_labels) * kNats;
+  for (std::size_t i = 0; i < min_cost_labels.size(); ++i) {
+    statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
+  }
 
   const Array2D<float> chosen = field.ChosenInverseDepth(solution.labels);
   const HypothesisMaps maps = hypotheses.maps();

@@ -212,6 +212,12 @@ TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
     EXPECT_NEAR(gpu.statistics.min_cost_energy, cpu.statistics.min_cost_energy,
                 2e-3 * cpu.statistics.min_cost_energy);
     EXPECT_LE(gpu.statistics.lower_bound, gpu.statistics.energy);
+    EXPECT_EQ(gpu.statistics.num_without_hypothesis, cpu.statistics.num_without_hypothesis);
+    EXPECT_EQ(gpu.statistics.num_seen_through, cpu.statistics.num_seen_through);
+    EXPECT_NEAR(gpu.statistics.num_mismatched, cpu.statistics.num_mismatched,
+                5e-3 * cpu.statistics.num_nodes);
+    EXPECT_NEAR(gpu.statistics.num_unlike_min_cost, cpu.statistics.num_unlike_min_cost,
+                5e-3 * cpu.statistics.num_nodes);
     std::size_t num_different = 0, num_filled = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
       const float depth = cpu.map.data()[i].depth;

@@ -125,7 +125,8 @@ TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
 }
 
 TEST(Infer, AMeasurementOfAnotherViewConfirms) {
-  InferenceInput input = PlainScene().Input(MakeMeasured(0));
+  const PlainScene scene;
+  InferenceInput input = scene.Input(MakeMeasured(0));
   for (const double factor : {1.0, 1.005}) {
     input.source_maps = {SourceMap(factor)};
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredConfirmed), 60 * 40) << factor;
@@ -142,7 +143,8 @@ TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
     options.mode = mode;
-    InferenceInput input = PlainScene().Input(MakeMeasured(0));
+    const PlainScene scene;
+    InferenceInput input = scene.Input(MakeMeasured(0));
     input.source_maps = {SourceMap(1.1)};
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options)), 0);
     options.formulas = Formulas::kPaper;
