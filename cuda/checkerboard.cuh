@@ -3,9 +3,9 @@
 
 #include <cuda_runtime.h>
 
-namespace phi::gpu {
+#include "cuda/estimation_kernels.h"
 
-inline constexpr int kTileSide = 16;  // pixels on a side of a block's tile: 128 of each colour
+namespace phi::gpu {
 
 struct PixelPosition {
   int x, y;
@@ -13,17 +13,18 @@ struct PixelPosition {
 
 // A warp covers one colour of 8 x 8 pixels and a texture unit's group of four threads one of 4 x 2, so that fetches
 // fall near each other.
-__device__ __forceinline__ PixelPosition CheckerboardPixel(int colour) {
+// first_row: of the rows that the grid covers, a multiple of kTileSide.
+__device__ __forceinline__ PixelPosition CheckerboardPixel(int colour, int first_row) {
   const int lane = threadIdx.x & 31, warp = threadIdx.x >> 5;
   const int packed_column = (lane & 1) | ((lane >> 1) & 2);
   const int row = ((lane >> 1) & 1) | ((lane >> 2) & 6);
-  const int y = blockIdx.y * kTileSide + (warp >> 1) * 8 + row;
+  const int y = first_row + blockIdx.y * kTileSide + (warp >> 1) * 8 + row;
   const int x = blockIdx.x * kTileSide + (warp & 1) * 8 + 2 * packed_column + ((row + colour) & 1);
   return {x, y};
 }
 
-inline dim3 CheckerboardGrid(int width, int height) {
-  return dim3((width + kTileSide - 1) / kTileSide, (height + kTileSide - 1) / kTileSide);
+inline dim3 CheckerboardGrid(int width, int num_rows) {
+  return dim3((width + kTileSide - 1) / kTileSide, (num_rows + kTileSide - 1) / kTileSide);
 }
 
 }  // namespace phi::gpu

@@ -6,65 +6,36 @@
 #include <utility>
 
 #include "cuda/device_resources.h"
+#include "cuda/fetch_rate.h"
 #include "cuda/self_test.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace phi::gpu {
 
-DeviceResources::DeviceResources(const DeviceProperties& p)
-    : properties(p),
-      images(p.total_memory / 4,
-             [](const GrayImage& image, cudaStream_t stream) {
-               const Task task{"image upload", "", image.width(), image.height()};
-               return std::make_shared<const GrayPyramid>(image, stream, task);
-             }),
-      maps(p.total_memory / 4,
-           [](const PlaneMap& map, cudaStream_t stream) {
-             const Task task{"map upload", "", map.width(), map.height()};
-             return std::make_shared<const DeviceMap>(map, stream, task);
-           }),
-      depths(p.total_memory / 4,
-             [](const PlaneMap& map, cudaStream_t stream) {
-               const Task task{"depth map upload", "", map.width(), map.height()};
-               return std::make_shared<const DeviceDepths>(map, stream, task);
-             }),
-      times(Task{"set-up"}) {}
-
-void DeviceResources::NoteMemory(const Task& task) {
-  std::size_t free = 0, total = 0;
-  Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", task);
-  const std::int64_t now = static_cast<std::int64_t>(total - free);
-  std::int64_t peak = peak_bytes;
-  while (now > peak && !peak_bytes.compare_exchange_weak(peak, now)) {
-  }
-}
-
 namespace {
 
 class CudaBackend : public Backend {
-  // Once more with empty caches when memory ran out.
+  // Once more where memory ran out although the budget allowed the call.
   template <class Function>
   auto OnDevice(const Function& function) {
     const ScopedDevice current(device_->properties.index);
     try {
       return function();
     } catch (const OutOfDeviceMemory& error) {
-      LogDebug(std::string(error.what()) + "; trying again without cached images and maps");
+      LogDebug(std::string(error.what()) + "; trying again with less");
     }
-    device_->images.Clear();
-    device_->maps.Clear();
-    device_->depths.Clear();
+    device_->RecoverMemory(Task{"recovery from lack of memory"});
     return function();
   }
 
  public:
-  explicit CudaBackend(const DeviceProperties& properties)
-      : device_(std::make_unique<DeviceResources>(properties)) {}
+  CudaBackend(const DeviceProperties& properties, std::int64_t budget_bytes)
+      : device_(std::make_unique<DeviceResources>(properties, budget_bytes)) {}
 
   ~CudaBackend() override {
-    LogTimes();
     const ScopedDevice current(device_->properties.index);
+    LogTimes();
     device_.reset();
   }
 
@@ -72,7 +43,7 @@ class CudaBackend : public Backend {
     return "cuda:" + std::to_string(device_->properties.index) + " " + device_->properties.name;
   }
 
-  int NumConcurrentImages() const override { return 2; }
+  int NumConcurrentImages() const override { return kConcurrentCalls; }
 
   std::int64_t PeakDeviceBytes() const override { return device_->peak_bytes; }
 
@@ -118,14 +89,16 @@ class CudaBackend : public Backend {
   }
 
   // Some samples are read beside the texture units, so that their share may exceed 100 %.
-  std::string Rate(const StageTime& time) const {
+  static std::string Rate(const StageTime& time) {
     if (!(time.samples() > 0)) return "";
     char text[128];
-    const double rate = time.samples() / time.BusySeconds(), ceiling = device_->properties.texture_rate;
+    const double rate = time.samples() / time.BusySeconds();
     int length = std::snprintf(text, sizeof(text), ", %.3g ZNCC samples/s", rate);
-    if (ceiling > 0) {
-      std::snprintf(text + length, sizeof(text) - length, ", %.0f %% of the texture units' fetch ceiling",
-                    100 * rate / ceiling);
+    try {
+      std::snprintf(text + length, sizeof(text) - length, ", %.0f %% of the rate measured for bare fetches",
+                    100 * rate / MeasureFetchRate());
+    } catch (const ResourceError& error) {  // the maps are done: no reason to fail
+      LogDebug(error.what());
     }
     return text;
   }
@@ -135,7 +108,8 @@ class CudaBackend : public Backend {
 
 }  // namespace
 
-std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices) {
+std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices,
+                                                       std::int64_t budget_bytes) {
   std::vector<int> indices = gpu_indices;
   if (indices.empty() || indices == std::vector<int>{-1}) {
     indices.resize(NumCudaDevices(nullptr));
@@ -146,7 +120,7 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
     const DeviceProperties properties = QueryDevice(index);
     RequireWorkingDevice(properties);
     const ScopedDevice current(index);
-    backends.push_back(std::make_unique<CudaBackend>(properties));
+    backends.push_back(std::make_unique<CudaBackend>(properties, budget_bytes));
   }
   return backends;
 }

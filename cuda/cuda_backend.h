@@ -1,6 +1,7 @@
 // The GPU backend: one phi::Backend per device.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -10,7 +11,8 @@
 namespace phi::gpu {
 
 // One backend per GPU of `gpu_indices` (--PatchMatchStereo.gpu_index); empty or {-1} means all of them. Each has passed
-// the self-test. Throws phi::UsageError for an index that does not exist and phi::ResourceError where a device fails.
-std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices);
+// the self-test. budget_bytes: of device memory on each GPU; <= 0: what is free. Throws phi::UsageError for an index that does not exist and phi::ResourceError where a device fails.
+std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices,
+                                                       std::int64_t budget_bytes = 0);
 
 }  // namespace phi::gpu

@@ -31,16 +31,8 @@ DeviceProperties QueryDevice(int index) {
   cudaDeviceProp properties;
   Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties",
         Task{.stage = "device query"});
-  constexpr double kTextureUnits = 4,
-                   kHertzPerKilohertz = 1000;  // units of a multiprocessor, one sample a clock each
-  int kilohertz = 0;
-  if (cudaDeviceGetAttribute(&kilohertz, cudaDevAttrClockRate, index) != cudaSuccess) cudaGetLastError();
-  return {index,
-          properties.name,
-          10 * properties.major + properties.minor,
-          properties.totalGlobalMem,
-          properties.multiProcessorCount,
-          kTextureUnits * properties.multiProcessorCount * kHertzPerKilohertz * kilohertz};
+  return {index, properties.name, 10 * properties.major + properties.minor, properties.totalGlobalMem,
+          properties.multiProcessorCount};
 }
 
 ScopedDevice::ScopedDevice(int index) {

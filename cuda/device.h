@@ -12,8 +12,6 @@ struct DeviceProperties {
   int compute_capability = 0;    // 10 * major + minor
   std::size_t total_memory = 0;  // bytes
   int num_multiprocessors = 0;
-  double texture_rate =
-      0;  // bilinear samples/s that the texture units filter at the highest clock; 0: not known
 };
 
 // Number of CUDA devices, 0 where there is none; then `why_none` (may be null) says why in one sentence.

@@ -1,4 +1,4 @@
-// Device copies of host images and maps, made once and kept while a byte budget and the work at hand allow.
+// Device copies of host images and maps, made once and kept while the work at hand comes back to them.
 //
 // The key is the identity of a shared host object. The cache holds it weakly: an address that the host has freed and
 // given to another object is never mistaken for the old one.
@@ -15,13 +15,13 @@
 
 namespace phi::gpu {
 
-// Device has bytes(). Safe for concurrent use. A handle keeps its copy alive after eviction.
+// Safe for concurrent use. A handle keeps its copy alive after eviction.
 template <typename Host, typename Device>
 class DeviceCache {
  public:
   using Upload = std::function<std::shared_ptr<const Device>(const Host&, cudaStream_t)>;
 
-  DeviceCache(std::size_t budget_bytes, Upload upload) : budget_(budget_bytes), upload_(std::move(upload)) {}
+  explicit DeviceCache(Upload upload) : upload_(std::move(upload)) {}
 
   // The copy of `host`; work that `stream` gets from now on sees it complete.
   std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream,
@@ -50,12 +50,6 @@ class DeviceCache {
     Trim();
   }
 
-  // Frees every copy that no running call holds; for when device memory ran short.
-  void Clear() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    entries_.clear();
-  }
-
  private:
   struct Entry {
     std::weak_ptr<const Host> host;
@@ -64,15 +58,9 @@ class DeviceCache {
   };
 
   void Trim() {
-    std::size_t bytes = 0, count = 0;
-    for (auto it = entries_.begin(); it != entries_.end();) {
-      bytes += it->device->bytes();
-      ++count;
-      it = count > max_entries_ || (bytes > budget_ && count > 1) ? entries_.erase(it) : std::next(it);
-    }
+    while (entries_.size() > max_entries_) entries_.pop_back();
   }
 
-  const std::size_t budget_;
   std::size_t max_entries_ = std::numeric_limits<std::size_t>::max();
   const Upload upload_;
   std::mutex mutex_;

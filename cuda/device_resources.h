@@ -1,8 +1,8 @@
-// What the calls on one device share: cached images and maps, scratch memory, measured times. And the
+// What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times. And the
 // three kinds of call.
 //
 // Memory: a stage's calls come in a row, so each kind of call first gives up what only other kinds need, and caches keep
-// what two concurrent calls work on. Never more than a quarter of the card for images, and for maps.
+// what the calls that fit at once work on. cuda/memory_plan.h says what a call takes.
 #pragma once
 
 #include <atomic>
@@ -13,21 +13,39 @@
 #include "cuda/device_map.h"
 #include "cuda/device_times.h"
 #include "cuda/gray_texture.h"
+#include "cuda/memory_budget.h"
 #include "cuda/scratch.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
 
+// How many entries each cache keeps.
+struct CacheSizes {
+  std::size_t images = 0, compact_images = 0, maps = 0, depths = 0;
+};
+
+inline constexpr int kConcurrentCalls =
+    2;  // keep the device busy: one computes while another uploads or downloads
+
 struct DeviceResources {
-  // The device must be current, also at destruction.
-  explicit DeviceResources(const DeviceProperties& properties);
+  // The device must be current, also at destruction. budget_bytes <= 0: what is free on the device now, less a reserve.
+  DeviceResources(const DeviceProperties& properties, std::int64_t budget_bytes);
+
+  // Calls of `bytes` that the budget lets run side by side. Where it is one, frees the scratch memory of the others.
+  std::size_t NumCallsAtOnce(std::int64_t bytes);
+
+  void KeepOnly(const CacheSizes& sizes);
+
+  // After memory ran short: frees what no running call holds, and lowers the budget to what there really is.
+  void RecoverMemory(const Task& task);
 
   // Device memory in use now counts for the peak. Other programs' share counts too.
   void NoteMemory(const Task& task);
 
   DeviceProperties properties;
+  MemoryBudget budget;
   std::atomic<std::int64_t> peak_bytes = 0;
-  DeviceCache<GrayImage, GrayPyramid> images;
+  DeviceCache<GrayImage, GrayPyramid> images, compact_images;
   DeviceCache<PlaneMap, DeviceMap> maps;
   DeviceCache<PlaneMap, DeviceDepths> depths;
   ScratchPool scratch;

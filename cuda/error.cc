@@ -5,6 +5,10 @@
 namespace phi::gpu {
 namespace {
 
+constexpr char kRemedy[] =
+    "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, end other programs on the "
+    "GPU, or run with --PhiStereo.backend cpu";
+
 std::string Megabytes(std::size_t bytes) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.1f MB", static_cast<double>(bytes) / 1e6);
@@ -32,6 +36,13 @@ void ThrowCudaError(cudaError_t status, const char* call, const Task& task) {
   throw ResourceError(message);
 }
 
+void ThrowTooLittleMemory(std::int64_t needed, std::int64_t budget, const Task& task) {
+  throw ResourceError("out of memory in " + task.Describe() + ": it needs at least " +
+                      Megabytes(static_cast<std::size_t>(needed)) + " of device memory, and " +
+                      Megabytes(static_cast<std::size_t>(budget)) +
+                      " are available (--PhiStereo.device_memory)" + kRemedy);
+}
+
 void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, const Task& task) {
   if (status == cudaSuccess) return;
   if (status != cudaErrorMemoryAllocation) ThrowCudaError(status, call, task);
@@ -42,9 +53,7 @@ void CheckAllocation(cudaError_t status, const char* call, std::size_t bytes, co
     available = ", " + Megabytes(free) + " of the GPU's " + Megabytes(total) + " are free";
   }
   throw OutOfDeviceMemory("out of memory in " + task.Describe() + ": " + call + " needs " + Megabytes(bytes) +
-                          available +
-                          "; lower --PatchMatchStereo.max_image_size or --PhiStereo.num_source_views, "
-                          "end other programs on the GPU, or run with --PhiStereo.backend cpu");
+                          available + kRemedy);
 }
 
 }  // namespace phi::gpu

@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "phi/base/error.h"
@@ -33,6 +34,9 @@ inline void Check(cudaError_t status, const char* call, const Task& task) {
 
 // After each kernel launch: a bad configuration or a missing kernel image is reported here, a fault at the next sync.
 inline void CheckLaunch(const char* kernel, const Task& task) { Check(cudaGetLastError(), kernel, task); }
+
+// A call needs more than the budget (--PhiStereo.device_memory) even in its smallest parts. Throws phi::ResourceError.
+[[noreturn]] void ThrowTooLittleMemory(std::int64_t needed, std::int64_t budget, const Task& task);
 
 // As Check, for allocations: an out-of-memory error says how many bytes were
 // needed and how many are free (OutOfDeviceMemory).

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "cuda/device_resources.h"
-#include "cuda/estimation_kernels.h"
+#include "cuda/estimation_in_bands.h"
+#include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
 #include "phi/initialization.h"
 #include "phi/matching/estimation_setup.h"
@@ -17,12 +18,13 @@ using TextureHandle = std::shared_ptr<const GrayPyramid>;
 // Fills in the textures; the handles keep them alive until the call ends.
 std::vector<TextureHandle> BindTextures(DeviceResources* device, const EstimationInput& input,
                                         cudaStream_t stream, const Task& task, EstimationLaunch* launch) {
+  auto& images = launch->form == ImageForm::kQuads ? device->images : device->compact_images;
   std::vector<TextureHandle> handles;
-  handles.push_back(device->images.Get(input.reference.image, stream, task));
+  handles.push_back(images.Get(input.reference.image, stream, task));
   handles.back()->CopyTextures(launch->reference);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   for (std::size_t j = 0; j < views.size(); ++j) {
-    handles.push_back(device->images.Get(input.sources[j].image, stream, task));
+    handles.push_back(images.Get(input.sources[j].image, stream, task));
     launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
     handles.back()->CopyTextures(launch->sources[j].textures);
     handles.back()->CopyQuads(launch->sources[j].quads);
@@ -31,19 +33,36 @@ std::vector<TextureHandle> BindTextures(DeviceResources* device, const Estimatio
 }
 
 // Gives up what an estimation does not use; see DeviceResources.
-void PrepareMemory(DeviceResources* device, Scratch* scratch, std::size_t num_sources) {
-  device->images.KeepAtMost(2 * (num_sources + 1));
-  device->depths.KeepAtMost(2 * num_sources);
-  device->maps.KeepAtMost(0);
+void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPlan& plan,
+                   std::size_t num_sources) {
+  const std::size_t num_calls = device->NumCallsAtOnce(plan.bytes);
+  CacheSizes sizes;
+  (plan.form == ImageForm::kQuads ? sizes.images : sizes.compact_images) = num_calls * (num_sources + 1);
+  sizes.depths = num_calls * num_sources;
+  device->KeepOnly(sizes);
   scratch->inference.FreeDeviceMaps();
 }
 
-void ReserveState(Scratch* scratch, std::int64_t num_pixels, int num_views, const Task& task) {
+// The state of the whole image, and its rows.
+void BindState(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
+  const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
   scratch->plane.Reserve(num_pixels, task);
   scratch->cost.Reserve(num_pixels, task);
   scratch->estimation.selected_views.Reserve(num_pixels, task);
-  scratch->estimation.view_costs.Reserve(num_pixels * num_views, task);
-  scratch->estimation.window_levels.Reserve(num_pixels, task);
+  scratch->estimation.view_costs.Reserve(num_pixels * launch->parameters.num_views, task);
+  launch->state = {scratch->plane.View(task.width, task.height), scratch->cost.View(task.width, task.height),
+                   scratch->estimation.selected_views.View(task.width, task.height),
+                   scratch->estimation.view_costs.data(), num_pixels};
+}
+
+void BindWindowsAndCounter(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
+  EstimationScratch& buffers = scratch->estimation;
+  buffers.window_levels.Reserve(static_cast<std::int64_t>(task.width) * task.height, task);
+  launch->window_levels = buffers.window_levels.View(task.width, task.height);
+  buffers.num_windows.Reserve(1, task);
+  Check(cudaMemsetAsync(buffers.num_windows.data(), 0, buffers.num_windows.bytes(), scratch->stream.get()),
+        "cudaMemsetAsync", task);
+  launch->num_windows = buffers.num_windows.data();
 }
 
 InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges, const Task& task) {
@@ -60,18 +79,11 @@ InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges,
 
 using DepthsHandle = std::shared_ptr<const DeviceDepths>;
 
-// An earlier estimate to start from, in the state itself, and the source views' depths; the handles keep these alive
-// until the call ends.
-std::vector<DepthsHandle> BindEarlierMaps(DeviceResources* device, const EstimationInput& input,
-                                          Scratch* scratch, const Task& task, InitialDepths* initial,
-                                          EstimationLaunch* launch) {
+// The source views' depths for guidance; the handles keep them alive until the call ends.
+std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const EstimationInput& input,
+                                       Scratch* scratch, const Task& task, EstimationLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   std::vector<DepthsHandle> handles;
-  if (input.initial != nullptr) {
-    const PlaneMap& map = *input.initial;
-    scratch->plane.Upload(map.data(), static_cast<std::int64_t>(map.size()), stream, task);
-    initial->hypotheses = scratch->plane.View(map.width(), map.height());
-  }
   if (input.source_maps.empty()) return handles;
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   std::vector<GuidanceSource> guidance;
@@ -88,11 +100,38 @@ std::vector<DepthsHandle> BindEarlierMaps(DeviceResources* device, const Estimat
   return handles;
 }
 
-// Samples of source windows that a full estimation takes: each pixel's first hypothesis, then eight propagated and
-// three refined ones per iteration.
-double NumSamples(const EstimationParameters& p) {
-  const double pixels = static_cast<double>(p.reference.width) * p.reference.height;
-  return pixels * p.num_views * p.window.NumSamples() * (1.0 + 11.0 * (p.end_iteration - p.first_iteration));
+void EstimateWhole(EstimationLaunch launch, InitialDepths initial, const PlaneMap* earlier, Scratch* scratch,
+                   const Task& task) {
+  const cudaStream_t stream = scratch->stream.get();
+  const std::int64_t num_pixels = launch.state.plane.size();
+  if (earlier != nullptr) {
+    scratch->plane.Upload(earlier->data(), num_pixels, stream, task);
+    initial.hypotheses = launch.state.plane;
+  }
+  LaunchInitialization(launch, initial, stream, task);
+  const EstimationParameters& p = launch.parameters;
+  for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
+    for (const int colour : {0, 1}) LaunchHalfPass(launch, iteration, colour, stream, task);
+  }
+}
+
+void EstimateByBands(const EstimationLaunch& launch, int band_rows, const InitialDepths& initial,
+                     const PlaneMap* earlier, Scratch* scratch, const Task& task) {
+  EstimationInBands estimation(launch, band_rows, scratch, task);
+  estimation.Initialize(initial, earlier);
+  const EstimationParameters& p = launch.parameters;
+  for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
+    for (const int colour : {0, 1}) estimation.HalfPass(iteration, colour);
+  }
+}
+
+// Waits for the device.
+EstimationResult TakeResult(const Scratch& scratch, const Task& task) {
+  EstimationResult result{PlaneMap(task.width, task.height), CostMap(task.width, task.height)};
+  scratch.stream.Synchronize(task);
+  std::memcpy(result.map.data(), scratch.host_plane.data(), result.map.bytes());
+  std::memcpy(result.cost.data(), scratch.host_cost.data(), result.cost.bytes());
+  return result;
 }
 
 }  // namespace
@@ -104,38 +143,40 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   EstimationLaunch launch;
   launch.parameters = MakeEstimationParameters(input, options);
   const DepthRangeMap ranges = NearestPointDepthRanges(input.sparse, size.width, size.height);
+  const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task);
+  const bool is_whole = plan.band_rows == 0;
+  launch.form = plan.form;
+  launch.end_row = size.height;
 
+  const MemoryBudget::Lease lease(&device->budget, plan.bytes);
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
-  const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
-  PrepareMemory(device, scratch.get(), input.sources.size());
-  ReserveState(scratch.get(), num_pixels, launch.parameters.num_views, task);
-  launch.state = {scratch->plane.View(size.width, size.height), scratch->cost.View(size.width, size.height),
-                  scratch->estimation.selected_views.View(size.width, size.height),
-                  scratch->estimation.view_costs.data()};
-  launch.window_levels = scratch->estimation.window_levels.View(size.width, size.height);
+  PrepareMemory(device, scratch.get(), plan, input.sources.size());
+  if (is_whole) BindState(scratch.get(), task, &launch);
+  BindWindowsAndCounter(scratch.get(), task, &launch);
   const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
-  InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
-  const std::vector<DepthsHandle> depths =
-      BindEarlierMaps(device, input, scratch.get(), task, &initial, &launch);
+  const InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
+  const std::vector<DepthsHandle> depths = BindGuidance(device, input, scratch.get(), task, &launch);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
   LaunchWindowLevels(launch, stream, task);
-  LaunchInitialization(launch, initial, stream, task);
-  for (int i = launch.parameters.first_iteration; i < launch.parameters.end_iteration; ++i)
-    LaunchIteration(launch, i, stream, task);
+  if (is_whole) {
+    EstimateWhole(launch, initial, input.initial.get(), scratch.get(), task);
+  } else {
+    EstimateByBands(launch, plan.band_rows, initial, input.initial.get(), scratch.get(), task);
+  }
   scratch->end.Record(stream, task);
-  scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
-  scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
+  if (is_whole) {
+    scratch->host_plane.Download(scratch->plane, launch.state.plane.size(), stream, task);
+    scratch->host_cost.Download(scratch->cost, launch.state.cost.size(), stream, task);
+  }
+  scratch->estimation.host_num_windows.Download(scratch->estimation.num_windows, 1, stream, task);
   device->NoteMemory(task);
-  EstimationResult result{PlaneMap(size.width, size.height), CostMap(size.width, size.height)};
-  scratch->stream.Synchronize(task);
-
-  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, NumSamples(launch.parameters),
-                    task);
-  std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
-  std::memcpy(result.cost.data(), scratch->host_cost.data(), result.cost.bytes());
+  EstimationResult result = TakeResult(*scratch.get(), task);
+  const double num_samples = static_cast<double>(*scratch->estimation.host_num_windows.data()) *
+                             launch.parameters.window.NumSamples();
+  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }
 

@@ -1,5 +1,3 @@
-#include <type_traits>
-
 #include "cuda/checkerboard.cuh"
 #include "cuda/estimation_kernels.h"
 #include "cuda/matching_context.cuh"
@@ -9,42 +7,56 @@ namespace {
 
 __global__ void __launch_bounds__(kThreads)
     WindowLevelKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
-  const PixelPosition pixel = CheckerboardPixel(colour);
+  const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
   if (!launch.window_levels.Contains(pixel.x, pixel.y)) return;
   const int level = SelectWindowLevel(launch.reference, launch.parameters.num_levels,
                                       launch.parameters.window, pixel.x + 0.5f, pixel.y + 0.5f);
   launch.window_levels(pixel.x, pixel.y) = static_cast<std::uint8_t>(1 << level);
 }
 
-template <int kViews, int kSide>
+// kMostViews: of the source views. kSide: samples on a side of the window, or 0 for any.
+template <int kMostViews, int kSide, ImageForm kForm>
+struct Variant {
+  static constexpr int kViews = kMostViews;
+  using Context = GpuContext<kSide, kForm>;
+  static constexpr int kSharedBytes = ReferenceWindow<kSide, kForm>::kSharedBytes;
+};
+
+template <class V>
 __global__ void __launch_bounds__(kThreads)
     InitializeKernel(const __grid_constant__ EstimationLaunch launch, InitialDepths initial, int colour) {
-  const PixelPosition pixel = CheckerboardPixel(colour);
-  if (!launch.state.plane.Contains(pixel.x, pixel.y)) return;
-  PlaneHypothesis hypothesis;
-  if (initial.hypotheses.data != nullptr) hypothesis = initial.hypotheses(pixel.x, pixel.y);
-  if (!(hypothesis.depth > 0)) {
-    const float2 range = initial.ranges(pixel.x / initial.cell, pixel.y / initial.cell);
-    hypothesis = FirstHypothesis(launch.parameters, range.x, range.y, pixel.x, pixel.y);
+  const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
+  const typename V::Context context(launch);
+  if (launch.state.plane.Contains(pixel.x, pixel.y)) {
+    PlaneHypothesis hypothesis;
+    if (initial.hypotheses.data != nullptr) hypothesis = initial.hypotheses(pixel.x, pixel.y);
+    if (!(hypothesis.depth > 0)) {
+      const float2 range = initial.ranges(pixel.x / initial.cell, pixel.y / initial.cell);
+      hypothesis = FirstHypothesis(launch.parameters, range.x, range.y, pixel.x, pixel.y);
+    }
+    InitializePixelState<V::kViews>(context, pixel.x, pixel.y, hypothesis);
   }
-  InitializePixelState<kViews>(GpuContext<kSide>(launch), pixel.x, pixel.y, hypothesis);
+  context.CountWindows();
 }
 
-template <int kViews, int kSide>
+template <class V>
 __global__ void __launch_bounds__(kThreads)
     UpdateKernel(const __grid_constant__ EstimationLaunch launch, int iteration, int colour) {
-  const PixelPosition pixel = CheckerboardPixel(colour);
-  if (!launch.state.plane.Contains(pixel.x, pixel.y)) return;
-  UpdatePixel<kViews>(GpuContext<kSide>(launch), pixel.x, pixel.y, iteration);
+  const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
+  const typename V::Context context(launch);
+  if (launch.state.plane.Contains(pixel.x, pixel.y)) {
+    UpdatePixel<V::kViews>(context, pixel.x, pixel.y, iteration);
+  }
+  context.CountWindows();
 }
 
-template <int kSide>
+template <class V>
 __global__ void __launch_bounds__(kThreads)
     ViewCostsKernel(const __grid_constant__ EstimationLaunch launch,
                     ArrayView2D<const PlaneHypothesis> hypotheses, float* costs, int colour) {
-  const PixelPosition pixel = CheckerboardPixel(colour);
+  const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
   if (!hypotheses.Contains(pixel.x, pixel.y)) return;
-  const GpuContext<kSide> context(launch);
+  const typename V::Context context(launch);
   float pixel_costs[kMaxSourceViews];
   context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y),
                 kAllViews, pixel_costs);
@@ -52,30 +64,27 @@ __global__ void __launch_bounds__(kThreads)
   for (int j = 0; j < launch.parameters.num_views; ++j) costs[j * hypotheses.size() + index] = pixel_costs[j];
 }
 
-template <int kValue>
-using Constant = std::integral_constant<int, kValue>;
-
-// Calls function(Constant<kSide>) with a compiled window, or 0 for any other.
-template <class Function>
+// Calls function(Variant) with the compiled window, or the general one, which reads through textures alone.
+template <int kViews, class Function>
 void WithWindow(const EstimationLaunch& launch, const Function& function) {
-  switch (2 * launch.parameters.window.samples_per_side + 1) {
-    case 11:
-      return function(Constant<11>());
-    default:
-      return function(Constant<0>());
+  constexpr int kSide = 11;
+  if (2 * launch.parameters.window.samples_per_side + 1 != kSide) {
+    function(Variant<kViews, 0, ImageForm::kCompact>());
+  } else if (launch.form == ImageForm::kCompact) {
+    function(Variant<kViews, kSide, ImageForm::kCompact>());
+  } else {
+    function(Variant<kViews, kSide, ImageForm::kQuads>());
   }
 }
 
-// Calls function(Constant<kViews>, Constant<kSide>).
 template <class Function>
-void WithViewsAndWindow(const EstimationLaunch& launch, const Function& function) {
-  WithWindow(launch, [&](auto side) {
-    if (launch.parameters.num_views <= 8) {
-      function(Constant<8>(), side);
-    } else {
-      function(Constant<kMaxSourceViews>(), side);
-    }
-  });
+void WithVariant(const EstimationLaunch& launch, const Function& function) {
+  constexpr int kFewViews = 8;
+  if (launch.parameters.num_views <= kFewViews) {
+    WithWindow<kFewViews>(launch, function);
+  } else {
+    WithWindow<kMaxSourceViews>(launch, function);
+  }
 }
 
 // Lets a kernel use `bytes` of dynamic shared memory, which needs a permission above 48 KB.
@@ -87,7 +96,7 @@ int AllowSharedMemory(Kernel kernel, int bytes, const Task& task) {
 }
 
 dim3 Grid(const EstimationLaunch& launch) {
-  return CheckerboardGrid(launch.parameters.reference.width, launch.parameters.reference.height);
+  return CheckerboardGrid(launch.parameters.reference.width, launch.end_row - launch.first_row);
 }
 
 }  // namespace
@@ -101,9 +110,9 @@ void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, con
 
 void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
                           const Task& task) {
-  WithViewsAndWindow(launch, [&](auto views, auto side) {
-    const auto kernel = InitializeKernel<views.value, side.value>;
-    const int shared = AllowSharedMemory(kernel, ReferenceWindow<side.value>::kSharedBytes, task);
+  WithVariant(launch, [&](auto variant) {
+    const auto kernel = InitializeKernel<decltype(variant)>;
+    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
     for (int colour = 0; colour < 2; ++colour) {
       kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, initial, colour);
       CheckLaunch("InitializeKernel", task);
@@ -111,22 +120,21 @@ void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& i
   });
 }
 
-void LaunchIteration(const EstimationLaunch& launch, int iteration, cudaStream_t stream, const Task& task) {
-  WithViewsAndWindow(launch, [&](auto views, auto side) {
-    const auto kernel = UpdateKernel<views.value, side.value>;
-    const int shared = AllowSharedMemory(kernel, ReferenceWindow<side.value>::kSharedBytes, task);
-    for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, iteration, colour);
-      CheckLaunch("UpdateKernel", task);
-    }
+void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, cudaStream_t stream,
+                    const Task& task) {
+  WithVariant(launch, [&](auto variant) {
+    const auto kernel = UpdateKernel<decltype(variant)>;
+    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
+    kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, iteration, colour);
+    CheckLaunch("UpdateKernel", task);
   });
 }
 
 void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,
                      float* costs, cudaStream_t stream, const Task& task) {
-  WithWindow(launch, [&](auto side) {
-    const auto kernel = ViewCostsKernel<side.value>;
-    const int shared = AllowSharedMemory(kernel, ReferenceWindow<side.value>::kSharedBytes, task);
+  WithWindow<kMaxSourceViews>(launch, [&](auto variant) {
+    const auto kernel = ViewCostsKernel<decltype(variant)>;
+    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
     for (int colour = 0; colour < 2; ++colour) {
       kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, hypotheses, costs, colour);
       CheckLaunch("ViewCostsKernel", task);

@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include "cuda/error.h"
+#include "cuda/gray_texture.h"
 #include "cuda/texture_sampler.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/geometric_guidance.h"
@@ -11,13 +12,15 @@
 
 namespace phi::gpu {
 
+inline constexpr int kTileSide = 16;  // pixels on a side of a block's tile: 128 of each colour
+
 // What the matching cost needs of a source view: see phi::RelativeView for a and b.
 struct SourceView {
   Mat3f a;
   Vec3f b;
   int width = 0, height = 0;  // of level 0
   TextureSampler textures[kMaxPyramidLevels];
-  const std::uint32_t* quads[kMaxPyramidLevels] = {};  // TexelQuads::data
+  TexelQuads quads[kMaxPyramidLevels];
 };
 
 // Depths of a source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
@@ -29,7 +32,10 @@ struct GuidanceSource {
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
 struct EstimationLaunch {
   EstimationParameters parameters;
-  EstimationState state;
+  EstimationState state;           // of all rows; only first_row to end_row and what those read need be there
+  int first_row = 0, end_row = 0;  // the rows to work on; first_row is a multiple of kTileSide
+  ImageForm form = ImageForm::kQuads;         // of the sources
+  unsigned long long* num_windows = nullptr;  // counts the source windows that were read, on the device
   TextureSampler reference[kMaxPyramidLevels];
   ArrayView2D<std::uint8_t>
       window_levels;  // 1 << pyramid level of each pixel's window; LaunchWindowLevels writes it
@@ -49,8 +55,9 @@ void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, con
 void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
                           const Task& task);
 
-// Both colours of the checkerboard, one after the other.
-void LaunchIteration(const EstimationLaunch& launch, int iteration, cudaStream_t stream, const Task& task);
+// One colour of the checkerboard, 0 and then 1 in each iteration.
+void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, cudaStream_t stream,
+                    const Task& task);
 
 // The cost of each pixel's hypothesis in each source view: costs[view][pixel]. For tests.
 void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,

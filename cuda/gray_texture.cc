@@ -1,45 +1,66 @@
 #include "cuda/gray_texture.h"
 
 #include "phi/matching/pyramid.h"
+#include "phi/matching/window_level.h"
 
 namespace phi::gpu {
 
-GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task)
-    : quads_(NumQuads(image.width(), image.height()), task), width_(image.width()) {
+GrayTexture::GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task)
+    : width_(image.width()), bytes_(Bytes(image.width(), image.height(), form)) {
+  if (form == ImageForm::kQuads) quads_.Reserve(NumQuads(image.width(), image.height()), task);
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
-  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray",
+  const unsigned flags = form == ImageForm::kCompact ? cudaArrayTextureGather : cudaArrayDefault;
+  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height(), flags), "cudaMallocArray",
                   image.size(), task);
-  bytes_ = image.size() + quads_.bytes();
   try {
     Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
                                    cudaMemcpyHostToDevice, stream),
           "cudaMemcpy2DToArrayAsync", task);
-    cudaResourceDesc resource = {};
-    resource.resType = cudaResourceTypeArray;
-    resource.res.array.array = array_;
-    cudaTextureDesc texture = {};
-    texture.addressMode[0] = texture.addressMode[1] = cudaAddressModeClamp;
-    texture.filterMode = cudaFilterModeLinear;
-    texture.readMode = cudaReadModeNormalizedFloat;
-    Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
-    LaunchTexelQuads(texture_, image.width(), image.height(), quads_.data(), stream, task);
+    MakeTextures(task);
+    if (form == ImageForm::kQuads) {
+      LaunchTexelQuads(texture_, image.width(), image.height(), quads_.data(), stream, task);
+    }
     // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
   } catch (...) {
-    cudaFreeArray(array_);
+    Destroy();
     throw;
   }
 }
 
-GrayTexture::~GrayTexture() {
-  cudaFreeArray(array_);  // waits for kernels that an error left under way
-  cudaDestroyTextureObject(texture_);
+void GrayTexture::MakeTextures(const Task& task) {
+  cudaResourceDesc resource = {};
+  resource.resType = cudaResourceTypeArray;
+  resource.res.array.array = array_;
+  cudaTextureDesc texture = {};
+  texture.addressMode[0] = texture.addressMode[1] = cudaAddressModeClamp;
+  texture.filterMode = cudaFilterModeLinear;
+  texture.readMode = cudaReadModeNormalizedFloat;
+  Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
+  if (quads_.data() != nullptr) return;
+  texture.filterMode = cudaFilterModePoint;
+  texture.readMode = cudaReadModeElementType;
+  Check(cudaCreateTextureObject(&gather_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
 }
 
-GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) {
-  levels_.push_back(std::make_unique<GrayTexture>(image, stream, task));
+void GrayTexture::Destroy() {
+  cudaFreeArray(array_);  // waits for kernels that an error left under way
+  if (texture_ != 0) cudaDestroyTextureObject(texture_);
+  if (gather_ != 0) cudaDestroyTextureObject(gather_);
+}
+
+GrayTexture::~GrayTexture() { Destroy(); }
+
+std::size_t GrayTexture::Bytes(int width, int height, ImageForm form) {
+  const std::size_t texels = static_cast<std::size_t>(width) * height;
+  const std::size_t quads = static_cast<std::size_t>(NumQuads(width, height)) * sizeof(std::uint32_t);
+  return texels + (form == ImageForm::kQuads ? quads : 0);
+}
+
+GrayPyramid::GrayPyramid(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task) {
+  levels_.push_back(std::make_unique<GrayTexture>(image, form, stream, task));
   for (const GrayImage& level : BuildPyramid(image, kMaxPyramidLevels)) {
-    levels_.push_back(std::make_unique<GrayTexture>(level, stream, task));
+    levels_.push_back(std::make_unique<GrayTexture>(level, form, stream, task));
   }
 }
 
@@ -48,13 +69,23 @@ void GrayPyramid::CopyTextures(TextureSampler* textures) const {
     textures[level].texture = levels_[level]->get();
 }
 
-void GrayPyramid::CopyQuads(const std::uint32_t** quads) const {
-  for (std::size_t level = 0; level < levels_.size(); ++level) quads[level] = levels_[level]->quads().data;
+void GrayPyramid::CopyQuads(TexelQuads* quads) const {
+  for (std::size_t level = 0; level < levels_.size(); ++level) quads[level] = levels_[level]->quads();
 }
 
 std::size_t GrayPyramid::bytes() const {
   std::size_t sum = 0;
   for (const auto& level : levels_) sum += level->bytes();
+  return sum;
+}
+
+std::size_t GrayPyramid::Bytes(int width, int height, ImageForm form) {
+  std::size_t sum = 0;
+  for (int level = 0; level < kMaxPyramidLevels; ++level) {
+    sum += GrayTexture::Bytes(width, height, form);
+    width = (width + 1) / 2;
+    height = (height + 1) / 2;
+  }
   return sum;
 }
 

@@ -16,23 +16,32 @@
 
 namespace phi::gpu {
 
+// kQuads: for speed, 5 bytes a pixel. kCompact: 1 byte a pixel; texel quads are gathered from the texture.
+enum class ImageForm { kQuads, kCompact };
+
 // Coordinates are K's: pixel centres at half-integers, as the hardware has them. Values are gray / 255.
 class GrayTexture {
  public:
   // The copy is ordered on `stream`; `image` may go away once the constructor has returned.
-  GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task);
+  GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task);
   ~GrayTexture();
   GrayTexture(const GrayTexture&) = delete;
   GrayTexture& operator=(const GrayTexture&) = delete;
 
   cudaTextureObject_t get() const { return texture_; }
-  TexelQuads quads() const { return {quads_.data(), QuadPitch(width_)}; }
+  TexelQuads quads() const { return {quads_.data(), QuadPitch(width_), gather_}; }
   std::size_t bytes() const { return bytes_; }
 
+  static std::size_t Bytes(int width, int height, ImageForm form);
+
  private:
+  void MakeTextures(const Task& task);
+  void Destroy();
+
   cudaArray_t array_ = nullptr;
   cudaTextureObject_t texture_ = 0;
-  DeviceBuffer<std::uint32_t> quads_;
+  cudaTextureObject_t gather_ = 0;     // of kCompact: unfiltered bytes
+  DeviceBuffer<std::uint32_t> quads_;  // of kQuads
   int width_ = 0;
   std::size_t bytes_ = 0;
 };
@@ -40,13 +49,15 @@ class GrayTexture {
 // All levels of an image's pyramid (phi/matching/pyramid.h).
 class GrayPyramid {
  public:
-  GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task);
+  GrayPyramid(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task);
 
   // Level 0 first, kMaxPyramidLevels of them.
   void CopyTextures(TextureSampler* textures) const;
-  void CopyQuads(const std::uint32_t** quads) const;
+  void CopyQuads(TexelQuads* quads) const;
   const GrayTexture& level(int level) const { return *levels_[level]; }
   std::size_t bytes() const;
+
+  static std::size_t Bytes(int width, int height, ImageForm form);
 
  private:
   std::vector<std::unique_ptr<GrayTexture>> levels_;

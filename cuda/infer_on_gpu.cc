@@ -9,6 +9,7 @@
 
 #include "cuda/device_resources.h"
 #include "cuda/inference_kernels.h"
+#include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/inference/potential_tables.h"
@@ -40,13 +41,13 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
                           const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   SourceHandles handles;
-  handles.textures.push_back(device->images.Get(input.reference.image, stream, task));
+  handles.textures.push_back(device->compact_images.Get(input.reference.image, stream, task));
   launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
   const std::size_t num_sources = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_sources; ++j) {
     const ViewImage& source = input.sources[j];
-    handles.textures.push_back(device->images.Get(source.image, stream, task));
+    handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
     if (launch->paper || j >= input.source_maps.size() || input.source_maps[j] == nullptr) continue;
@@ -65,7 +66,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   const std::int64_t n = static_cast<std::int64_t>(width) * height;
   InferenceScratch& buffers = scratch->inference;
   buffers.supports.Reserve(n, task);
-  buffers.inverse_depths.Reserve((kNumDirections + 3) * n, task);
+  buffers.inverse_depths.Reserve(InferenceScratch::kPixelFloats * n, task);
   scratch->plane.Reserve(n, task);
   scratch->filled.Reserve(n, task);
   launch->supports = buffers.supports.View(width, height);
@@ -127,9 +128,9 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
   field.view.width = (width + kFieldStride - 1) / kFieldStride;
   field.view.height = (height + kFieldStride - 1) / kFieldStride;
   const std::int64_t n = static_cast<std::int64_t>(field.view.width) * field.view.height;
-  buffers.node_bytes.Reserve(3 * n, task);
-  buffers.node_floats.Reserve((kMaxLabels + 2) * n, task);
-  buffers.node_integers.Reserve(3 * kMaxLabels * n, task);
+  buffers.node_bytes.Reserve(InferenceScratch::kByteFields * n, task);
+  buffers.node_floats.Reserve(InferenceScratch::kFloatFields * n, task);
+  buffers.node_integers.Reserve(InferenceScratch::kIntegerFields * n, task);
   buffers.totals.Reserve(kNumFieldTotals, task);
   buffers.tables.Reserve(kUnaryTableSize + kPairwiseTableSize, task);
   const cudaStream_t stream = scratch->stream.get();
@@ -175,11 +176,12 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   InferenceResult result{*input.measured, Mask(width, height), {}};
   if (options.mode == InferenceMode::kOff) return result;
 
+  const std::int64_t bytes = PlanInference(input, device->budget.bytes(), task);
+  const MemoryBudget::Lease lease(&device->budget, bytes);
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
-  device->images.KeepAtMost(2 * (input.sources.size() + 1));
-  device->depths.KeepAtMost(2 * input.sources.size());
-  device->maps.KeepAtMost(0);
+  const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
+  device->KeepOnly({.compact_images = num_images, .depths = num_images});
   scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
   launch.reference = MakeRayModel(input.reference.view->camera.pinhole);

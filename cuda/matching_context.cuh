@@ -34,7 +34,19 @@ __device__ __forceinline__ float FastExp2(float x) {
 // Pixels along a side of a pyramid level (phi::HalveImage rounds up).
 __device__ __forceinline__ int LevelSize(int size, int level) { return (size + (1 << level) - 1) >> level; }
 
+// The texel quad of cell (column, row). The cell's corner lies in the middle of its four texels, so rounding cannot make
+// the texture unit take others.
+__device__ __forceinline__ std::uint32_t GatherQuad(cudaTextureObject_t texels, std::uint32_t column,
+                                                    std::uint32_t row) {
+  const uchar4 t = tex2Dgather<uchar4>(texels, __uint2float_rn(column),
+                                       __uint2float_rn(row));  // from low left, to the right
+  const std::uint32_t top = t.w | static_cast<std::uint32_t>(t.z) << 8;
+  const std::uint32_t low = t.x | static_cast<std::uint32_t>(t.y) << 8;
+  return top | low << 16;
+}
+
 // Grey level at (u, v) = (x, y) / w in K's coordinates, with fractions of 7 bits, less `shift`. Inside the image only.
+template <ImageForm kForm>
 __device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w,
                                           float shift) {
   // Adding 1.5 * 2^16 leaves a fixed-point number of 7 fractional bits in the mantissa; 0.5 more for the cell's index.
@@ -42,10 +54,14 @@ __device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, floa
   constexpr std::uint32_t kMagicCell = 0x47C00000u >> 7;
   const std::uint32_t u = __float_as_uint(fmaf(x, inverse_w, kMagic));
   const std::uint32_t v = __float_as_uint(fmaf(y, inverse_w, kMagic));
-  const std::uint32_t pitch = static_cast<std::uint32_t>(quads.pitch);
-  const std::uint32_t row = (v >> 7) * pitch - (kMagicCell * pitch + kMagicCell);  // modulo 2^32
-  const std::uint32_t cell = row + (u >> 7);
-  const std::uint32_t texels = __ldg(quads.data + cell);
+  std::uint32_t texels;
+  if constexpr (kForm == ImageForm::kCompact) {
+    texels = GatherQuad(quads.gather, (u >> 7) - kMagicCell, (v >> 7) - kMagicCell);
+  } else {
+    const std::uint32_t pitch = static_cast<std::uint32_t>(quads.pitch);
+    const std::uint32_t row = (v >> 7) * pitch - (kMagicCell * pitch + kMagicCell);  // modulo 2^32
+    texels = __ldg(quads.data + (row + (u >> 7)));
+  }
   const std::uint32_t fraction_u = u & 127, fraction_v = v & 127;
   // Two 16-bit weights in a word: left in the lower half, right in the upper one.
   const std::uint32_t weights = fraction_u * 65535u + 128u;
@@ -61,7 +77,7 @@ struct SourceLevel {
   TexelQuads quads;
 
   __device__ __forceinline__ SourceLevel(const SourceView& view, int level)
-      : texture(view.textures[level]), quads{view.quads[level], QuadPitch(LevelSize(view.width, level))} {}
+      : texture(view.textures[level]), quads(view.quads[level]) {}
 };
 
 // The window's centre in a source image in homogeneous pixels, and its change per sample to the right and down.
@@ -99,7 +115,7 @@ struct WindowWarp {
 
 // Reference samples of each thread's window. kSide: samples on a side of the window, odd; or 0 for any window, whose
 // samples are then read again for each hypothesis and view.
-template <int kSide>
+template <int kSide, ImageForm kForm>
 class ReferenceWindow {
  public:
   static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
@@ -162,7 +178,7 @@ class ReferenceWindow {
     const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
     const float s =
         kByTexture ? fmaf(255.0f, tex2D<float>(source.texture.texture, x * inverse_w, y * inverse_w), -shift_)
-                   : ReadQuad(source.quads, x, y, inverse_w, shift_);
+                   : ReadQuad<kForm>(source.quads, x, y, inverse_w, shift_);
     const float weighted = Weight(r) * s;
     sums->s += weighted;
     sums->ss = fmaf(weighted, s, sums->ss);
@@ -179,8 +195,8 @@ class ReferenceWindow {
   ZnccSums sums_;  // of the reference; those of the source are zero
 };
 
-template <>
-class ReferenceWindow<0> {
+template <ImageForm kForm>
+class ReferenceWindow<0, kForm> {
  public:
   static constexpr int kSharedBytes = 0;
 
@@ -229,16 +245,17 @@ class ReferenceWindow<0> {
   float u_ = 0, v_ = 0, shift_ = 0, total_weight_ = 0;
 };
 
-template <int kSide>
+template <int kSide, ImageForm kForm>
 struct GpuContext {
   static constexpr bool kReusesCosts = false;
 
   const EstimationLaunch& launch;
   const EstimationParameters& parameters;
   EstimationState state;
+  mutable std::uint32_t num_windows = 0;  // of the sources that this thread read
 
   struct Patch {
-    ReferenceWindow<kSide> window;
+    ReferenceWindow<kSide, kForm> window;
     unsigned level_bit;  // 1 << level of the pyramids, see phi/matching/window_level.h
   };
 
@@ -262,6 +279,14 @@ struct GpuContext {
              [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, wanted, costs); });
   }
 
+  // Adds what the threads of the warp read to the launch's count. All of them must call it.
+  __device__ __forceinline__ void CountWindows() const {
+    constexpr unsigned kWarp = 0xffffffffu;
+    std::uint32_t sum = num_windows;
+    for (int offset = 16; offset > 0; offset /= 2) sum += __shfl_down_sync(kWarp, sum, offset);
+    if ((threadIdx.x & 31) == 0) atomicAdd(launch.num_windows, static_cast<unsigned long long>(sum));
+  }
+
  private:
   // Calls function(level) for the level that the bit stands for. The counter is the same for all threads of a warp, and
   // so is a texture handle that it selects; one selected by a thread's own level would serialise every fetch.
@@ -283,14 +308,17 @@ struct GpuContext {
       if ((wanted >> j & 1u) == 0) continue;
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
-      costs[j] = warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level)
-                     ? patch.window.Sums(SourceLevel(view, level), warp)
-                           .Cost(patch.window.TotalWeight())
+      const bool is_inside =
+          warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level);
+      num_windows += is_inside;
+      costs[j] = is_inside
+                     ? patch.window.Sums(SourceLevel(view, level), warp).Cost(patch.window.TotalWeight())
                      : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
-        costs[j] = fminf(
-            costs[j] + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth), kMaxCost);
+        costs[j] =
+            fminf(costs[j] + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth),
+                  kMaxCost);
       }
     }
   }

@@ -17,6 +17,15 @@
 namespace phi::gpu {
 
 struct InferenceScratch {
+  // Elements a pixel and a node of the field.
+  static constexpr std::int64_t kPixelFloats = kNumDirections + 3, kByteFields = 3,
+                                kFloatFields = kMaxLabels + 2, kIntegerFields = 3 * kMaxLabels;
+  // Device bytes a pixel, with those that Scratch holds for all kinds of call, and a node.
+  static constexpr std::int64_t kPixelBytes =
+      sizeof(Support) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(std::uint8_t);
+  static constexpr std::int64_t kNodeBytes =
+      kByteFields + kFloatFields * sizeof(float) + kIntegerFields * sizeof(std::int32_t);
+
   DeviceBuffer<InferenceSource> sources;
   DeviceBuffer<Support> supports;
   DeviceBuffer<float> inverse_depths;
@@ -43,6 +52,11 @@ struct EstimationScratch {
   DeviceBuffer<std::uint8_t> window_levels;
   DeviceBuffer<float2> ranges;
   DeviceBuffer<GuidanceSource> guidance;
+  DeviceBuffer<unsigned long long> num_windows;
+  PinnedBuffer<unsigned long long> host_num_windows;
+  // Of an estimation in bands, with Scratch::host_plane and host_cost.
+  PinnedBuffer<std::uint32_t> host_selected_views;
+  PinnedBuffer<std::uint16_t> host_view_costs;
 
   void FreeDeviceMaps() {
     selected_views.Free();
@@ -88,6 +102,12 @@ class ScratchPool {
     ScratchPool* pool_;
     std::unique_ptr<Scratch> scratch_;
   };
+
+  // Frees what is not lent.
+  void FreeIdle() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    free_.clear();
+  }
 
  private:
   std::unique_ptr<Scratch> Take(const Task& task) {

@@ -71,7 +71,7 @@ SelfTestReport RunSelfTest(const DeviceProperties& device, const SelfTestOptions
   const TestScene scene(options);
   StereoOptions stereo;
   stereo.num_iterations = options.num_iterations;
-  DeviceResources resources(device);
+  DeviceResources resources(device, 0);
   const EstimationResult gpu = EstimateOnGpu(&resources, scene.Input(), stereo);
   const EstimationResult cpu = EstimateOnCpu(scene.Input(), stereo);
   return {ShareWithin(gpu.map, 0.01, &cpu.map), ShareWithin(gpu.map, 0.02, nullptr),

@@ -126,6 +126,10 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
       "PhiStereo.backend", &backend.kind,
       {{"auto", BackendKind::kAuto}, {"cuda", BackendKind::kCuda}, {"cpu", BackendKind::kCpu}},
       "Where the stereo runs; auto = on a GPU where one works");
+  parser
+      ->Add("PhiStereo.device_memory", &backend.device_memory_gigabytes,
+            "Memory to use on each GPU; -1 = what is free. Less than images need: slower, with the same result")
+      .Unit("GB");
   parser->AddChoice<phi::Quality>("PhiStereo.quality", &pipeline.stereo.quality,
                                   {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
                                   "fast = fewer iterations, unless they are given");

@@ -15,9 +15,13 @@ namespace {
 using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
 #ifdef PHIMVS_WITH_CUDA
-Backends MakeCuda(const std::vector<int>& gpu_indices) { return phi::gpu::MakeCudaBackends(gpu_indices); }
+Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) {
+  constexpr double kBytesPerGigabyte = 1024.0 * 1024.0 * 1024.0;
+  return phi::gpu::MakeCudaBackends(gpu_indices,
+                                    static_cast<std::int64_t>(kBytesPerGigabyte * budget_gigabytes));
+}
 #else
-Backends MakeCuda(const std::vector<int>&) {
+Backends MakeCuda(const std::vector<int>&, double) {
   throw phi::ResourceError(
       "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
 }
@@ -58,15 +62,19 @@ std::vector<int> ParseGpuIndices(const std::string& text) {
 }
 
 Backends MakeBackends(const BackendOptions& options) {
+  if (options.device_memory_gigabytes <= 0 && options.device_memory_gigabytes != -1) {
+    throw phi::UsageError("--PhiStereo.device_memory is " + std::to_string(options.device_memory_gigabytes) +
+                          ", but must be positive, or -1 for what is free");
+  }
   const std::vector<int> gpu_indices = ParseGpuIndices(options.gpu_index);
   if (options.kind == BackendKind::kCpu) return MakeCpu(options, "as --PhiStereo.backend asks");
   if (options.kind == BackendKind::kCuda) {
-    Backends backends = MakeCuda(gpu_indices);
+    Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
     LogCuda(backends, "as --PhiStereo.backend asks");
     return backends;
   }
   try {
-    Backends backends = MakeCuda(gpu_indices);
+    Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
     if (!backends.empty()) {
       LogCuda(backends, "a working GPU was found");
       return backends;

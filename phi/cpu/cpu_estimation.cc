@@ -54,7 +54,9 @@ struct StateArrays {
         selected_views(width, height),
         view_costs(static_cast<std::size_t>(width) * height * num_views) {}
 
-  EstimationState View() { return {plane.view(), cost.view(), selected_views.view(), view_costs.data()}; }
+  EstimationState View() {
+    return {plane.view(), cost.view(), selected_views.view(), view_costs.data(), plane.view().size()};
+  }
 };
 
 template <class Function>

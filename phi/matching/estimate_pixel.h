@@ -47,9 +47,10 @@ struct EstimationState {
   ArrayView2D<float> cost;                    // aggregated
   ArrayView2D<std::uint32_t> selected_views;  // bit j: view j counts at this pixel
   std::uint16_t* view_costs = nullptr;        // [view][pixel], see StoreCost
+  std::int64_t view_stride = 0;               // elements of view_costs from one view to the next
 
   PHI_HD std::uint16_t& ViewCost(int view, int x, int y) const {
-    return view_costs[view * plane.size() + static_cast<std::int64_t>(y) * plane.width + x];
+    return view_costs[view * view_stride + static_cast<std::int64_t>(y) * plane.width + x];
   }
 };
 

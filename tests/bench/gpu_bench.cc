@@ -4,6 +4,7 @@
 // figures where there is no GPU.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -11,6 +12,8 @@
 
 #include "cuda/cuda_backend.h"
 #include "cuda/device_resources.h"
+#include "cuda/fetch_rate.h"
+#include "cuda/memory_plan.h"
 
 namespace phi::gpu {
 namespace {
@@ -67,13 +70,13 @@ const Wall& TheWall() {
 }
 
 // Nothing where there is no GPU; the benchmark then says why.
-std::unique_ptr<DeviceResources> Device(benchmark::State* state) {
+std::unique_ptr<DeviceResources> Device(benchmark::State* state, std::int64_t budget_bytes = 0) {
   std::string why_none;
   if (NumCudaDevices(&why_none) == 0) {
     state->SkipWithError(why_none.c_str());
     return nullptr;
   }
-  return std::make_unique<DeviceResources>(QueryDevice(0));
+  return std::make_unique<DeviceResources>(QueryDevice(0), budget_bytes);
 }
 
 // Runs call() once per iteration and reports the device time that it added to `stage`.
@@ -89,22 +92,52 @@ void Measure(benchmark::State* state, DeviceResources* device, DeviceTimes::Stag
   }
 }
 
-void BM_Estimation(benchmark::State& state) {
-  const auto device = Device(&state);
-  if (!device) return;
+EstimationInput WallInput() {
   EstimationInput input;
   input.reference = {&TheWall().views[0], TheWall().images[0]};
   input.sources = TheWall().Sources();
   input.depth_min = 0.5 * kDepth;
   input.depth_max = 2 * kDepth;
+  return input;
+}
+
+void RunEstimation(benchmark::State* state, std::int64_t budget_bytes) {
+  const auto device = Device(state, budget_bytes);
+  if (!device) return;
   StereoOptions options;
-  options.num_iterations = static_cast<int>(state.range(0));
-  Measure(&state, device.get(), DeviceTimes::kEstimation,
+  options.num_iterations = static_cast<int>(state->range(0));
+  const EstimationInput input = WallInput();
+  Measure(state, device.get(), DeviceTimes::kEstimation,
           [&] { EstimateOnGpu(device.get(), input, options); });
   const StageTime& time = device->times.stage(DeviceTimes::kEstimation);
-  state.counters["samples/s"] = time.samples() / time.BusySeconds();
+  state->counters["samples/s"] = time.samples() / time.BusySeconds();
+  state->counters["share of bare fetches"] = time.samples() / time.BusySeconds() / MeasureFetchRate();
+  state->counters["device MB"] = 1e-6 * static_cast<double>(device->peak_bytes);
 }
+
+void BM_Estimation(benchmark::State& state) { RunEstimation(&state, 0); }
 BENCHMARK(BM_Estimation)->Arg(1)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
+
+// Too little memory for texel quads, and for the whole state as well.
+void BM_EstimationCompact(benchmark::State& state) {
+  RunEstimation(&state, EstimationBytes(WallInput(), ImageForm::kCompact));
+}
+BENCHMARK(BM_EstimationCompact)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
+
+void BM_EstimationInBands(benchmark::State& state) {
+  RunEstimation(&state, EstimationBytes(WallInput(), ImageForm::kCompact) / 2);
+}
+BENCHMARK(BM_EstimationInBands)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
+
+// The ceiling: bilinear samples/s of a kernel that only fetches.
+void BM_BareFetches(benchmark::State& state) {
+  const auto device = Device(&state);
+  if (!device) return;
+  double rate = 0;
+  for (auto _ : state) rate = std::max(rate, MeasureFetchRate());
+  state.counters["samples/s"] = rate;
+}
+BENCHMARK(BM_BareFetches)->Iterations(3)->Unit(benchmark::kMillisecond);
 
 void BM_Filter(benchmark::State& state) {
   const auto device = Device(&state);

@@ -42,12 +42,14 @@ class MatchingCostTest : public CudaTest {
 
   // costs[view][pixel]
   std::vector<float> CostsOnGpu(const EstimationInput& input, const EstimationParameters& parameters,
-                                const PlaneMap& map) {
+                                const PlaneMap& map, ImageForm form = ImageForm::kQuads) {
     const Task task{"test"};
     const Stream stream(task);
     EstimationLaunch launch;
     launch.parameters = parameters;
-    const GrayPyramid reference(*input.reference.image, stream.get(), task);
+    launch.end_row = map.height();
+    launch.form = form;
+    const GrayPyramid reference(*input.reference.image, form, stream.get(), task);
     reference.CopyTextures(launch.reference);
     const DeviceBuffer<std::uint8_t> window_levels(static_cast<std::int64_t>(map.size()), task);
     launch.window_levels = window_levels.View(map.width(), map.height());
@@ -55,7 +57,7 @@ class MatchingCostTest : public CudaTest {
     std::vector<std::unique_ptr<GrayPyramid>> textures;
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     for (std::size_t j = 0; j < views.size(); ++j) {
-      textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, stream.get(), task));
+      textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, form, stream.get(), task));
       launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
       textures.back()->CopyTextures(launch.sources[j].textures);
       textures.back()->CopyQuads(launch.sources[j].quads);
@@ -114,6 +116,19 @@ class MatchingCostTest : public CudaTest {
 TEST_F(MatchingCostTest, AgreesNearTheSurface) { ExpectSameCosts(StereoOptions(), 0.01f); }
 
 TEST_F(MatchingCostTest, AgreesForWildHypotheses) { ExpectSameCosts(StereoOptions(), 0.3f); }
+
+TEST_F(MatchingCostTest, CompactImagesGiveTheSameBits) {
+  const EstimationInput input = MakeInput(scene_, 0, 1, 20);
+  const EstimationParameters parameters = MakeEstimationParameters(input, StereoOptions());
+  for (const float disturbance : {0.01f, 0.3f}) {
+    const PlaneMap map = Hypotheses(disturbance);
+    const std::vector<float> quads = CostsOnGpu(input, parameters, map, ImageForm::kQuads),
+                             compact = CostsOnGpu(input, parameters, map, ImageForm::kCompact);
+    std::size_t num_different = 0;
+    for (std::size_t i = 0; i < quads.size(); ++i) num_different += quads[i] != compact[i];
+    EXPECT_EQ(num_different, 0u) << "of " << quads.size();
+  }
+}
 
 TEST_F(MatchingCostTest, AgreesForAWindowThatIsNotCompiledIn) {
   StereoOptions options;

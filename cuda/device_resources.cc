@@ -1,0 +1,72 @@
+#include "cuda/device_resources.h"
+
+#include <memory>
+
+namespace phi::gpu {
+namespace {
+
+std::int64_t FreeBytes(const Task& task) {
+  std::size_t free = 0, total = 0;
+  Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", task);
+  return static_cast<std::int64_t>(free);
+}
+
+// Left free: the driver's own needs grow with the kernels in use, and allocations are rounded up.
+std::int64_t LessReserve(std::int64_t free) {
+  constexpr std::int64_t kShare = 16, kLeast = std::int64_t{256} << 20;
+  return std::max<std::int64_t>(free - std::max(free / kShare, kLeast), 0);
+}
+
+DeviceCache<GrayImage, GrayPyramid>::Upload UploadAs(ImageForm form) {
+  return [form](const GrayImage& image, cudaStream_t stream) {
+    const Task task{"image upload", "", image.width(), image.height()};
+    return std::make_shared<const GrayPyramid>(image, form, stream, task);
+  };
+}
+
+}  // namespace
+
+DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_bytes)
+    : properties(p),
+      budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
+      images(UploadAs(ImageForm::kQuads)),
+      compact_images(UploadAs(ImageForm::kCompact)),
+      maps([](const PlaneMap& map, cudaStream_t stream) {
+        const Task task{"map upload", "", map.width(), map.height()};
+        return std::make_shared<const DeviceMap>(map, stream, task);
+      }),
+      depths([](const PlaneMap& map, cudaStream_t stream) {
+        const Task task{"depth map upload", "", map.width(), map.height()};
+        return std::make_shared<const DeviceDepths>(map, stream, task);
+      }),
+      times(Task{"set-up"}) {}
+
+std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
+  if (kConcurrentCalls * bytes <= budget.bytes()) return kConcurrentCalls;
+  scratch.FreeIdle();
+  return 1;
+}
+
+void DeviceResources::KeepOnly(const CacheSizes& sizes) {
+  images.KeepAtMost(sizes.images);
+  compact_images.KeepAtMost(sizes.compact_images);
+  maps.KeepAtMost(sizes.maps);
+  depths.KeepAtMost(sizes.depths);
+}
+
+void DeviceResources::RecoverMemory(const Task& task) {
+  KeepOnly({});
+  scratch.FreeIdle();
+  budget.Lower(LessReserve(FreeBytes(task)));
+}
+
+void DeviceResources::NoteMemory(const Task& task) {
+  std::size_t free = 0, total = 0;
+  Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", task);
+  const std::int64_t now = static_cast<std::int64_t>(total - free);
+  std::int64_t peak = peak_bytes;
+  while (now > peak && !peak_bytes.compare_exchange_weak(peak, now)) {
+  }
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,125 @@
+#include "cuda/estimation_in_bands.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "phi/base/cancellation.h"
+#include "phi/matching/propagation.h"
+
+namespace phi::gpu {
+namespace {
+
+template <typename T>
+void CopyRows(T* to, const T* from, std::int64_t count, cudaMemcpyKind kind, cudaStream_t stream,
+              const Task& task) {
+  Check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(count) * sizeof(T), kind, stream),
+        "cudaMemcpyAsync of a band of rows", task);
+}
+
+}  // namespace
+
+EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_rows, Scratch* scratch,
+                                     const Task& task)
+    : launch_(launch),
+      width_(launch.parameters.reference.width),
+      height_(launch.parameters.reference.height),
+      band_rows_(band_rows),
+      scratch_(scratch),
+      task_(task) {
+  const std::int64_t num_pixels = static_cast<std::int64_t>(width_) * height_;
+  scratch->host_plane.Reserve(num_pixels, task);
+  scratch->host_cost.Reserve(num_pixels, task);
+  scratch->estimation.host_selected_views.Reserve(num_pixels, task);
+  scratch->estimation.host_view_costs.Reserve(num_pixels * launch.parameters.num_views, task);
+  const std::int64_t own = static_cast<std::int64_t>(band_rows) * width_;
+  const std::int64_t read = static_cast<std::int64_t>(band_rows + 2 * kPropagationReach) * width_;
+  scratch->plane.Reserve(read, task);
+  scratch->cost.Reserve(read, task);
+  scratch->estimation.selected_views.Reserve(read, task);
+  scratch->estimation.view_costs.Reserve(own * launch.parameters.num_views, task);
+}
+
+void EstimationInBands::Initialize(InitialDepths initial, const PlaneMap* earlier) {
+  if (earlier != nullptr) std::memcpy(scratch_->host_plane.data(), earlier->data(), earlier->bytes());
+  ForEachBand([&](const Band& band) {
+    const EstimationLaunch launch = Bind(band);
+    if (earlier != nullptr) {
+      CopyNeighbourRows(band, band.first, band.end, Direction::kToDevice);
+      initial.hypotheses = launch.state.plane;
+    }
+    LaunchInitialization(launch, initial, scratch_->stream.get(), task_);
+    CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
+    CopyViewCosts(band, Direction::kToHost);
+  });
+}
+
+void EstimationInBands::HalfPass(int iteration, int colour) {
+  ForEachBand([&](const Band& band) {
+    CopyNeighbourRows(band, band.first_read, band.end_read, Direction::kToDevice);
+    CopyViewCosts(band, Direction::kToDevice);
+    LaunchHalfPass(Bind(band), iteration, colour, scratch_->stream.get(), task_);
+    CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
+    CopyViewCosts(band, Direction::kToHost);
+  });
+}
+
+template <class Function>
+void EstimationInBands::ForEachBand(const Function& function) {
+  for (int first = 0; first < height_; first += band_rows_) {
+    ThrowIfCancelled();
+    const int end = std::min(first + band_rows_, height_);
+    function(
+        Band{first, end, std::max(first - kPropagationReach, 0), std::min(end + kPropagationReach, height_)});
+  }
+}
+
+EstimationLaunch EstimationInBands::Bind(const Band& band) const {
+  EstimationLaunch launch = launch_;
+  const std::int64_t read_offset = static_cast<std::int64_t>(band.first_read) * width_;
+  const std::int64_t own_offset = static_cast<std::int64_t>(band.first) * width_;
+  launch.state.plane = {scratch_->plane.data() - read_offset, width_, height_};
+  launch.state.cost = {scratch_->cost.data() - read_offset, width_, height_};
+  launch.state.selected_views = {scratch_->estimation.selected_views.data() - read_offset, width_, height_};
+  launch.state.view_costs = scratch_->estimation.view_costs.data() - own_offset;
+  launch.state.view_stride = static_cast<std::int64_t>(band_rows_) * width_;
+  launch.first_row = band.first;
+  launch.end_row = band.end;
+  return launch;
+}
+
+void EstimationInBands::CopyNeighbourRows(const Band& band, int first, int end, Direction direction) {
+  const std::int64_t host = static_cast<std::int64_t>(first) * width_;
+  const std::int64_t device = static_cast<std::int64_t>(first - band.first_read) * width_;
+  const std::int64_t count = static_cast<std::int64_t>(end - first) * width_;
+  const auto copy = [&](auto* host_data, auto* device_data) {
+    const cudaStream_t stream = scratch_->stream.get();
+    if (direction == Direction::kToDevice) {
+      CopyRows(device_data + device, host_data + host, count, cudaMemcpyHostToDevice, stream, task_);
+    } else {
+      CopyRows(host_data + host, device_data + device, count, cudaMemcpyDeviceToHost, stream, task_);
+    }
+  };
+  EstimationScratch& buffers = scratch_->estimation;
+  copy(scratch_->host_plane.data(), scratch_->plane.data());
+  copy(scratch_->host_cost.data(), scratch_->cost.data());
+  copy(buffers.host_selected_views.data(), buffers.selected_views.data());
+}
+
+void EstimationInBands::CopyViewCosts(const Band& band, Direction direction) {
+  constexpr std::size_t kBytes = sizeof(std::uint16_t);
+  EstimationScratch& buffers = scratch_->estimation;
+  std::uint16_t* host = buffers.host_view_costs.data() + static_cast<std::int64_t>(band.first) * width_;
+  std::uint16_t* device = buffers.view_costs.data();
+  const std::size_t host_pitch = kBytes * width_ * height_, device_pitch = kBytes * width_ * band_rows_;
+  const std::size_t row_bytes = kBytes * width_ * (band.end - band.first),
+                    views = launch_.parameters.num_views;
+  const cudaStream_t stream = scratch_->stream.get();
+  const cudaError_t status = direction == Direction::kToDevice
+                                 ? cudaMemcpy2DAsync(device, device_pitch, host, host_pitch, row_bytes, views,
+                                                     cudaMemcpyHostToDevice, stream)
+                                 : cudaMemcpy2DAsync(host, host_pitch, device, device_pitch, row_bytes, views,
+                                                     cudaMemcpyDeviceToHost, stream);
+  Check(status, "cudaMemcpy2DAsync of a band's view costs", task_);
+}
+
+}  // namespace phi::gpu

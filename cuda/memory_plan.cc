@@ -1,0 +1,115 @@
+#include "cuda/memory_plan.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "cuda/estimation_kernels.h"
+#include "cuda/scratch.h"
+#include "phi/matching/propagation.h"
+
+namespace phi::gpu {
+namespace {
+
+// The cache frees an image or map that is no longer used after it has uploaded the next one.
+constexpr int kInTransit = 1;
+
+std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>& sources, ImageForm form) {
+  const auto bytes = [form](const ViewImage& view) {
+    return static_cast<std::int64_t>(GrayPyramid::Bytes(view.image->width(), view.image->height(), form));
+  };
+  std::int64_t sum = bytes(reference), largest = sum;
+  for (const ViewImage& source : sources) {
+    sum += bytes(source);
+    largest = std::max(largest, bytes(source));
+  }
+  return sum + kInTransit * largest;
+}
+
+// Bytes of an estimation beside the images: what is there for all rows, and per row of the state.
+struct EstimationSizes {
+  std::int64_t fixed = 0;
+  std::int64_t neighbour_row = 0;  // what propagation reads of other pixels
+  std::int64_t own_row = 0;        // what a pixel alone reads
+
+  explicit EstimationSizes(const EstimationInput& input) {
+    const std::int64_t width = input.reference.image->width(), height = input.reference.image->height();
+    const std::int64_t num_views = static_cast<std::int64_t>(input.sources.size());
+    fixed = width * height * sizeof(std::uint8_t);  // levels of the windows
+    for (const auto& map : input.source_maps) {
+      if (map != nullptr) fixed += static_cast<std::int64_t>(map->size()) * sizeof(float);
+    }
+    neighbour_row = width * (sizeof(PlaneHypothesis) + sizeof(float) + sizeof(std::uint32_t));
+    own_row = width * num_views * sizeof(std::uint16_t);
+  }
+
+  std::int64_t InBands(std::int64_t rows) const {
+    return fixed + (rows + 2 * kPropagationReach) * neighbour_row + rows * own_row;
+  }
+};
+
+int RoundUpToTiles(std::int64_t rows) {
+  return static_cast<int>((rows + kTileSide - 1) / kTileSide * kTileSide);
+}
+
+}  // namespace
+
+std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form) {
+  const EstimationSizes sizes(input);
+  return ImageBytes(input.reference, input.sources, form) + sizes.fixed +
+         input.reference.image->height() * (sizes.neighbour_row + sizes.own_row);
+}
+
+EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task) {
+  for (const ImageForm form : {ImageForm::kQuads, ImageForm::kCompact}) {
+    const std::int64_t bytes = EstimationBytes(input, form);
+    if (bytes <= budget) return {form, 0, bytes};
+  }
+  const EstimationSizes sizes(input);
+  const std::int64_t images = ImageBytes(input.reference, input.sources, ImageForm::kCompact);
+  if (images + sizes.InBands(kTileSide) > budget) {
+    ThrowTooLittleMemory(images + sizes.InBands(kTileSide), budget, task);
+  }
+  const std::int64_t most_rows =
+      (budget - images - sizes.InBands(0)) / (sizes.neighbour_row + sizes.own_row) / kTileSide * kTileSide;
+  const std::int64_t height = input.reference.image->height();
+  const std::int64_t num_bands = (height + most_rows - 1) / most_rows;
+  const int rows = RoundUpToTiles((height + num_bands - 1) / num_bands);
+  return {ImageForm::kCompact, rows, images + sizes.InBands(rows)};
+}
+
+FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
+  const auto bytes = [](const PlaneMap& map) { return static_cast<std::int64_t>(map.bytes()); };
+  const std::int64_t num_pixels = static_cast<std::int64_t>(input.reference.map->size());
+  std::int64_t fixed = bytes(*input.reference.map) + num_pixels * sizeof(std::uint8_t);
+  if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
+  if (input.filled != nullptr) fixed += num_pixels * sizeof(std::uint8_t);
+  std::int64_t largest = bytes(*input.reference.map);
+  int num_sources = 0;
+  for (const ViewMap& source : input.sources) {
+    if (source.map == nullptr) continue;
+    ++num_sources;
+    largest = std::max(largest, bytes(*source.map));
+  }
+  const std::int64_t smallest = fixed + (1 + kInTransit) * largest;
+  if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);
+  const std::int64_t most = (budget - fixed) / largest - kInTransit;
+  const int at_once = static_cast<int>(std::min<std::int64_t>(std::max(num_sources, 1), most));
+  return {at_once, fixed + (at_once + kInTransit) * largest};
+}
+
+std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task) {
+  const std::int64_t width = input.measured->width(), height = input.measured->height();
+  const std::int64_t nodes =
+      ((width + kFieldStride - 1) / kFieldStride) * ((height + kFieldStride - 1) / kFieldStride);
+  std::int64_t depths = 0;
+  for (const auto& map : input.source_maps) {
+    if (map != nullptr) depths += static_cast<std::int64_t>(map->size() * sizeof(float));
+  }
+  const std::int64_t bytes = depths + width * height * InferenceScratch::kPixelBytes +
+                             nodes * InferenceScratch::kNodeBytes +
+                             ImageBytes(input.reference, input.sources, ImageForm::kCompact);
+  if (bytes > budget) ThrowTooLittleMemory(bytes, budget, task);
+  return bytes;
+}
+
+}  // namespace phi::gpu

@@ -1,0 +1,227 @@
+// What calls need, by hand from the sizes; and that a call done in parts gives the bytes of the whole.
+#include "cuda/memory_plan.h"
+
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cuda/device_resources.h"
+#include "phi/base/error.h"
+#include "tests/cuda/cuda_test_fixture.h"
+#include "tests/support/exact_scenes.h"
+
+namespace phi::gpu {
+namespace {
+
+using test_support::ExactSceneOptions;
+using test_support::RenderedScene;
+
+constexpr int kWidth = 96, kHeight = 160, kNumSources = 4;
+
+RenderedScene TallScene() {
+  ExactSceneOptions options;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.focal = 120;
+  return test_support::SphereScene(options);
+}
+
+EstimationInput InputOf(const RenderedScene& scene) { return MakeInput(scene, 0, 2, 10); }
+
+// Guided by the true maps, from an initial map with holes.
+EstimationInput GuidedInputOf(const RenderedScene& scene) {
+  EstimationInput input = InputOf(scene);
+  auto initial = std::make_shared<PlaneMap>(*scene.truth[0]);
+  for (int x = 0; x < initial->width(); ++x) (*initial)(x, x).depth = 0;
+  input.initial = initial;
+  for (std::size_t j = 1; j < scene.views.size(); ++j) input.source_maps.push_back(scene.truth[j]);
+  return input;
+}
+
+const Task& TestTask() {
+  static const Task task{"estimation", "a.jpg", kWidth, kHeight};
+  return task;
+}
+
+// The largest budget that cuts the state into the smallest bands.
+std::int64_t SmallestBandsBudget(const EstimationInput& input) {
+  std::int64_t budget = EstimationBytes(input, ImageForm::kCompact) - 1;
+  while (PlanEstimation(input, budget, TestTask()).band_rows > kTileSide) budget -= 64;
+  return budget;
+}
+
+TEST(MemoryPlan, CountsStateAndImages) {
+  const RenderedScene scene = TallScene();
+  const EstimationInput input = InputOf(scene);
+  ASSERT_EQ(input.sources.size(), std::size_t{kNumSources});
+  // Plane 16, cost 4, selected views 4, window level 1, and 2 bytes a view.
+  const std::int64_t state = 96 * 160 * (16 + 4 + 4 + 1 + 2 * kNumSources);
+  // A byte a pixel on four levels: 96x160, 48x80, 24x40, 12x20.
+  const std::int64_t compact = 15360 + 3840 + 960 + 240;
+  // Four bytes a cell, rows of a multiple of 32 cells, one more than pixels each way.
+  const std::int64_t quads = 4 * (128 * 161 + 64 * 81 + 32 * 41 + 32 * 21);
+  const std::int64_t num_images = 1 + kNumSources + 1;  // one that is about to go
+  EXPECT_EQ(EstimationBytes(input, ImageForm::kCompact), state + num_images * compact);
+  EXPECT_EQ(EstimationBytes(input, ImageForm::kQuads), state + num_images * (compact + quads));
+}
+
+TEST(MemoryPlan, TakesTheFastestFormThatFits) {
+  const RenderedScene scene = TallScene();
+  const EstimationInput input = InputOf(scene);
+  const std::int64_t quads = EstimationBytes(input, ImageForm::kQuads),
+                     compact = EstimationBytes(input, ImageForm::kCompact);
+  EXPECT_EQ(PlanEstimation(input, quads, TestTask()).form, ImageForm::kQuads);
+  EXPECT_EQ(PlanEstimation(input, quads - 1, TestTask()).form, ImageForm::kCompact);
+  EXPECT_EQ(PlanEstimation(input, compact, TestTask()).band_rows, 0);
+  for (std::int64_t budget = compact - 1; budget >= SmallestBandsBudget(input); budget -= 1000) {
+    const EstimationPlan plan = PlanEstimation(input, budget, TestTask());
+    EXPECT_GT(plan.band_rows, 0);
+    EXPECT_EQ(plan.band_rows % kTileSide, 0);
+    EXPECT_LE(plan.bytes, budget);
+  }
+}
+
+TEST(MemoryPlan, RefusesWithTheBytesNeededAndAvailable) {
+  const RenderedScene scene = TallScene();
+  // Compact images as above, levels of the windows, and 16 rows with 23 on each side.
+  const std::int64_t needed = 6 * 20400 + 96 * 160 + 96 * ((16 + 2 * 23) * 24 + 16 * 2 * kNumSources);
+  EXPECT_NO_THROW(PlanEstimation(InputOf(scene), needed, TestTask()));
+  try {
+    PlanEstimation(InputOf(scene), needed - 1, TestTask());
+    FAIL();
+  } catch (const ResourceError& error) {
+    const std::string message = error.what();
+    for (const char* part : {"a.jpg", "0.3 MB", "PhiStereo.device_memory", "max_image_size"}) {
+      EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
+    }
+  }
+}
+
+TEST(MemoryBudget, ACallWaitsUntilTheOthersLeaveRoom) {
+  MemoryBudget budget(100);
+  auto first = std::make_unique<MemoryBudget::Lease>(&budget, 60);
+  { const MemoryBudget::Lease beside(&budget, 40); }
+  std::atomic<bool> has_started = false;
+  std::thread waiting([&] {
+    const MemoryBudget::Lease second(&budget, 41);
+    has_started = true;
+  });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_FALSE(has_started);
+  first.reset();
+  waiting.join();
+  EXPECT_TRUE(has_started);
+}
+
+TEST(MemoryBudget, LowersToWhatIsHeldAndFree) {
+  MemoryBudget budget(100);
+  const MemoryBudget::Lease lease(&budget, 30);
+  budget.Lower(80);
+  EXPECT_EQ(budget.bytes(), 100);
+  budget.Lower(20);
+  EXPECT_EQ(budget.bytes(), 50);
+}
+
+class SplitTest : public CudaTest {
+ protected:
+  struct Run {
+    EstimationResult result;
+    double samples = 0;
+  };
+
+  static Run Estimate(const EstimationInput& input, std::int64_t budget) {
+    DeviceResources device(QueryDevice(0), budget);
+    StereoOptions options;
+    options.num_iterations = 2;
+    Run run{EstimateOnGpu(&device, input, options)};
+    run.samples = device.times.stage(DeviceTimes::kEstimation).samples();
+    return run;
+  }
+
+  static void ExpectSameBytesInAllForms(const EstimationInput& input) {
+    const Run whole = Estimate(input, EstimationBytes(input, ImageForm::kQuads));
+    const std::int64_t compact = EstimationBytes(input, ImageForm::kCompact);
+    for (const std::int64_t budget : {compact, compact - 1, SmallestBandsBudget(input)}) {
+      const Run parts = Estimate(input, budget);
+      const int band_rows = PlanEstimation(input, budget, TestTask()).band_rows;
+      EXPECT_EQ(std::memcmp(whole.result.map.data(), parts.result.map.data(), whole.result.map.bytes()), 0)
+          << "bands of " << band_rows << " rows";
+      EXPECT_EQ(std::memcmp(whole.result.cost.data(), parts.result.cost.data(), whole.result.cost.bytes()), 0)
+          << "bands of " << band_rows << " rows";
+      EXPECT_EQ(whole.samples, parts.samples);
+    }
+  }
+};
+
+TEST_F(SplitTest, AnEstimationInPartsGivesTheBytesOfTheWhole) {
+  ExpectSameBytesInAllForms(InputOf(TallScene()));
+}
+
+TEST_F(SplitTest, AGuidedEstimationInPartsGivesTheBytesOfTheWhole) {
+  ExpectSameBytesInAllForms(GuidedInputOf(TallScene()));
+}
+
+TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {
+  EstimationInput input = InputOf(TallScene());
+  const std::vector<ViewImage> sources = input.sources;
+  for (int copy = 0; copy < 4; ++copy) {
+    input.sources.insert(input.sources.end(), sources.begin(), sources.end());
+  }
+  ASSERT_EQ(input.sources.size(), 20u);
+  ExpectSameBytesInAllForms(input);
+}
+
+TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
+  const RenderedScene scene = TallScene();
+  PlaneMap map = *scene.truth[0];
+  for (int y = 40; y < 60; ++y) {
+    for (int x = 0; x < kWidth; ++x) map(x, y).depth *= 1 + 0.002f * static_cast<float>(x);
+  }
+  FilterInput input;
+  input.reference = {&scene.views[0], std::make_shared<const PlaneMap>(map)};
+  input.sources = scene.SourceTruth(0);
+  auto filled = std::make_shared<Mask>(kWidth, kHeight);
+  for (int x = 0; x < kWidth; ++x) (*filled)(x, 50) = 255;
+  input.filled = filled;
+  FilterOptions options;
+  options.min_num_consistent = 3;
+  options.min_num_consistent_inferred = 2;
+  // The map and two of the others, a mask of what is filled and one of what is kept.
+  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 2);
+  EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
+  DeviceResources ample(QueryDevice(0), 0);
+  const PlaneMap whole = FilterOnGpu(&ample, input, options);
+  std::size_t num_kept = 0;
+  for (const PlaneHypothesis& h : whole) num_kept += h.depth > 0;
+  EXPECT_GT(num_kept, whole.size() / 4);
+  EXPECT_LT(num_kept, whole.size());
+  for (int num_sources = 1; num_sources <= kNumSources; ++num_sources) {
+    const std::int64_t budget = smallest + (num_sources - 1) * std::int64_t{kWidth} * kHeight * 16;
+    EXPECT_EQ(PlanFilter(input, budget, TestTask()).num_sources_at_once, num_sources);
+    DeviceResources scarce(QueryDevice(0), budget);
+    const PlaneMap parts = FilterOnGpu(&scarce, input, options);
+    EXPECT_EQ(std::memcmp(whole.data(), parts.data(), whole.bytes()), 0) << num_sources << " at once";
+  }
+}
+
+// A source that is the reference itself: whatever the hypothesis, a window lies inside where it does in the reference.
+TEST_F(SplitTest, CountsTheSamplesOfTheWindowsThatWereRead) {
+  const RenderedScene scene = TallScene();
+  EstimationInput input = InputOf(scene);
+  input.sources = {scene.Image(0)};
+  input.first_iteration = input.end_iteration = 1;  // the first hypotheses alone
+  StereoOptions options;
+  options.window_radius = 6.5;  // reaches 6.5 pixels: seven pixels from each border do not count
+  options.window_step = 1.3;
+  options.num_window_levels = 1;
+  DeviceResources device(QueryDevice(0), 0);
+  EstimateOnGpu(&device, input, options);
+  EXPECT_EQ(device.times.stage(DeviceTimes::kEstimation).samples(), (kWidth - 14) * (kHeight - 14) * 121.0);
+}
+
+}  // namespace
+}  // namespace phi::gpu
