@@ -18,7 +18,6 @@ class DeviceMap {
   }
 
   ArrayView2D<const PlaneHypothesis> View() const { return buffer_.View(width_, height_); }
-  std::size_t bytes() const { return buffer_.bytes(); }
 
  private:
   int width_, height_;
@@ -38,7 +37,6 @@ class DeviceDepths {
   }
 
   ArrayView2D<const float> View() const { return buffer_.View(width_, height_); }
-  std::size_t bytes() const { return buffer_.bytes(); }
 
  private:
   int width_, height_;

@@ -6,7 +6,7 @@
 namespace phi::gpu {
 
 GrayTexture::GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task)
-    : width_(image.width()), bytes_(Bytes(image.width(), image.height(), form)) {
+    : width_(image.width()) {
   if (form == ImageForm::kQuads) quads_.Reserve(NumQuads(image.width(), image.height()), task);
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
   const unsigned flags = form == ImageForm::kCompact ? cudaArrayTextureGather : cudaArrayDefault;
@@ -71,12 +71,6 @@ void GrayPyramid::CopyTextures(TextureSampler* textures) const {
 
 void GrayPyramid::CopyQuads(TexelQuads* quads) const {
   for (std::size_t level = 0; level < levels_.size(); ++level) quads[level] = levels_[level]->quads();
-}
-
-std::size_t GrayPyramid::bytes() const {
-  std::size_t sum = 0;
-  for (const auto& level : levels_) sum += level->bytes();
-  return sum;
 }
 
 std::size_t GrayPyramid::Bytes(int width, int height, ImageForm form) {

@@ -30,7 +30,6 @@ class GrayTexture {
 
   cudaTextureObject_t get() const { return texture_; }
   TexelQuads quads() const { return {quads_.data(), QuadPitch(width_), gather_}; }
-  std::size_t bytes() const { return bytes_; }
 
   static std::size_t Bytes(int width, int height, ImageForm form);
 
@@ -43,7 +42,6 @@ class GrayTexture {
   cudaTextureObject_t gather_ = 0;     // of kCompact: unfiltered bytes
   DeviceBuffer<std::uint32_t> quads_;  // of kQuads
   int width_ = 0;
-  std::size_t bytes_ = 0;
 };
 
 // All levels of an image's pyramid (phi/matching/pyramid.h).
@@ -55,7 +53,6 @@ class GrayPyramid {
   void CopyTextures(TextureSampler* textures) const;
   void CopyQuads(TexelQuads* quads) const;
   const GrayTexture& level(int level) const { return *levels_[level]; }
-  std::size_t bytes() const;
 
   static std::size_t Bytes(int width, int height, ImageForm form);
 

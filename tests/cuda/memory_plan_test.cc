@@ -158,15 +158,18 @@ class SplitTest : public CudaTest {
 };
 
 TEST_F(SplitTest, AnEstimationInPartsGivesTheBytesOfTheWhole) {
-  ExpectSameBytesInAllForms(InputOf(TallScene()));
+  const RenderedScene scene = TallScene();
+  ExpectSameBytesInAllForms(InputOf(scene));
 }
 
 TEST_F(SplitTest, AGuidedEstimationInPartsGivesTheBytesOfTheWhole) {
-  ExpectSameBytesInAllForms(GuidedInputOf(TallScene()));
+  const RenderedScene scene = TallScene();
+  ExpectSameBytesInAllForms(GuidedInputOf(scene));
 }
 
 TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {
-  EstimationInput input = InputOf(TallScene());
+  const RenderedScene scene = TallScene();
+  EstimationInput input = InputOf(scene);
   const std::vector<ViewImage> sources = input.sources;
   for (int copy = 0; copy < 4; ++copy) {
     input.sources.insert(input.sources.end(), sources.begin(), sources.end());
