@@ -164,7 +164,7 @@ void BM_Inference(benchmark::State& state) {
       if (x / 96 % 3 == 0) (*measured)(x, y).depth = 0;
     }
   }
-  const InferenceInput input = {{&wall.views[0], wall.images[0]}, wall.Sources(), measured};
+  const InferenceInput input = {{&wall.views[0], wall.images[0]}, wall.Sources(), measured, {}};
   Measure(&state, device.get(), DeviceTimes::kInference,
           [&] { InferOnGpu(device.get(), input, StereoOptions(), InferenceOptions()); });
 }
