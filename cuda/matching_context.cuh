@@ -187,7 +187,7 @@ class ReferenceWindow {
 
   // MatchingWindow::Weight. Computed anew for each source: cheaper than keeping it beside the sample.
   __device__ __forceinline__ float Weight(float difference) const {
-    return FastExp2(-weight_decay_ * fabsf(difference));
+    return FastExp2(-weight_decay_ * difference * difference);
   }
 
   float shift_ = 0;

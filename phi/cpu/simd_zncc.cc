@@ -91,7 +91,7 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float u, 
     hn::Store(hn::Sub(Sample(reference.origin(), stride, x, y), shift), df, patch->samples + k);
   }
   for (int k = 0; k < window.num_samples; ++k) {
-    patch->weights[k] = std::exp2(-window.weight_decay * std::abs(patch->samples[k]));
+    patch->weights[k] = std::exp2(-window.weight_decay * patch->samples[k] * patch->samples[k]);
   }
   std::fill(patch->weights + window.num_samples, patch->weights + padded, 0.0f);
   Totals weight, sum, squares;

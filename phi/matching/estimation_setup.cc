@@ -70,7 +70,8 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window.samples_per_side = options.SamplesPerSide();
   p.window.step = static_cast<float>(options.window_step);
-  p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kSampleWeightDecay;
+  constexpr float kDecay = 1.0f / (kHalfWeightDifference * kHalfWeightDifference);
+  p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kDecay;
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;

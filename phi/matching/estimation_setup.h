@@ -8,8 +8,8 @@
 
 namespace phi {
 
-// Robust formulas: a sample's weight halves per 8 grey levels of difference from the window's centre.
-inline constexpr float kSampleWeightDecay = 0.125f;
+// Robust formulas: the difference from the window's centre, in grey levels, at which a sample counts half.
+inline constexpr float kHalfWeightDifference = 6.0f;
 
 // Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view,
 // more than kMaxSourceViews, an empty depth range).

@@ -16,22 +16,25 @@ inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 
 // Variance (squared grey levels) that a window needs at level 0. White noise falls by 4 per level, and so does the
 // variance that a window needs.
-inline constexpr float kWindowVariance = 6.0f;
+inline constexpr float kWindowVariance = 3.0f;
 
-// Variance of the samples of a window centred at (u, v), K's coordinates of that level.
+// Variance of the samples of a window centred at (u, v), K's coordinates of that level, weighted as the matching cost
+// weights them: contrast that another surface brings into the window does not help to match this one.
 template <class Sampler>
 PHI_HD float WindowVariance(const Sampler& image, const MatchingWindow& window, float u, float v) {
   const int n = window.samples_per_side;
   const float shift = image(u, v);
-  float sum = 0, squares = 0;
+  float sum = 0, squares = 0, total = 0;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
       const float s = image(u + column * window.step, v + row * window.step) - shift;
-      sum += s;
-      squares += s * s;
+      const float w = window.Weight(s);
+      total += w;
+      sum += w * s;
+      squares += w * s * s;
     }
   }
-  const float inverse = 1.0f / window.NumSamples();
+  const float inverse = 1.0f / total;
   return (squares - sum * sum * inverse) * inverse;
 }
 

@@ -21,11 +21,12 @@ inline constexpr float kMinVariance = 0.04f;
 struct MatchingWindow {
   int samples_per_side = 5;  // r_now
   float step = 1.4f;         // r_orig / r_now, pixels
-  float weight_decay = 0;    // 1 / grey level; 0: all samples count the same (paper)
+  float weight_decay = 0;    // 1 / squared grey level; 0: all samples count the same (paper)
 
-  // A sample counts less the more it differs from the window's centre: it may lie on another surface. Halves per
-  // 1 / weight_decay grey levels.
-  PHI_HD float Weight(float difference) const { return exp2f(-weight_decay * fabsf(difference)); }
+  // A sample counts less the more it differs from the window's centre: it may lie on another surface. One half at
+  // sqrt(1 / weight_decay) grey levels. The square matters where paint meets a frame: its strong edge must not decide for
+  // the faint wall, which an exponential in |difference| lets it do.
+  PHI_HD float Weight(float difference) const { return exp2f(-weight_decay * difference * difference); }
 
   PHI_HD int NumSamples() const { return (2 * samples_per_side + 1) * (2 * samples_per_side + 1); }
   PHI_HD float Radius() const { return samples_per_side * step; }

@@ -134,22 +134,24 @@ double CostInDouble(const Scene& scene, int x, int y, const PlaneHypothesis& h, 
   const auto n = static_cast<Eigen::Index>(a.size());
   Eigen::ArrayXd r = Eigen::Map<Eigen::ArrayXd>(a.data(), n), s = Eigen::Map<Eigen::ArrayXd>(b.data(), n);
   const double center = SampleInDouble(*scene.input.reference.image, x + 0.5, y + 0.5);
-  const Eigen::ArrayXd w = (-std::log(2.0) * window.weight_decay * (r - center).abs()).exp();
+  const Eigen::ArrayXd w = (-std::log(2.0) * window.weight_decay * (r - center).square()).exp();
   r -= (w * r).sum() / w.sum();
   s -= (w * s).sum() / w.sum();
   return 1 - (w * r * s).sum() / std::sqrt((w * r.square()).sum() * (w * s.square()).sum());
 }
 
 // The readable cost rounds whole pixel coordinates, the vectorised one only offsets from the window's centre,
-// so it is the closer one to the definition.
+// so it is the closer one to the definition. In noise of full contrast, as here, few samples are like the centre and carry
+// the weight: single windows differ, the mean of all does not.
 struct Tolerance {
-  double readable = 1e-4, definition = 2e-5;
+  double readable = 1e-2, mean = 5e-5, definition = 1e-3;
 };
 
 void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
   const SimdMatcher simd(scene.input, scene.parameters, scene.relative);
   const ScalarMatcher scalar(scene.input, scene.parameters, scene.relative);
   int matched = 0, rejected = 0;
+  double sum = 0;
   for (int y = 0; y < scene.parameters.reference.height; y += 2) {
     for (int x = 0; x < scene.parameters.reference.width; x += 5) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
@@ -162,11 +164,13 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
         ASSERT_NEAR(actual[j], expected[j], tolerance.readable)
             << "pixel " << x << " " << y << ", view " << j;
         if (expected[j] == kMaxCost) continue;
+        sum += std::abs(actual[j] - expected[j]);
         ASSERT_NEAR(actual[j], CostInDouble(scene, x, y, h, j), tolerance.definition)
             << "pixel " << x << " " << y << ", view " << j;
       }
     }
   }
+  EXPECT_LT(sum / matched, tolerance.mean);
   EXPECT_GT(matched, 1000);
   EXPECT_GT(rejected, 1000);
 }
@@ -174,8 +178,10 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
 TEST(SimdMatcher, AgreesWithTheDefinitionAndTheReadableCost) { ExpectAgreement(Scene(), {}); }
 TEST(SimdMatcher, AgreesForWindowsOfAnySize) {
   ExpectAgreement(Scene(12, 1), {});           // 625 samples
-  ExpectAgreement(Scene(2, 1), {1e-3, 1e-4});  // 25 samples: little averaging of the rounding
-  ExpectAgreement(Scene(5, 5), {1e-3, 1e-4});  // 9 samples, less than a chunk
+  // 25 samples, and 9, less than a chunk: in noise hardly more than one is like the centre and has weight, and nothing
+  // averages its rounding.
+  ExpectAgreement(Scene(2, 1), {2e-2, 1e-3, 1e-3});
+  ExpectAgreement(Scene(5, 5), {2e-2, 1e-3, 1e-3});
 }
 
 // Contrast grows from the left to the right, so that all levels of the pyramid are in use.

@@ -31,8 +31,22 @@ int Level(const GrayImage& image, int num_levels) {
 
 TEST(WindowLevel, StrongTextureStaysAtFullResolution) { EXPECT_EQ(Level(Sine(20, 10), 4), 0); }
 
-// Variance 4.5 is below 6 at level 0; at level 1 the needed variance is 1.5 and a long wave keeps its own.
-TEST(WindowLevel, FaintTextureTakesALargerWindow) { EXPECT_EQ(Level(Sine(3, 40), 4), 1); }
+// Variance 2 is below 3 at level 0; at level 1 the needed variance is 0.75 and a long wave keeps its own.
+TEST(WindowLevel, FaintTextureTakesALargerWindow) { EXPECT_EQ(Level(Sine(2, 40), 4), 1); }
+
+// A wall whose window reaches onto a bright frame: the frame's edge is no texture of the wall.
+TEST(WindowLevel, ContrastOfAnotherSurfaceDoesNotCount) {
+  GrayImage image(256, 256, 128);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 131; x < 256; ++x) image(x, y) = 220;
+  }
+  const std::vector<GrayImage> coarse = BuildPyramid(image, 2);
+  const std::vector<GraySampler> levels = {{image.view()}, {coarse[0].view()}};
+  MatchingWindow window;
+  EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 0);
+  window.weight_decay = 1.0f / 36;
+  EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 1);
+}
 
 TEST(WindowLevel, NoTextureTakesTheCoarsest) {
   EXPECT_EQ(Level(Sine(0, 40), 3), 2);
