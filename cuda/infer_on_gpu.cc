@@ -82,6 +82,8 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->result = scratch->plane.View(width, height);  // the measured map until the composition
   launch->measured = launch->result;
   launch->filled = scratch->filled.View(width, height);
+  // Needed until the field is set up; the mask comes last.
+  if (!launch->paper) launch->from_region = launch->filled;
 }
 
 // Regions are found on the host; the scanlines run meanwhile.

@@ -50,14 +50,18 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
   constexpr int kReplaced[kRegionMaps] = {kDescending, kAscending};
   constexpr float kOverexposed = 250;
   const int x = ThreadX(), y = ThreadY();
-  if (!launch.supports.Contains(x, y) || launch.measured_inverse_depth(x, y) > 0) return;
+  if (!launch.supports.Contains(x, y)) return;
+  launch.from_region(x, y) = 0;
+  if (launch.measured_inverse_depth(x, y) > 0) return;
   if (launch.reference_texture(x + 0.5f, y + 0.5f) > kOverexposed - 0.5f) {
     for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = 0;
     return;
   }
   for (int k = 0; k < kRegionMaps; ++k) {
     const float w = launch.region_planes[k](x, y);
-    if (w > 0) launch.hypotheses[kReplaced[k]](x, y) = w;
+    if (!(w > 0)) continue;
+    launch.hypotheses[kReplaced[k]](x, y) = w;
+    launch.from_region(x, y) |= static_cast<std::uint8_t>(1 << kReplaced[k]);
   }
 }
 
@@ -92,6 +96,7 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
   result.allowed = result.free;
   if (!launch.paper && result.free != 0) {
     RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
+    PreferRegionPlanes(launch.from_region(x, y), &result);
   }
   return result;
 }

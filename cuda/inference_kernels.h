@@ -40,7 +40,8 @@ struct InferenceLaunch {
   ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
   ArrayView2D<float> filled_and_measured;         // inverse depth
   ArrayView2D<PlaneHypothesis> result;
-  ArrayView2D<std::uint8_t> filled;  // as InferenceResult's
+  ArrayView2D<std::uint8_t> filled;       // as InferenceResult's
+  ArrayView2D<std::uint8_t> from_region;  // no data, or bit k: hypothesis k is a region's plane
 
   HypothesisMaps Maps() const;
 };

@@ -11,11 +11,9 @@ inline constexpr std::uint8_t kMeasuredPixel = 0;        // or a hole
 inline constexpr std::uint8_t kInferredConfirmed = 255;  // some source view measured a depth that agrees
 inline constexpr std::uint8_t kInferredAlone = 128;      // none did
 
-// Views that must confirm a pixel. An inferred depth that no measurement confirms needs one more than the others: what
-// agrees with it was inferred as well, perhaps from the same measurements.
+// Views that must confirm a pixel.
 PHI_HD int RequiredViews(std::uint8_t filled, int for_measured, int for_inferred) {
-  if (filled == kMeasuredPixel) return for_measured;
-  return filled == kInferredConfirmed ? for_inferred : for_inferred + 1;
+  return filled == kMeasuredPixel ? for_measured : for_inferred;
 }
 
 }  // namespace phi

@@ -44,13 +44,16 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
 
 void Hypotheses::ReplaceDiagonals(const RegionPlanes& planes) {
   constexpr int kReplaced[kPlanesPerRegion] = {kDescending, kAscending};
+  from_region_ = Array2D<std::uint8_t>(measured_inverse_depth_.width(), measured_inverse_depth_.height(), 0);
   tbb::parallel_for(0, measured_inverse_depth_.height(), [&](int y) {
     for (int x = 0; x < measured_inverse_depth_.width(); ++x) {
       if (measured(x, y)) continue;
       const auto& region = planes.At(x, y);
       for (int k = 0; k < kPlanesPerRegion; ++k) {
         const float w = region[k].At(x, y);
-        if (w > 0) inverse_depth_[kReplaced[k]](x, y) = w;
+        if (!(w > 0)) continue;
+        inverse_depth_[kReplaced[k]](x, y) = w;
+        from_region_(x, y) |= static_cast<std::uint8_t>(1 << kReplaced[k]);
       }
     }
   });

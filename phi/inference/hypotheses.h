@@ -18,12 +18,15 @@ class Hypotheses {
 
   bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
   HypothesisMaps maps() const;
+  // Bit k: hypothesis k is a region's plane.
+  std::uint8_t from_region(int x, int y) const { return from_region_.size() > 0 ? from_region_(x, y) : 0; }
 
  private:
   void ReplaceDiagonals(const RegionPlanes& planes);
   void RemoveOverexposed(const GrayImage& image);
 
   Array2D<float> measured_inverse_depth_;
+  Array2D<std::uint8_t> from_region_;  // empty: none
   std::array<Array2D<float>, kNumDirections> inverse_depth_;
 };
 

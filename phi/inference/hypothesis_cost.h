@@ -75,6 +75,17 @@ struct PixelHypotheses {
   }
 };
 
+// In units of the matching cost: small beside what texture says, decisive where there is none.
+inline constexpr float kRegionPlaneDiscount = 0.05f;
+
+// Planes that rest on an even region's many measured pixels are likelier than lines through six. Bit k of `from_region`:
+// hypothesis k is such a plane.
+PHI_HD void PreferRegionPlanes(std::uint8_t from_region, PixelHypotheses* hypotheses) {
+  for (int k = 0; k < kNumDirections; ++k) {
+    if (from_region >> k & 1) hypotheses->cost[k] = fmaxf(0.0f, hypotheses->cost[k] - kRegionPlaneDiscount);
+  }
+}
+
 // Takes away the hypotheses that the texture at (x, y) contradicts.
 template <class Sampler>
 PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,

@@ -11,7 +11,10 @@ constexpr int kLanes = 8;  // independent partial sums, so that the compiler may
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
                                      const StereoOptions& stereo, Formulas formulas)
-    : reference_{input.reference.image->view()}, maps_(hypotheses.maps()), formulas_(formulas) {
+    : reference_{input.reference.image->view()},
+      hypotheses_(hypotheses),
+      maps_(hypotheses.maps()),
+      formulas_(formulas) {
   const std::size_t num_views = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_views; ++j) {
     sources_.push_back({input.sources[j].image->view()});
@@ -151,6 +154,7 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
         robust ? BestViewsCost(view_costs, num_views, &mask) : HarmonicMeanCost(view_costs, num_views);
   }
   if (robust) RefuseMismatches(reference_, window_, x, y, &result);
+  PreferRegionPlanes(hypotheses_.from_region(x, y), &result);
   return result;
 }
 

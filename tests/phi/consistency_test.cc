@@ -91,18 +91,17 @@ TEST_F(ConsistencyTest, FilterWantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
 }
 
-TEST_F(ConsistencyTest, InferredPixelsThatNoMeasurementConfirmsNeedOneViewMore) {
+TEST_F(ConsistencyTest, InferredPixelsHaveTheirOwnNumberOfViews) {
   SceneView reference{"a", 1, reference_}, source{"b", 2, source_};
   const auto map = std::make_shared<PlaneMap>(map_);
   FilterInput input{{&reference, map}, {{&source, map}}, nullptr, nullptr};
   FilterOptions options;
   options.min_num_consistent_inferred = 1;
-  input.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
-  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
-  input.filled = std::make_shared<Mask>(80, 60, kInferredAlone);
   EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
-  input.sources.push_back(input.sources[0]);
-  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+  for (const std::uint8_t value : {kInferredConfirmed, kInferredAlone}) {
+    input.filled = std::make_shared<Mask>(80, 60, value);
+    EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+  }
 }
 
 }  // namespace

@@ -177,7 +177,7 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
 
 TEST(SimdMatcher, AgreesWithTheDefinitionAndTheReadableCost) { ExpectAgreement(Scene(), {}); }
 TEST(SimdMatcher, AgreesForWindowsOfAnySize) {
-  ExpectAgreement(Scene(12, 1), {});           // 625 samples
+  ExpectAgreement(Scene(12, 1), {});  // 625 samples
   // 25 samples, and 9, less than a chunk: in noise hardly more than one is like the centre and has weight, and nothing
   // averages its rounding.
   ExpectAgreement(Scene(2, 1), {2e-2, 1e-3, 1e-3});
