@@ -9,7 +9,7 @@
 namespace phi {
 
 // Robust formulas: the difference from the window's centre, in grey levels, at which a sample counts half.
-inline constexpr float kHalfWeightDifference = 6.0f;
+inline constexpr float kHalfWeightDifference = 9.0f;
 
 // Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view,
 // more than kMaxSourceViews, an empty depth range).

@@ -44,7 +44,7 @@ TEST(WindowLevel, ContrastOfAnotherSurfaceDoesNotCount) {
   const std::vector<GraySampler> levels = {{image.view()}, {coarse[0].view()}};
   MatchingWindow window;
   EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 0);
-  window.weight_decay = 1.0f / 36;
+  window.weight_decay = 1.0f / 81;
   EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 1);
 }
 
