@@ -53,7 +53,7 @@ inline constexpr float kCoverFactor = 4;
 
 // A pixel is covered only by one whose steps along the surface are at most so many times its own: what an image sees
 // at a grazing angle does not stand for what another sees from the front.
-inline constexpr float kMaxCoarsening = 1.5f;
+inline constexpr float kMaxCoarsening = 1.2f;
 // Least cosine of a slant in that comparison (84 degrees): normals are not exact enough to tell more.
 inline constexpr float kMinSlantCosine = 0.1f;
 // An upper bound for the neighbours of one image.
