@@ -56,8 +56,8 @@ std::string FilterOptions::Check() const {
   return Rules()
       .Require(min_num_consistent >= 0, "--PatchMatchStereo.filter_min_num_consistent", min_num_consistent,
                "0 or more source views")
-      .Require(min_num_consistent_inferred >= 0, "--PhiInference.min_num_consistent", min_num_consistent_inferred,
-               "0 or more source views")
+      .Require(min_num_consistent_inferred >= 0, "--PhiInference.min_num_consistent",
+               min_num_consistent_inferred, "0 or more source views")
       .Require(max_reprojection_error > 0, "--PatchMatchStereo.filter_geom_consistency_max_cost",
                max_reprojection_error, "more than 0 pixels")
       .Require(max_relative_depth_error > 0 && max_relative_depth_error < 1,

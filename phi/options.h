@@ -42,7 +42,7 @@ struct FilterOptions {
   int min_num_consistent_inferred = 1;     // --PhiInference.min_num_consistent: the same for inferred pixels
   double max_reprojection_error = 1;       // --PatchMatchStereo.filter_geom_consistency_max_cost, pixels
   double max_relative_depth_error = 0.01;  // --PhiStereo.filter_max_relative_depth_error
-  double max_normal_error = 60;           // --PhiStereo.filter_max_normal_error, degrees; formulas paper: 30
+  double max_normal_error = 60;            // --PhiStereo.filter_max_normal_error, degrees; formulas paper: 30
   double min_triangulation_angle = 0;  // --PatchMatchStereo.filter_min_triangulation_angle, degrees; 0 = off
   double max_cost = 2;  // 1 - --PatchMatchStereo.filter_min_ncc; 2 = off; never applied to filled pixels
   Formulas formulas = Formulas::kRobust;

@@ -9,8 +9,7 @@
 namespace colmap_ext {
 namespace {
 
-constexpr double kBytesPerGigabyte = 1024.0 * 1024.0 * 1024.0;  // as COLMAP counts its cache
-constexpr double kDefaultCacheShare = 0.5;                      // of the memory that the process may use
+constexpr double kDefaultCacheShare = 0.5;  // of the memory that the process may use
 
 }  // namespace
 
@@ -128,7 +127,7 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
       "Where the stereo runs; auto = on a GPU where one works");
   parser
       ->Add("PhiStereo.device_memory", &backend.device_memory_gigabytes,
-            "Memory to use on each GPU; -1 = what is free. Less than images need: slower, with the same result")
+            "Memory to use on each GPU; -1 = what is free. With less than images need: slower, same result")
       .Unit("GB");
   parser->AddChoice<phi::Quality>("PhiStereo.quality", &pipeline.stereo.quality,
                                   {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
@@ -158,7 +157,7 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
               "Relative depth difference from which neighbours count as different surfaces");
 }
 
-// Most pixels have converged by then: half a point of pixels within 2 cm is lost (docs/performance.md).
+// Most pixels have converged by then; docs/performance.md says what is lost.
 void StereoCommandOptions::ApplyQuality(const OptionParser& parser) {
   constexpr int kFastIterations = 5;
   if (pipeline.stereo.quality != phi::Quality::kFast) return;
@@ -166,12 +165,19 @@ void StereoCommandOptions::ApplyQuality(const OptionParser& parser) {
   phi::LogInfo("quality fast: " + std::to_string(pipeline.stereo.num_iterations) + " iterations");
 }
 
+void StereoCommandOptions::ApplyFormulas() {
+  constexpr double kPaperNormalError = 30;  // degrees
+  const phi::Formulas formulas = pipeline.stereo.formulas;
+  pipeline.view_selection.formulas = formulas;
+  pipeline.filter.formulas = formulas;
+  pipeline.inference.formulas = formulas;
+  if (formulas == phi::Formulas::kPaper) pipeline.filter.max_normal_error = kPaperNormalError;
+}
+
 void StereoCommandOptions::Finish(const OptionParser& parser) {
   ApplyQuality(parser);
+  ApplyFormulas();
   pipeline.stereo.seed = parser.random_seed();
-  pipeline.view_selection.formulas = pipeline.stereo.formulas;
-  pipeline.filter.formulas = pipeline.stereo.formulas;
-  pipeline.inference.formulas = pipeline.stereo.formulas;
   if (filter_min_ncc > 1) throw phi::UsageError("--PatchMatchStereo.filter_min_ncc must be at most 1");
   pipeline.filter.max_cost = filter_min_ncc > -1 ? 1 - filter_min_ncc : 2;
   double cache_bytes = cache_gigabytes * kBytesPerGigabyte;

@@ -29,6 +29,7 @@ struct StereoCommandOptions {
   void RegisterFilter(OptionParser* parser);
   void RegisterPhi(OptionParser* parser);
   void ApplyQuality(const OptionParser& parser);
+  void ApplyFormulas();
 };
 
 }  // namespace colmap_ext

@@ -16,7 +16,6 @@ using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
 #ifdef PHIMVS_WITH_CUDA
 Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) {
-  constexpr double kBytesPerGigabyte = 1024.0 * 1024.0 * 1024.0;
   return phi::gpu::MakeCudaBackends(gpu_indices,
                                     static_cast<std::int64_t>(kBytesPerGigabyte * budget_gigabytes));
 }

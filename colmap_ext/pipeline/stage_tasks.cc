@@ -77,9 +77,10 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   if (after_inference) {
     phi::Mask filled = *input.filled;
     for (std::size_t i = 0; i < filled.size(); ++i) {
-      filled.data()[i] = filled.data()[i] != 0 && result.map->data()[i].depth > 0 ? 255 : 0;
+      const bool kept = filled.data()[i] != phi::kMeasuredPixel && result.map->data()[i].depth > 0;
+      filled.data()[i] = kept ? phi::kInferredConfirmed : phi::kMeasuredPixel;
     }
-    const std::int64_t num_kept = std::count(filled.begin(), filled.end(), 255);
+    const std::int64_t num_kept = std::count(filled.begin(), filled.end(), phi::kInferredConfirmed);
     result.filled = std::make_shared<const phi::Mask>(std::move(filled));
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;

@@ -104,10 +104,10 @@ void StereoPipeline::RefuseForeignMaps() const {
       for (const auto& path : {workspace_.DepthMapPath(jobs_[j].image, stage.result),
                                workspace_.NormalMapPath(jobs_[j].image, stage.result)}) {
         if (!std::filesystem::exists(path)) continue;
-        throw phi::InputError(
-            path.string() +
-            " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all others like it, or "
-            "move stereo/depth_maps and stereo/normal_maps away");
+        throw phi::InputError(path.string() +
+                              " was not made by phimvs patch_match_stereo; add --overwrite true to replace "
+                              "it and all others like it, or move stereo/depth_maps and stereo/normal_maps "
+                              "away");
       }
     }
   }

@@ -12,8 +12,7 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
   ConsistencyThresholds t;
   t.max_reprojection_error = static_cast<float>(options.max_reprojection_error);
   t.max_relative_depth_error = static_cast<float>(options.max_relative_depth_error);
-  const double max_normal_error = options.formulas == Formulas::kPaper ? 30 : options.max_normal_error;
-  t.min_normal_cosine = static_cast<float>(std::cos(max_normal_error * kRadianPerDegree));
+  t.min_normal_cosine = static_cast<float>(std::cos(options.max_normal_error * kRadianPerDegree));
   t.max_ray_cosine = options.min_triangulation_angle > 0
                          ? static_cast<float>(std::cos(options.min_triangulation_angle * kRadianPerDegree))
                          : 1.0f;

@@ -156,7 +156,8 @@ void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) const {
 bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
                         Vec3f ray) const {
   if (!neighbor.earlier || (theirs.flags & FusionPixel::kEmitted) == 0) return false;
-  // Steps along the surface are depth / (focal length * slant cosine); see SamplesFinely in support_run.cc.
+  // Steps along the surface are depth / (focal length * slant cosine); see SamplesFinely in
+  // neighbor_answers-inl.h.
   const RelativeView& view = neighbor.view;
   const Vec3f normal = UnpackNormal(pixel.normal);
   const Vec3f seen = view.rotation * (pixel.depth * ray) + view.translation;

@@ -19,6 +19,10 @@ struct alignas(16) PlaneHypothesis {
 
 using PlaneMap = Array2D<PlaneHypothesis>;
 
+// For code that takes plane maps and depth maps alike.
+PHI_HD float DepthOf(const PlaneHypothesis& hypothesis) { return hypothesis.depth; }
+PHI_HD float DepthOf(float depth) { return depth; }
+
 // Steeper hypotheses than about 85 degrees have windows of a fraction of a pixel in depth: never a
 // measurement.
 PHI_HD bool FacesCamera(Vec3f normal, Vec3f ray) { return Dot(normal, ray) < -0.08f * Norm(ray); }

@@ -9,7 +9,7 @@
 #include "phi/base/array2d.h"
 #include "phi/filtering/filled_value.h"
 #include "phi/geometry/device_camera.h"
-#include "phi/matching/geometric_guidance.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
 

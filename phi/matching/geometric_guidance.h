@@ -13,9 +13,6 @@ namespace phi {
 inline constexpr float kGuidanceCostPerPixel = 0.2f;
 inline constexpr float kGuidanceMaxPixels = 3.0f;
 
-PHI_HD float DepthOf(const PlaneHypothesis& hypothesis) { return hypothesis.depth; }
-PHI_HD float DepthOf(float depth) { return depth; }
-
 // In [0, kGuidanceCostPerPixel * kGuidanceMaxPixels]. `source_map`: plane hypotheses, or depths alone. (u, v), depth: the hypothesis in the reference image.
 template <typename Pixel>
 PHI_HD float GuidanceCost(const RayModel& reference, const RelativeView& view, ArrayView2D<Pixel> source_map,

@@ -10,8 +10,8 @@
 namespace phi {
 
 inline constexpr int kNumRegions = 8;
-inline constexpr int kNearSamples = 7;  // of a V shape
-inline constexpr int kFarSamples = 11;  // of a strip
+inline constexpr int kNearSamples = 7;                               // of a V shape
+inline constexpr int kFarSamples = 11;                               // of a strip
 inline constexpr int kPropagationReach = 3 + 2 * (kFarSamples - 1);  // rows or columns to the farthest sample
 
 struct PixelOffset {

@@ -22,6 +22,11 @@ TEST(StereoOptions, FastMeansFewerIterations) {
   EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast"}).stereo.num_iterations, 5);
 }
 
+TEST(StereoOptions, PaperFormulasComeWithThePapersNormalError) {
+  EXPECT_EQ(Parsed({}).filter.max_normal_error, 60);
+  EXPECT_EQ(Parsed({"--PhiStereo.formulas", "paper"}).filter.max_normal_error, 30);
+}
+
 TEST(StereoOptions, GivenIterationsGoBeforeQuality) {
   EXPECT_EQ(
       Parsed({"--PhiStereo.quality", "fast", "--PatchMatchStereo.num_iterations", "6"}).stereo.num_iterations,
