@@ -11,6 +11,7 @@
 #include "colmap_ext/evaluation/score_tables.h"
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
+#include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -24,6 +25,7 @@ struct EvaluateOptions {
   MapEvaluationOptions depth, normals;
   std::string tolerances = "0.01,0.02,0.05,0.1", angles = "5,10,20,30", scanners;
   double memory_gb = 8;
+  bool inferred_apart = false;
   int num_threads = -1;
   TableFormat table = TableFormat::kText;
 };
@@ -102,6 +104,7 @@ void Complete(EvaluateOptions& o) {
     o.truth.scanners.emplace_back(xyz[0], xyz[1], xyz[2]);
   }
   o.normals.kind = o.depth.kind;
+  o.depth.inferred_apart = o.normals.inferred_apart = o.inferred_apart;
   o.coverage.truth_depth_maps = o.depth.truth;
   o.coverage.values_per_unit = o.depth.values_per_unit;
 
@@ -112,12 +115,15 @@ void Complete(EvaluateOptions& o) {
   Require(o.depth.maps.empty() || !o.depth.truth.empty(), "--depth_maps needs --truth_depth_maps");
   Require(o.normals.maps.empty() == o.normals.truth.empty(),
           "--normal_maps and --truth_normal_maps go together");
+  const bool scores_maps = !o.depth.maps.empty() || !o.normals.maps.empty();
+  Require(!o.inferred_apart || !scores_maps || o.depth.kind == kGeometric,
+          "--inferred_apart is for --map_type geometric: the other maps hold no inferred pixel");
   Require(o.coverage.workspace.empty() || !o.depth.truth.empty(),
           "--coverage_workspace_path needs --truth_depth_maps");
 }
 
 CloudScores EvaluateClouds(const EvaluateOptions& o) {
-  LoadedClouds loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size);
+  LoadedClouds loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size, o.inferred_apart);
   if (!o.coverage.workspace.empty()) {
     loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
   }
@@ -132,6 +138,10 @@ int RunEvaluate(int argc, char** argv) {
   OptionParser parser("evaluate", "Compare a cloud, depth maps or normal maps with the truth");
   AddCloudOptions(parser, o);
   AddMapOptions(parser, o);
+  parser.Add("inferred_apart", &o.inferred_apart,
+             "Also score measured and inferred points apart (the cloud's property 'inferred'), and pixels "
+             "(the folder "
+             "filled_masks beside the maps')");
   parser.Add("output_path", &o.output, "Scores as JSON");
   parser.AddChoice("table", &o.table, {{"text", TableFormat::kText}, {"markdown", TableFormat::kMarkdown}},
                    "Form of the printed tables");

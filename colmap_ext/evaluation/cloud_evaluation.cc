@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t kBytesPerPoint = sizeof(phi::Vec3f) + sizeof(std::uint32_t) + sizeof(ToleranceClass);
 
 std::size_t WorkingMemory(const CloudPair& clouds, const CloudEvaluationOptions& options) {
-  const std::size_t needed = (clouds.points.size() + clouds.truth.size()) * kBytesPerPoint;
+  const std::size_t needed = (clouds.points.size() + clouds.truth.size()) * kBytesPerPoint +
+                             clouds.inferred.size() * sizeof(ToleranceClass);
   if (needed >= options.memory) {
     throw phi::ResourceError(
         "evaluate: the two clouds need " + std::to_string((needed >> 20) + 1) +
@@ -32,6 +33,19 @@ std::vector<ToleranceClass> ClassifyPoints(const CloudPair& clouds, const CloudE
     if (!clouds.counted[i]) classes[i] = kNotCounted;
   }
   return classes;
+}
+
+// `classes`: of all points. Those of the other origin do not count.
+OriginAccuracy AccuracyOf(bool inferred, const CloudPair& clouds, std::vector<ToleranceClass> classes,
+                          std::size_t num_tolerances, const VoxelAverageOptions& voxels) {
+  OriginAccuracy result;
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (clouds.inferred[i] != inferred) classes[i] = kNotCounted;
+    result.num_counted += classes[i] != kNotCounted;
+  }
+  result.accuracy = AverageOverVoxels(clouds.points, classes, num_tolerances, voxels);
+  for (double& share : result.accuracy) share *= 100;
+  return result;
 }
 
 double HarmonicMean(double a, double b) { return a + b > 0 ? 2 * a * b / (a + b) : 0; }
@@ -57,8 +71,14 @@ CloudScores EvaluateCloud(const CloudPair& clouds, const CloudEvaluationOptions&
           ? clouds.points.size()
           : static_cast<std::size_t>(std::count(clouds.counted.begin(), clouds.counted.end(), true));
 
-  scores.accuracy = AverageOverVoxels(clouds.points, ClassifyPoints(clouds, options, working_memory),
-                                      num_tolerances, voxels);
+  {
+    const std::vector<ToleranceClass> classes = ClassifyPoints(clouds, options, working_memory);
+    scores.accuracy = AverageOverVoxels(clouds.points, classes, num_tolerances, voxels);
+    if (!clouds.inferred.empty()) {
+      scores.measured = AccuracyOf(false, clouds, classes, num_tolerances, voxels);
+      scores.inferred = AccuracyOf(true, clouds, classes, num_tolerances, voxels);
+    }
+  }
   scores.completeness = AverageOverVoxels(
       clouds.truth, ClassifyByNearest(clouds.truth, clouds.points, options.tolerances, working_memory),
       num_tolerances, voxels);

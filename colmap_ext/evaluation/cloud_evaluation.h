@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,16 +22,25 @@ struct CloudEvaluationOptions {
 struct CloudPair {
   std::vector<phi::Vec3f> points;  // the reconstruction
   std::vector<bool> counted;       // empty, or whether each point counts for accuracy
+  std::vector<bool> inferred;      // empty, or whether each point's depth was inferred: then scored apart
   std::vector<phi::Vec3f> truth;
   // Empty: accuracy by the nearest truth point, on one voxel grid. Else ETH3D's protocol: accuracy by the
   // scanners' beams, averages over two voxel grids.
   std::vector<ScanBeams> scans;
 };
 
+// The points of one origin alone, each voxel's share taken over these points. Completeness is a matter of all
+// points together.
+struct OriginAccuracy {
+  std::size_t num_counted = 0;
+  std::vector<double> accuracy;  // percent, indexed by tolerance
+};
+
 // Percent, indexed by tolerance.
 struct CloudScores {
   std::vector<double> tolerances, accuracy, completeness, f1;
   std::size_t num_points = 0, num_counted = 0, num_truth = 0;
+  std::optional<OriginAccuracy> measured, inferred;  // where CloudPair::inferred tells them apart
 };
 
 // Throws phi::ResourceError when the clouds alone exceed the memory.

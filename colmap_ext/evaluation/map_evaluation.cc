@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -18,10 +20,10 @@ namespace {
 // Counts pixels with truth; `error` returns the error at (x, y) of the truth and (mx, my) of the map, or a
 // negative number where the map has no value.
 template <typename Map, typename HasTruth, typename Error>
-MapScore ScorePixels(const Map& map, const Map& truth, const std::vector<double>& thresholds,
-                     HasTruth has_truth, Error error) {
-  std::int64_t num_truth = 0, num_valid = 0;
-  std::vector<std::int64_t> num_within(thresholds.size(), 0);
+MapScore ScorePixels(const Map& map, const Map& truth, const FilledMask* filled,
+                     const std::vector<double>& thresholds, HasTruth has_truth, Error error) {
+  std::int64_t num_truth = 0;
+  OriginCount measured{0, std::vector<std::int64_t>(thresholds.size(), 0)}, inferred = measured;
   for (int y = 0; y < truth.height(); ++y) {
     const int my = static_cast<int>(static_cast<std::int64_t>(y) * map.height() / truth.height());
     for (int x = 0; x < truth.width(); ++x) {
@@ -30,22 +32,61 @@ MapScore ScorePixels(const Map& map, const Map& truth, const std::vector<double>
       const int mx = static_cast<int>(static_cast<std::int64_t>(x) * map.width() / truth.width());
       const double e = error(map(mx, my), truth(x, y));
       if (e < 0) continue;
-      ++num_valid;
-      for (std::size_t t = 0; t < thresholds.size(); ++t) num_within[t] += e < thresholds[t];
+      OriginCount& count = filled && (*filled)(mx, my) != 0 ? inferred : measured;
+      ++count.num_pixels;
+      for (std::size_t t = 0; t < thresholds.size(); ++t) count.num_within[t] += e < thresholds[t];
     }
   }
   const double percent = num_truth > 0 ? 100.0 / static_cast<double>(num_truth) : 0;
   MapScore score;
   score.found = true;
-  score.valid = percent * static_cast<double>(num_valid);
-  for (std::int64_t n : num_within) score.within.push_back(percent * static_cast<double>(n));
+  score.valid = percent * static_cast<double>(measured.num_pixels + inferred.num_pixels);
+  for (std::size_t t = 0; t < thresholds.size(); ++t) {
+    score.within.push_back(percent * static_cast<double>(measured.num_within[t] + inferred.num_within[t]));
+  }
+  if (filled) {
+    score.measured = std::move(measured);
+    score.inferred = std::move(inferred);
+  }
   return score;
 }
 
-// `score_files(map path, truth path)` reads and compares two files.
+void Add(const std::optional<OriginCount>& image, std::optional<OriginCount>& sum) {
+  if (!image) return;
+  if (!sum) sum = OriginCount{0, std::vector<std::int64_t>(image->num_within.size(), 0)};
+  sum->num_pixels += image->num_pixels;
+  for (std::size_t t = 0; t < sum->num_within.size(); ++t) sum->num_within[t] += image->num_within[t];
+}
+
+// The filled masks of a workspace lie beside its maps: stereo/depth_maps, stereo/filled_masks.
+std::filesystem::path FilledMaskFolder(const std::filesystem::path& maps) {
+  return std::filesystem::absolute(maps / "x").lexically_normal().parent_path().parent_path() /
+         "filled_masks";
+}
+
+// Null unless the origins are scored apart. An image without a mask has nothing inferred, as in fusion.
+std::optional<FilledMask> ReadFilled(const MapEvaluationOptions& options, const std::string& image, int width,
+                                     int height) {
+  if (!options.inferred_apart) return std::nullopt;
+  const std::filesystem::path path = FilledMaskFolder(options.maps) / (image + ".png");
+  if (!std::filesystem::exists(path)) return FilledMask(width, height);
+  FilledMask mask = ReadMask(path);
+  if (mask.width() != width || mask.height() != height) {
+    throw phi::InputError(path.string() + " is " + std::to_string(mask.width()) + " x " +
+                          std::to_string(mask.height()) + " pixels, but the image's map is " +
+                          std::to_string(width) + " x " + std::to_string(height));
+  }
+  return mask;
+}
+
+// `score_files(image, map path, truth path)` reads and compares two files.
 template <typename ScoreFiles>
 MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_files) {
   const auto truth = FindTruthMaps(options.truth);
+  if (options.inferred_apart && !std::filesystem::is_directory(FilledMaskFolder(options.maps))) {
+    throw phi::InputError("there is no folder " + FilledMaskFolder(options.maps).string() +
+                          ", which --inferred_apart needs: it says which pixels were inferred");
+  }
   const std::vector<std::pair<std::string, std::filesystem::path>> files(truth.begin(), truth.end());
   MapScores scores;
   scores.thresholds = options.thresholds;
@@ -55,7 +96,7 @@ MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_fil
     const std::filesystem::path map = options.maps / (files[i].first + "." + options.kind + ".bin");
     MapScore& score = scores.images[i];
     score.within.assign(options.thresholds.size(), 0.0);
-    if (std::filesystem::exists(map)) score = score_files(map, files[i].second);
+    if (std::filesystem::exists(map)) score = score_files(files[i].first, map, files[i].second);
     score.image = files[i].first;
   });
   if (std::none_of(scores.images.begin(), scores.images.end(), [](const MapScore& s) { return s.found; })) {
@@ -77,21 +118,23 @@ MapScore MapScores::Mean() const {
     mean.found |= image.found;
     mean.valid += weight * image.valid;
     for (std::size_t t = 0; t < thresholds.size(); ++t) mean.within[t] += weight * image.within[t];
+    Add(image.measured, mean.measured);
+    Add(image.inferred, mean.inferred);
   }
   return mean;
 }
 
 MapScore ScoreDepth(const phi::Array2D<float>& depth, const phi::Array2D<float>& truth,
-                    const std::vector<double>& thresholds) {
+                    const std::vector<double>& thresholds, const FilledMask* filled) {
   return ScorePixels(
-      depth, truth, thresholds, [](float g) { return g > 0; },
+      depth, truth, filled, thresholds, [](float g) { return g > 0; },
       [](float d, float g) { return d > 0 ? std::abs(static_cast<double>(d) - g) : -1.0; });
 }
 
 MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2D<phi::Vec3f>& truth,
-                      const std::vector<double>& thresholds) {
+                      const std::vector<double>& thresholds, const FilledMask* filled) {
   return ScorePixels(
-      normals, truth, thresholds, [](const phi::Vec3f& g) { return phi::Dot(g, g) > 0.5f; },
+      normals, truth, filled, thresholds, [](const phi::Vec3f& g) { return phi::Dot(g, g) > 0.5f; },
       [](const phi::Vec3f& n, const phi::Vec3f& g) {
         const double lengths = std::sqrt(static_cast<double>(phi::Dot(n, n)) * phi::Dot(g, g));
         if (!(lengths > 0.25)) return -1.0;
@@ -100,14 +143,21 @@ MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2
 }
 
 MapScores EvaluateDepthMaps(const MapEvaluationOptions& options) {
-  return EvaluateMaps(options, [&](const std::filesystem::path& map, const std::filesystem::path& truth) {
-    return ScoreDepth(ReadDepthMap(map), ReadTruthDepth(truth, options.values_per_unit), options.thresholds);
+  return EvaluateMaps(options, [&](const std::string& image, const std::filesystem::path& map,
+                                   const std::filesystem::path& truth) {
+    const phi::Array2D<float> depth = ReadDepthMap(map);
+    const auto filled = ReadFilled(options, image, depth.width(), depth.height());
+    return ScoreDepth(depth, ReadTruthDepth(truth, options.values_per_unit), options.thresholds,
+                      filled ? &*filled : nullptr);
   });
 }
 
 MapScores EvaluateNormalMaps(const MapEvaluationOptions& options) {
-  return EvaluateMaps(options, [&](const std::filesystem::path& map, const std::filesystem::path& truth) {
-    return ScoreNormals(ReadNormalMap(map), ReadNormalMap(truth), options.thresholds);
+  return EvaluateMaps(options, [&](const std::string& image, const std::filesystem::path& map,
+                                   const std::filesystem::path& truth) {
+    const phi::Array2D<phi::Vec3f> normals = ReadNormalMap(map);
+    const auto filled = ReadFilled(options, image, normals.width(), normals.height());
+    return ScoreNormals(normals, ReadNormalMap(truth), options.thresholds, filled ? &*filled : nullptr);
   });
 }
 

@@ -52,9 +52,18 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
     rows.push_back({Number(scores.tolerances[t], "%g"), Percent(scores.accuracy[t]),
                     Percent(scores.completeness[t]), Percent(scores.f1[t])});
   }
-  return std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
-         " counted, against " + std::to_string(scores.num_truth) + " points of truth\n\n" +
-         Table(rows, format);
+  std::string counts = std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
+                       " counted, against " + std::to_string(scores.num_truth) + " points of truth";
+  if (scores.measured && scores.inferred) {
+    rows[0].insert(rows[0].end(), {"of measured points %", "of inferred points %"});
+    for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
+      rows[t + 1].insert(rows[t + 1].end(),
+                         {Percent(scores.measured->accuracy[t]), Percent(scores.inferred->accuracy[t])});
+    }
+    counts += "; accuracy of " + std::to_string(scores.measured->num_counted) + " measured and " +
+              std::to_string(scores.inferred->num_counted) + " inferred points";
+  }
+  return counts + "\n\n" + Table(rows, format);
 }
 
 std::string MapTable(const MapScores& scores, const std::string& unit, TableFormat format) {
@@ -71,16 +80,65 @@ std::string MapTable(const MapScores& scores, const std::string& unit, TableForm
   return Table(rows, format);
 }
 
+// Percent of the origin's own pixels, by threshold.
+std::vector<double> Accuracy(const OriginCount& count) {
+  std::vector<double> shares;
+  for (std::int64_t n : count.num_within) {
+    shares.push_back(
+        count.num_pixels > 0 ? 100.0 * static_cast<double>(n) / static_cast<double>(count.num_pixels) : 0.0);
+  }
+  return shares;
+}
+
+// How many of the measured pixels are right, how many of the inferred ones. The last row sums over images.
+std::string OriginTable(const MapScores& scores, const std::string& unit, TableFormat format) {
+  Rows rows{{"image"}};
+  for (const char* origin : {"measured", "inferred"}) {
+    rows[0].push_back(std::string(origin) + " pixels");
+    for (double threshold : scores.thresholds)
+      rows[0].push_back("< " + Number(threshold, "%g") + unit + " %");
+  }
+  const auto add = [&](const std::string& name, const MapScore& score) {
+    if (!score.measured || !score.inferred) return;  // no map
+    rows.push_back({name});
+    for (const OriginCount* count : {&*score.measured, &*score.inferred}) {
+      rows.back().push_back(std::to_string(count->num_pixels));
+      for (double share : Accuracy(*count)) rows.back().push_back(Percent(share));
+    }
+  };
+  for (const MapScore& image : scores.images) add(image.image, image);
+  add("all", scores.Mean());
+  return Table(rows, format);
+}
+
+nlohmann::json ToJson(const OriginCount& count) {
+  return {{"num_pixels", count.num_pixels}, {"within", Accuracy(count)}};
+}
+
+void AddOrigins(const MapScore& score, nlohmann::json* json) {
+  if (score.measured) (*json)["measured"] = ToJson(*score.measured);
+  if (score.inferred) (*json)["inferred"] = ToJson(*score.inferred);
+}
+
 nlohmann::json ToJson(const MapScore& score) {
-  return {{"image", score.image}, {"found", score.found}, {"valid", score.valid}, {"within", score.within}};
+  nlohmann::json json{
+      {"image", score.image}, {"found", score.found}, {"valid", score.valid}, {"within", score.within}};
+  AddOrigins(score, &json);
+  return json;
 }
 
 nlohmann::json ToJson(const MapScores& scores) {
   nlohmann::json images = nlohmann::json::array();
   for (const MapScore& image : scores.images) images.push_back(ToJson(image));
   const MapScore mean = scores.Mean();
-  return {
+  nlohmann::json json{
       {"thresholds", scores.thresholds}, {"valid", mean.valid}, {"within", mean.within}, {"images", images}};
+  AddOrigins(mean, &json);
+  return json;
+}
+
+nlohmann::json ToJson(const OriginAccuracy& origin) {
+  return {{"num_counted", origin.num_counted}, {"accuracy", origin.accuracy}};
 }
 
 }  // namespace
@@ -92,11 +150,14 @@ std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
     text += (format == TableFormat::kMarkdown ? "### " : "") + title + "\n\n" + table;
   };
   if (evaluation.cloud) add("Point cloud", CloudTable(*evaluation.cloud, format));
-  if (evaluation.depth)
-    add("Depth maps (share of the pixels with truth)", MapTable(*evaluation.depth, "", format));
-  if (evaluation.normals) {
-    add("Normal maps (share of the pixels with truth)", MapTable(*evaluation.normals, " deg", format));
-  }
+  const auto add_maps = [&](const std::string& what, const MapScores& scores, const std::string& unit) {
+    add(what + " (share of the pixels with truth)", MapTable(scores, unit, format));
+    if (scores.Mean().inferred) {
+      add(what + ", measured and inferred pixels apart (share of these)", OriginTable(scores, unit, format));
+    }
+  };
+  if (evaluation.depth) add_maps("Depth maps", *evaluation.depth, "");
+  if (evaluation.normals) add_maps("Normal maps", *evaluation.normals, " deg");
   return text;
 }
 
@@ -111,6 +172,8 @@ void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evalua
     json["num_points"] = cloud.num_points;
     json["num_counted"] = cloud.num_counted;
     json["num_truth"] = cloud.num_truth;
+    if (cloud.measured) json["measured"] = ToJson(*cloud.measured);
+    if (cloud.inferred) json["inferred"] = ToJson(*cloud.inferred);
   }
   if (evaluation.depth) json["depth_maps"] = ToJson(*evaluation.depth);
   if (evaluation.normals) json["normal_maps"] = ToJson(*evaluation.normals);

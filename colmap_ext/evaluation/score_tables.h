@@ -22,7 +22,7 @@ struct Evaluation {
 std::string FormatTables(const Evaluation& evaluation, TableFormat format);
 
 // {"tolerances": [], "accuracy": [], "completeness": [], "f1": [], ...}: percent, indexed by tolerance. Maps
-// are under "depth_maps" and "normal_maps".
+// are under "depth_maps" and "normal_maps"; what was scored apart under "measured" and "inferred".
 void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evaluation);
 
 }  // namespace colmap_ext

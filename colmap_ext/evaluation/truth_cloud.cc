@@ -50,6 +50,22 @@ void ForEachPoint(const std::filesystem::path& path, int min_views, OnPoint on_p
   });
 }
 
+// The property `inferred` of the points that ForEachPoint visits.
+std::vector<bool> ReadInferred(const std::filesystem::path& path) {
+  const PlyRows rows(path);
+  CheckVertices(rows, path);
+  if (!rows.Find("vertex")->Has("inferred")) {
+    throw phi::InputError(path.string() +
+                          " has no property 'inferred', which --inferred_apart needs: clouds by "
+                          "phimvs stereo_fusion in PLY have it");
+  }
+  std::vector<bool> inferred;
+  rows.ForEachRow("vertex", {"x", "y", "z", "inferred"}, [&](const double* v) {
+    if (Vector3d(v[0], v[1], v[2]).allFinite()) inferred.push_back(v[3] != 0);
+  });
+  return inferred;
+}
+
 std::vector<Vector3d> SampleMesh(const std::filesystem::path& path, double spacing) {
   const PlyRows rows(path);
   std::vector<Vector3d> corners, samples;
@@ -140,9 +156,11 @@ void SampleTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, dou
   }
 }
 
-LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth,
-                        double voxel_size) {
-  return Loader(truth, voxel_size).Load(cloud_path);
+LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
+                        bool inferred_apart) {
+  LoadedClouds loaded = Loader(truth, voxel_size).Load(cloud_path);
+  if (inferred_apart) loaded.clouds.inferred = ReadInferred(cloud_path);
+  return loaded;
 }
 
 }  // namespace colmap_ext

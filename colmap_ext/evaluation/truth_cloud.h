@@ -26,9 +26,10 @@ struct LoadedClouds {
 };
 
 // Points that are not finite are left out. `voxel_size`: the origin is a whole number of voxels, so that
-// moving it does not move the grid. Throws phi::InputError when a file is damaged or holds no point.
-LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth,
-                        double voxel_size);
+// moving it does not move the grid. `inferred_apart`: also reads which points of the cloud were inferred. Throws
+// phi::InputError when a file is damaged, holds no point or does not tell what was inferred.
+LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
+                        bool inferred_apart = false);
 
 // Samples of triangle (a, b, c), at most `spacing` apart along both edges from a; corners included.
 void SampleTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,

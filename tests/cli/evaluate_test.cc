@@ -54,6 +54,37 @@ TEST(EvaluateCommand, ScoresAnOffsetPlaneAndWritesJson) {
   EXPECT_THAT(json["f1"], ElementsAre(0.0, 0.0, 100.0, 100.0));
 }
 
+// One inferred point 3 cm above the truth, three measured ones on it, each in its own voxel.
+TEST(EvaluateCommand, ScoresInferredPointsApart) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "truth.ply", PlanePly(0));
+  WriteBytes(folder / "cloud.ply",
+             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+             "property uchar inferred\nend_header\n0.003 0.003 0 0\n0.103 0.003 0 0\n0.203 0.003 0 0\n"
+             "0.303 0.003 0.03 1\n");
+  const std::vector<std::string> words{
+      "--cloud_path",  folder / "cloud.ply", "--truth_path",     folder / "truth.ply",
+      "--tolerances",  "0.02,0.05",          "--inferred_apart", "true",
+      "--output_path", folder / "e.json",    "--table",          "markdown"};
+  const ProgramResult result = Evaluate(words);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("accuracy of 3 measured and 1 inferred points"));
+  const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_THAT(json["accuracy"], ElementsAre(75.0, 100.0));
+  EXPECT_THAT(json["measured"]["accuracy"], ElementsAre(100.0, 100.0));
+  EXPECT_THAT(json["inferred"]["accuracy"], ElementsAre(0.0, 100.0));
+  EXPECT_EQ(json["inferred"]["num_counted"], 1);
+
+  WriteBytes(folder / "cloud.ply", PlanePly(0.03));
+  const ProgramResult foreign = Evaluate(words);
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_THAT(foreign.errors, HasSubstr("--inferred_apart"));
+  const ProgramResult raw = Evaluate({"--depth_maps", folder.path(), "--truth_depth_maps", folder.path(),
+                                      "--map_type", "photometric", "--inferred_apart", "true"});
+  EXPECT_EQ(raw.exit_code, 1);
+  EXPECT_THAT(raw.errors, HasSubstr("geometric"));
+}
+
 TEST(EvaluateCommand, SaysWhatIsMissing) {
   const ProgramResult none = Evaluate({});
   EXPECT_EQ(none.exit_code, 1);

@@ -72,6 +72,30 @@ TEST(CloudEvaluation, PointsThatDoNotCountChangeCompletenessOnly) {
   EXPECT_THAT(scores.completeness, ElementsAre(100));
 }
 
+TEST(CloudEvaluation, ScoresMeasuredAndInferredPointsApart) {
+  CloudPair clouds;
+  clouds.truth = {{0.5f, 0.5f, 0.5f}};
+  // One voxel of 1: a measured point at the truth, three inferred ones 0.3 away. Another: an inferred point at
+  // 9.5, wrong. A third: one that does not count.
+  clouds.points = {{0.5f, 0.5f, 0.5f}, {0.8f, 0.5f, 0.5f}, {0.5f, 0.8f, 0.5f},
+                   {0.5f, 0.5f, 0.8f}, {9.5f, 0.5f, 0.5f}, {5.5f, 0.5f, 0.5f}};
+  clouds.inferred = {false, true, true, true, true, true};
+  clouds.counted = {true, true, true, true, true, false};
+  CloudEvaluationOptions options{{0.1, 0.4}};
+  options.voxel_size = 1;
+  const CloudScores scores = EvaluateCloud(clouds, options);
+  EXPECT_THAT(scores.accuracy, ElementsAre(12.5, 50));  // voxels: 1/4 and 0; 1 and 0
+  ASSERT_TRUE(scores.measured && scores.inferred);
+  EXPECT_EQ(scores.measured->num_counted, 1u);
+  EXPECT_THAT(scores.measured->accuracy, ElementsAre(100, 100));
+  EXPECT_EQ(scores.inferred->num_counted, 4u);
+  EXPECT_THAT(scores.inferred->accuracy, ElementsAre(0, 50));  // voxels: 0 and 0; 3/3 and 0
+  EXPECT_THAT(scores.completeness, ElementsAre(100, 100));
+
+  clouds.inferred.clear();
+  EXPECT_FALSE(EvaluateCloud(clouds, options).inferred);
+}
+
 TEST(CloudEvaluation, EmptyReconstructionScoresZero) {
   CloudPair clouds;
   clouds.truth = Plane(10, 0.01f, 0);

@@ -31,6 +31,27 @@ TEST(ScoreDepth, CountsPixelsWithTruthOnly) {
   EXPECT_THAT(score.within, ElementsAre(0, DoubleNear(62.5, 1e-9), DoubleNear(75, 1e-9)));
 }
 
+TEST(ScoreDepth, CountsMeasuredAndInferredPixelsApart) {
+  Array2D<float> truth(8, 1, 2.0f), depth(8, 1, 2.0f);
+  FilledMask filled(8, 1);
+  filled(0, 0) = filled(1, 0) = filled(2, 0) = 255;
+  filled(3, 0) = 128;    // inferred too, with no measurement to confirm it
+  depth(1, 0) = 2.03f;   // inferred, right at 0.05
+  depth(2, 0) = 2.5f;    // inferred, wrong
+  truth(3, 0) = 0;       // inferred, no truth
+  depth(4, 0) = 2.015f;  // measured, right at 0.02
+  depth(5, 0) = 0;       // measured nothing; 6 and 7 are exact
+  const MapScore score = ScoreDepth(depth, truth, {0.01, 0.02, 0.05}, &filled);
+  ASSERT_TRUE(score.measured && score.inferred);
+  EXPECT_EQ(score.inferred->num_pixels, 3);
+  EXPECT_THAT(score.inferred->num_within, ElementsAre(1, 1, 2));
+  EXPECT_EQ(score.measured->num_pixels, 3);
+  EXPECT_THAT(score.measured->num_within, ElementsAre(2, 3, 3));
+  EXPECT_NEAR(score.valid, 100.0 * 6 / 7, 1e-9);
+  EXPECT_NEAR(score.within[1], 100.0 * 4 / 7, 1e-9);
+  EXPECT_FALSE(ScoreDepth(depth, truth, {0.01}).inferred);
+}
+
 TEST(ScoreDepth, ReadsASmallerMapAtTheNearestPixel) {
   Array2D<float> truth(4, 4, 1.0f), depth(2, 2, 1.0f);
   depth(1, 1) = 3;
@@ -70,6 +91,38 @@ TEST(EvaluateDepthMaps, ReadsPngTruthInItsUnitsAndCountsMissingMapsAsEmpty) {
   EXPECT_EQ(scores.Mean().within[0], 50);
   options.kind = "photometric";
   EXPECT_THROW(EvaluateDepthMaps(options), phi::InputError);
+}
+
+TEST(EvaluateDepthMaps, ReadsTheFilledMasksBesideTheMaps) {
+  const TemporaryFolder folder;
+  MapEvaluationOptions options;
+  options.maps = folder / "stereo/depth_maps/";  // as a shell completes it
+  options.truth = folder / "truth";
+  options.thresholds = {0.01};
+  options.inferred_apart = true;
+  for (const char* name : {"a.jpg", "left/b.jpg"}) {
+    std::filesystem::create_directories((folder / "truth" / name).parent_path());
+    cv::imwrite((folder / "truth" / (std::string(name) + ".png")).string(),
+                cv::Mat(2, 3, CV_16UC1, cv::Scalar(2000)));
+    WriteDepthMap(options.maps / (std::string(name) + ".geometric.bin"), Array2D<float>(3, 2, 2.0f));
+  }
+  EXPECT_THROW(EvaluateDepthMaps(options), phi::InputError);  // no folder filled_masks
+
+  const std::filesystem::path masks = folder / "stereo/filled_masks";
+  std::filesystem::create_directories(masks / "left");
+  cv::Mat filled(2, 3, CV_8UC1, cv::Scalar(0));
+  filled.at<std::uint8_t>(1, 2) = 255;
+  cv::imwrite((masks / "left/b.jpg.png").string(), filled);
+  const MapScores scores = EvaluateDepthMaps(options);
+  ASSERT_EQ(scores.images.size(), 2u);
+  EXPECT_EQ(scores.images[0].inferred->num_pixels, 0);  // a.jpg has no mask
+  EXPECT_EQ(scores.images[1].inferred->num_pixels, 1);
+  EXPECT_EQ(scores.Mean().inferred->num_pixels, 1);
+  EXPECT_EQ(scores.Mean().measured->num_pixels, 11);
+  EXPECT_THAT(scores.Mean().measured->num_within, ElementsAre(11));
+
+  cv::imwrite((masks / "a.jpg.png").string(), cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)));
+  EXPECT_THROW(EvaluateDepthMaps(options), phi::InputError);  // of another size than the map
 }
 
 TEST(CoveredByTruth, ProjectsWithPixelCentresAtHalves) {
