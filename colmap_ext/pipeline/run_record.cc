@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <fstream>
 #include <system_error>
 
@@ -36,9 +37,47 @@ TaskRecord FromJson(const Json& json) {
   return record;
 }
 
-// Names of images need not be valid UTF-8.
+// Text of other programs need not be valid UTF-8.
 std::string Dump(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+bool IsUtf8(const std::string& text) {
+  try {
+    Json(text).dump();
+    return true;
+  } catch (const Json::type_error&) {
+    return false;
+  }
+}
+
+// Names of images are bytes, and JSON holds UTF-8 only. A name that JSON cannot hold, or that could be taken for
+// one of these, has \xHH for its backslashes and for all bytes beyond ASCII.
+std::string NameToJson(const std::string& name) {
+  if (name.find('\\') == std::string::npos && IsUtf8(name)) return name;
+  constexpr char kDigits[] = "0123456789ABCDEF";
+  std::string text;
+  for (const unsigned char c : name) {
+    if (c < 0x80 && c != '\\') {
+      text += static_cast<char>(c);
+    } else {
+      text += {'\\', 'x', kDigits[c >> 4], kDigits[c & 15]};
+    }
+  }
+  return text;
+}
+
+std::string NameFromJson(const std::string& text) {
+  std::string name;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    int byte = 0;
+    const bool escaped =
+        text.compare(i, 2, "\\x") == 0 && i + 4 <= text.size() &&
+        std::from_chars(text.data() + i + 2, text.data() + i + 4, byte, 16).ptr == text.data() + i + 4;
+    name += escaped ? static_cast<char>(byte) : text[i];
+    if (escaped) i += 3;
+  }
+  return name;
 }
 
 // One write call, so that a killed process leaves at most a last line that breaks off.
@@ -71,20 +110,27 @@ void RunRecord::ReadFile() {
       for (const Json& run : json["runs"]) runs_.push_back(Dump(run, -1));
     }
     for (const auto& [image, kinds] : json.at("images").items()) {
-      for (const auto& [kind, record] : kinds.items()) tasks_[{image, kind}] = FromJson(record);
+      for (const auto& [kind, record] : kinds.items()) tasks_[{NameFromJson(image), kind}] = FromJson(record);
     }
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const std::exception& error) {  // of the parser, or of a stream that cannot be read
     throw phi::InputError(path_.string() + " is damaged (" + error.what() +
                           "); remove it and run again with --overwrite true to make all maps anew");
   }
 }
 
+// A line that is no record was cut short when the process was killed or the disk was full, and the next one may have been
+// appended to it: their tasks count as pending.
 void RunRecord::ReplayJournal() {
   std::ifstream file(journal_path_);
+  changed_ = file.is_open();
   for (std::string line; std::getline(file, line);) {
-    const Json json = Json::parse(line, nullptr, false);
-    if (json.is_discarded()) continue;  // the process was killed while it wrote this line
-    tasks_[{json.at("image").get<std::string>(), json.at("kind").get<std::string>()}] = FromJson(json);
+    try {
+      const Json json = Json::parse(line);
+      const Task task{NameFromJson(json.at("image").get<std::string>()), json.at("kind").get<std::string>()};
+      tasks_[task] = FromJson(json);
+    } catch (const Json::exception&) {
+      continue;
+    }
   }
 }
 
@@ -96,6 +142,7 @@ const TaskRecord* RunRecord::Find(const std::string& image, const std::string& k
 
 void RunRecord::SetOptions(const std::map<std::string, std::string>& effective, const std::string& hash) {
   std::lock_guard<std::mutex> lock(mutex_);
+  changed_ |= hash != options_hash_;
   options_ = effective;
   options_hash_ = hash;
 }
@@ -112,34 +159,36 @@ void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::str
 }
 
 void RunRecord::Finish(const Task& task, const TaskRecord& record) {
-  Json json = {{"image", task.first}, {"kind", task.second}};
+  Json json = {{"image", NameToJson(task.first)}, {"kind", task.second}};
   json.update(ToJson(record));
   std::lock_guard<std::mutex> lock(mutex_);
   tasks_[task] = record;
+  changed_ = true;
   AppendLine(journal_path_, Dump(json, -1) + "\n");
 }
 
 void RunRecord::Forget(const Task& task) {
   std::lock_guard<std::mutex> lock(mutex_);
-  tasks_.erase(task);
+  if (tasks_.erase(task) > 0) changed_ = true;
 }
 
 void RunRecord::AddRun(const std::string& summary_json) {
   constexpr std::size_t kMaxRuns = 20;
   std::lock_guard<std::mutex> lock(mutex_);
+  changed_ = true;
   runs_.push_back(summary_json);
   if (runs_.size() > kMaxRuns) runs_.pop_front();
 }
 
 void RunRecord::Compact() {
   std::lock_guard<std::mutex> lock(mutex_);
-  CompactLocked();
+  if (changed_) CompactLocked();
 }
 
 void RunRecord::CompactLocked() {
   Json images = Json::object(), runs = Json::array();
   for (const std::string& run : runs_) runs.push_back(Json::parse(run));
-  for (const auto& [task, record] : tasks_) images[task.first][task.second] = ToJson(record);
+  for (const auto& [task, record] : tasks_) images[NameToJson(task.first)][task.second] = ToJson(record);
   const Json json = {{"version", PHIMVS_VERSION},
                      {"options", options_},
                      {"options_hash", options_hash_},
@@ -147,6 +196,7 @@ void RunRecord::CompactLocked() {
                      {"images", images}};
   WriteFileAtomically(path_, Dump(json, 1) + "\n");
   std::filesystem::remove(journal_path_);
+  changed_ = false;
 }
 
 }  // namespace colmap_ext

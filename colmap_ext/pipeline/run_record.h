@@ -43,7 +43,8 @@ class RunRecord {
   void Forget(const Task& task);
   // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
   void AddRun(const std::string& summary_json);
-  // Rewrites phimvs.json and removes the journal.
+  // Rewrites phimvs.json and removes the journal; nothing when neither tasks nor the hash of options have changed, so that
+  // a finished workspace may be read-only.
   void Compact();
 
  private:
@@ -57,6 +58,7 @@ class RunRecord {
   std::map<std::string, std::string> options_;
   std::string options_hash_;
   std::deque<std::string> runs_;  // JSON objects, oldest first
+  bool changed_ = false;          // since phimvs.json was read or written
 };
 
 }  // namespace colmap_ext

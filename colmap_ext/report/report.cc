@@ -143,7 +143,12 @@ void WriteReport(const ReportOptions& options) {
                  {"evaluations", Json::array()}};
   const auto record = workspace.StereoFolder() / "phimvs.json";
   if (std::filesystem::exists(record)) {
-    AddRun(record, report);
+    try {
+      AddRun(record, report);
+    } catch (const Json::exception& error) {
+      report["warnings"].push_back("stereo/phimvs.json is damaged, times and settings are unknown: " +
+                                   std::string(error.what()));
+    }
   } else {
     report["warnings"].push_back("stereo/phimvs.json is missing: times and settings are unknown");
   }

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "phi/base/error.h"
+#include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -93,15 +93,70 @@ TEST_F(RunRecordTest, TornLastLineOfTheJournalIsIgnored) {
   EXPECT_EQ(record.Find("b", "measured")->state, "pending");
 }
 
-TEST_F(RunRecordTest, DamagedFileSaysHowToGoOn) {
-  test_support::WriteBytes(Json(), "{\"version\":");
-  try {
+TEST_F(RunRecordTest, JournalLinesOfAnotherShapeAreIgnored) {
+  test_support::WriteBytes(
+      Journal(),
+      "null\n5\n{\"a\": 1}\n{\"image\": 5, \"kind\": \"measured\"}\n"
+      "{\"image\": \"a\", \"kind\": \"measured\", \"sta{\"image\": \"b\"}\n"
+      "{\"image\": \"c\", \"kind\": \"measured\", \"state\": \"done\", \"key\": \"k\"}\n");
+  RunRecord record(folder_.path());
+  EXPECT_EQ(record.Find("a", "measured"), nullptr);
+  ASSERT_NE(record.Find("c", "measured"), nullptr);
+  EXPECT_EQ(record.Find("c", "measured")->state, "done");
+}
+
+// Latin-1 names, and names that look like what stands for them.
+TEST_F(RunRecordTest, NamesNeedNotBeUtf8) {
+  const std::vector<std::string> names = {"caf\xE9.jpg",  "caf\xE8.jpg", "caf\xC3\xA9.jpg",
+                                          "caf\\xE9.jpg", "a\\b",        "\\x"};
+  {
     RunRecord record(folder_.path());
-    FAIL() << "damaged file accepted";
-  } catch (const phi::InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(Json().string()));
-    EXPECT_THAT(error.what(), HasSubstr("--overwrite true"));
+    for (const std::string& name : names) record.Finish({name, "measured"}, Done("journal " + name));
   }
+  RunRecord replayed(folder_.path());
+  for (const std::string& name : names) {
+    ASSERT_NE(replayed.Find(name, "measured"), nullptr) << name;
+    replayed.Finish({name, "measured"}, Done("key " + std::to_string(&name - names.data())));
+  }
+  replayed.Compact();
+  const RunRecord compacted(folder_.path());
+  for (const std::string& name : names) {
+    ASSERT_NE(compacted.Find(name, "measured"), nullptr) << name;
+    EXPECT_EQ(compacted.Find(name, "measured")->key, "key " + std::to_string(&name - names.data()));
+  }
+  EXPECT_EQ(nlohmann::json::parse(test_support::ReadBytes(Json()))["images"].size(), names.size());
+}
+
+TEST_F(RunRecordTest, AFinishedWorkspaceIsNotWrittenAgain) {
+  {
+    RunRecord record(folder_.path());
+    record.SetOptions({{"log_level", "2"}}, "hash");
+    record.Finish({"a", "measured"}, Done("k"));
+    record.Compact();
+  }
+  const std::string before = test_support::ReadBytes(Json());
+  RunRecord record(folder_.path());
+  record.SetOptions({{"log_level", "3"}}, "hash");
+  record.Forget({"a", "raw"});
+  record.Compact();
+  EXPECT_EQ(test_support::ReadBytes(Json()), before);
+  record.SetOptions({{"log_level", "3"}}, "other hash");
+  record.Compact();
+  EXPECT_NE(test_support::ReadBytes(Json()), before);
+}
+
+TEST_F(RunRecordTest, DamagedFileSaysHowToGoOn) {
+  for (const std::string damaged :
+       {"", "{\"version\":", "[]", "5", "{}", R"({"options": {}, "options_hash": "", "images": {"a": 5}})",
+        R"({"options": {"a": 5}, "options_hash": "", "images": {}})"}) {
+    test_support::WriteBytes(Json(), damaged);
+    const std::string message = test_support::InputErrorOf([&] { RunRecord record(folder_.path()); });
+    EXPECT_THAT(message, HasSubstr(Json().string())) << damaged;
+    EXPECT_THAT(message, HasSubstr("--overwrite true")) << damaged;
+  }
+  std::filesystem::remove(Json());
+  std::filesystem::create_directory(Json());
+  EXPECT_THAT(test_support::InputErrorOf([&] { RunRecord record(folder_.path()); }), HasSubstr("is damaged"));
 }
 
 }  // namespace
