@@ -93,6 +93,12 @@ void HoleFilling::FindMeasuredMaps() {
       phi::LogWarning(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
       keys_[j] = ResultKey().Add(kMeasured).Add(NameOf(job)).Hex();
+    } else if (GeometricMapIsOurs(job)) {
+      Fail(job, std::string(kMeasured),
+           "image " + NameOf(job) +
+               ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
+               "already; run "
+               "patch_match_stereo, which makes both again");
     } else {
       phi::LogWarning("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }
@@ -105,18 +111,28 @@ void HoleFilling::FindMeasuredMaps() {
   }
 }
 
-// A geometric map that the record does not know is another program's, and newer than any copy of it.
+// Else it is another program's. The mask tells where phimvs.json was lost.
+bool HoleFilling::GeometricMapIsOurs(int job) const {
+  return record_.Find(NameOf(job), std::string(kGeometric)) != nullptr ||
+         fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
+}
+
+// Another program's geometric map is newer than any copy of it.
 bool HoleFilling::ImportMeasuredMap(int job) {
   const int image = jobs_[job].image;
   const std::string measured(kMeasured), geometric(kGeometric);
   const bool has_measured = store_.FilesAreWhole(image, measured, false, false);
-  const bool has_geometric = store_.FilesAreWhole(image, geometric, false, false);
-  const bool geometric_is_ours = record_.Find(NameOf(job), geometric) != nullptr;
-  if (has_measured && (geometric_is_ours || !has_geometric)) return true;
-  if (!has_geometric) return false;
+  const bool has_foreign = !GeometricMapIsOurs(job) && store_.FilesAreWhole(image, geometric, false, false);
+  if (!has_foreign) return has_measured;
   CopyAtomically(workspace_.NormalMapPath(image, geometric), workspace_.NormalMapPath(image, measured));
   CopyAtomically(workspace_.DepthMapPath(image, geometric), workspace_.DepthMapPath(image, measured));
   return true;
+}
+
+void HoleFilling::Fail(int job, const std::string& stage, const std::string& message) {
+  phi::LogError(message);
+  summary_.failures.push_back({NameOf(job), stage, message});
+  keys_[job].clear();
 }
 
 void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
@@ -147,11 +163,7 @@ void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
   summary_.stages.push_back({.name = stage.result});
   summary_.stages.back().num_made = static_cast<int>(pending.size() - failures.size());
   summary_.stages.back().seconds = SecondsSince(begin);
-  for (const TaskFailure& failure : failures) {
-    phi::LogError(failure.message);
-    summary_.failures.push_back({NameOf(failure.task), stage.result, failure.message});
-    keys_[failure.task].clear();
-  }
+  for (const TaskFailure& failure : failures) Fail(failure.task, stage.result, failure.message);
 }
 
 void HoleFilling::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {

@@ -30,7 +30,9 @@ class HoleFilling {
  private:
   void Summarize(double seconds);
   void FindMeasuredMaps();
+  bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
+  void Fail(int job, const std::string& stage, const std::string& message);
   void RunStage(const Stage& stage, const Stage& previous);
   void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
   const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }

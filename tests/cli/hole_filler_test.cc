@@ -180,6 +180,29 @@ TEST(HoleFillerCommand, LeavesAWorkspaceThatBothCommandsGoOnFrom) {
   EXPECT_EQ(workspace.Files(), own);
 }
 
+// What was inferred once must never come back as measured.
+TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
+  const ForeignWorkspace workspace;
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  const auto files = workspace.Files();
+  const fs::path record = workspace.path() / "stereo/phimvs.json";
+  fs::remove(record);
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  EXPECT_EQ(workspace.Files(), files);
+
+  const fs::path measured = workspace.path() / "stereo/depth_maps/view1.png.measured.bin";
+  const std::string geometric = ReadBytes(workspace.path() / "stereo/depth_maps/view1.png.geometric.bin");
+  for (const bool with_record : {true, false}) {
+    if (!with_record) fs::remove(record);
+    fs::resize_file(measured, 1000);
+    const ProgramResult result = workspace.Fill("mrf");
+    EXPECT_EQ(result.exit_code, 4) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("image view1.png: its measured maps are missing or damaged"));
+    EXPECT_EQ(fs::file_size(measured), 1000u);
+    EXPECT_EQ(ReadBytes(workspace.path() / "stereo/depth_maps/view1.png.geometric.bin"), geometric);
+  }
+}
+
 TEST(HoleFillerCommand, SaysWhatIsMissing) {
   const ForeignWorkspace workspace;
   fs::remove_all(workspace.path() / "stereo/normal_maps");
