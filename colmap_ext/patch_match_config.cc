@@ -90,6 +90,7 @@ class PatchMatchConfigReader {
       return true;
     }
     if (!fields.empty() && fields[0] == kAutomatic) return ReadAutomatic(line, fields, problem);
+    if (fields.empty()) Report(line, "'" + line.text + "' names no source image");
     for (const std::string_view field : fields) AddSource(line, field, problem);
     return !problem->sources.empty();
   }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <fstream>
+#include <string_view>
 #include <system_error>
 #include <unordered_map>
 
@@ -17,6 +19,9 @@
 namespace colmap_ext {
 namespace {
 
+// Images with fewer pixels on their longest side show too little parallax to select source views.
+constexpr int kFewestPixels = 32;
+
 // Changes with the points, their tracks' lengths and the working cameras' number.
 std::string SceneKey(const phi::SparseScene& scene) {
   ResultKey key;
@@ -28,7 +33,25 @@ std::string SceneKey(const phi::SparseScene& scene) {
   return key.Hex();
 }
 
-// Camera and image file of a view. The file counts by its size: good enough to notice that it was replaced.
+// Size of the file and a sample of its bytes. Compressed images differ in nearly every byte, uncompressed ones of the same
+// size in most blocks; reading 10,000 images whole would take longer than this is worth.
+void AddFile(const std::filesystem::path& path, ResultKey* key) {
+  constexpr std::int64_t kBlockBytes = 4096, kNumBlocks = 16;
+  std::error_code missing;
+  const auto file_size = std::filesystem::file_size(path, missing);
+  const std::int64_t num_bytes = missing ? -1 : static_cast<std::int64_t>(file_size);
+  key->Add(num_bytes);
+  std::ifstream file(path, std::ios::binary);
+  std::string block(kBlockBytes, '\0');
+  const std::int64_t last_begin = std::max<std::int64_t>(num_bytes - kBlockBytes, 0);
+  for (std::int64_t i = 0; i < kNumBlocks && file; ++i) {
+    file.seekg(last_begin * i / (kNumBlocks - 1));
+    file.read(block.data(), kBlockBytes);
+    key->Add(std::string_view(block.data(), static_cast<std::size_t>(file.gcount())));
+  }
+}
+
+// Camera and image file of a view.
 std::string ViewKey(const Workspace& workspace, int image) {
   const phi::SceneView& view = workspace.views()[image];
   const phi::Pinhole& k = view.camera.pinhole;
@@ -37,10 +60,15 @@ std::string ViewKey(const Workspace& workspace, int image) {
   key.Add(k.fx).Add(k.fy).Add(k.cx).Add(k.cy);
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
-  std::error_code missing;
-  const auto num_bytes = std::filesystem::file_size(workspace.ImagePath(image), missing);
-  key.Add(missing ? std::int64_t{-1} : static_cast<std::int64_t>(num_bytes));
+  AddFile(workspace.ImagePath(image), &key);
   return key.Hex();
+}
+
+std::vector<std::string> ViewKeys(const Workspace& workspace) {
+  std::vector<std::string> keys(workspace.views().size());
+  tbb::parallel_for(std::size_t{0}, keys.size(),
+                    [&](std::size_t image) { keys[image] = ViewKey(workspace, static_cast<int>(image)); });
+  return keys;
 }
 
 // Best first, so that matching, which takes kMaxSourceViews at most, takes the best. Views that the selector does not rank
@@ -84,13 +112,19 @@ std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
   if (job.file_is_missing) {
     return "image " + name + ": the file " + workspace.ImagePath(job.image).string() + " is missing";
   }
-  if (job.sources.empty()) {
-    return "image " + name +
-           ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
-           "source "
-           "images there";
+  if (!job.sources.empty()) return "";
+  if (workspace.views().size() == 1) {
+    return "image " + name + ": it is the only image of the sparse model, and stereo needs at least two";
   }
-  return "";
+  const phi::Pinhole& working = workspace.views()[job.image].camera.pinhole;
+  const int longest = std::max(working.width, working.height);
+  if (longest < kFewestPixels) {
+    return "image " + name + ": at " + std::to_string(working.width) + "x" + std::to_string(working.height) +
+           " pixels no other image sees the scene from another side; raise --PatchMatchStereo.max_image_size";
+  }
+  return "image " + name +
+         ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
+         "source images there";
 }
 
 }  // namespace
@@ -133,12 +167,13 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
   }
   SelectSources(workspace, scene, problems, options, &jobs);
   const std::string scene_key = SceneKey(scene);
+  const std::vector<std::string> view_keys = ViewKeys(workspace);
   for (ImageJob& job : jobs) {
     ResultKey key;
-    key.Add(scene_key).Add(ViewKey(workspace, job.image));
+    key.Add(scene_key).Add(view_keys[job.image]);
     for (const int source : job.sources) {
       job.source_jobs.push_back(job_of_image[source]);
-      key.Add(ViewKey(workspace, source));
+      key.Add(view_keys[source]);
     }
     job.input_key = key.Hex();
     job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image));

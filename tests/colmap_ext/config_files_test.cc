@@ -102,6 +102,7 @@ TEST_F(ConfigFilesTest, SaysWhatIsWrongAndOnWhichLine) {
       {"a.png\n__auto__, many\n", "line 2: '__auto__, many' must be"},
       {"a.png\n__auto__, 99999999999\n", "line 2: '__auto__, 99999999999' must be"},
       {"a.png\na.png, c.png\n", "line 2: image 'a.png' is a source of itself"},
+      {"a.png\n, ;\n", "line 2: ', ;' names no source image"},
       {"a.png\nc.png, c.png\n", "line 2: source image 'c.png' is named twice"},
   };
   for (const auto& [text, message] : cases)

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/image_jobs.h"
@@ -286,6 +287,23 @@ TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
   EXPECT_THAT(Run().failures, SizeIs(1));
   EXPECT_EQ(calls_.estimates, 0);
   EXPECT_EQ(calls_.filters, 0);
+}
+
+// Uncompressed images keep their size whatever they show.
+TEST_F(StereoPipelineTest, ImageReplacedByOneOfTheSameSizeIsDoneAgain) {
+  const auto image = folder_ / "images" / names_[1];
+  phi::GrayImage gray = ReadGrayImage(image);
+  WriteGrayImage(folder_ / "uncompressed.bmp", gray);
+  std::filesystem::rename(folder_ / "uncompressed.bmp", image);
+  Run();
+  calls_.estimates = 0;
+  Run();
+  EXPECT_EQ(calls_.estimates, 0);
+  gray(12, 8) ^= 1;
+  WriteGrayImage(folder_ / "uncompressed.bmp", gray);
+  std::filesystem::rename(folder_ / "uncompressed.bmp", image);
+  Run();
+  EXPECT_EQ(calls_.estimates, kNumImages);  // each reads it
 }
 
 TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
