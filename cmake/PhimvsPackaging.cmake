@@ -7,8 +7,9 @@ install(PROGRAMS scripts/compare_with_colmap DESTINATION "${CMAKE_INSTALL_BINDIR
 install(PROGRAMS scripts/eth3d DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-eth3d)
 install(PROGRAMS scripts/ablation DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-ablation)
 install(PROGRAMS scripts/points_lost DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-points-lost)
-install(FILES README.md LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
+# Laid out as in the source, so that the README's links and pictures are there.
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME phimvs)
