@@ -1,4 +1,5 @@
 // phimvs dense: from an undistorted workspace to a cloud and a report, in one command.
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,12 @@ class StepCommand {
   std::vector<std::string> words_;
 };
 
+// Of all images or of some.
+bool IsDone(int code) {
+  return code == static_cast<int>(phi::ExitCode::kOk) ||
+         code == static_cast<int>(phi::ExitCode::kSomeImagesFailed);
+}
+
 }  // namespace
 
 int RunDense(int argc, char** argv) {
@@ -61,12 +68,12 @@ int RunDense(int argc, char** argv) {
   const std::string cloud = (output.empty() ? workspace / "fused.ply" : output).string();
 
   const int stereo_code = StepCommand(parser, stereo_parser, "patch_match_stereo").Run(RunPatchMatchStereo);
-  if (stereo_code != 0 && stereo_code != static_cast<int>(phi::ExitCode::kSomeImagesFailed))
-    return stereo_code;
+  if (!IsDone(stereo_code)) return stereo_code;
   StepCommand fuse(parser, fusion_parser, "stereo_fusion");
   fuse.Add("workspace_path", workspace.string());
   fuse.Add("output_path", cloud);
-  if (const int code = fuse.Run(RunStereoFusion); code != 0) return code;
+  const int fusion_code = fuse.Run(RunStereoFusion);
+  if (!IsDone(fusion_code)) return fusion_code;
 
   ReportOptions report;
   report.workspace = workspace;
@@ -74,7 +81,7 @@ int RunDense(int argc, char** argv) {
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
   WriteReport(report);
   phi::LogInfo("cloud: " + cloud + ", report: " + report.output.string());
-  return stereo_code;
+  return std::max(stereo_code, fusion_code);
 }
 
 }  // namespace colmap_ext

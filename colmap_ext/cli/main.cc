@@ -7,8 +7,10 @@
 #include <new>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/suggestion.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -42,9 +44,15 @@ void PrintUsage(std::ostream& out) {
     out << "  " << command.name << std::string(command.name.size() < 20 ? 20 - command.name.size() : 1, ' ')
         << command.summary << "\n";
   }
-  out << "  help                this text; `phimvs COMMAND --help` lists a command's options\n"
+  out << "  help                this text; `phimvs help COMMAND` lists a command's options\n"
          "  version             the version\n\n"
          "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed.\n";
+}
+
+void ReportUnknownCommand(const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& command : colmap_ext::Commands()) names.emplace_back(command.name);
+  phi::LogError("there is no command '" + name + "'" + colmap_ext::SuggestName(name, names));
 }
 
 int CodeOf(const std::system_error& error) {
@@ -88,19 +96,26 @@ int RunCommand(const colmap_ext::Command& command, int argc, char** argv) {
 int main(int argc, char** argv) {
   CatchSignals();
   const std::string name = argc > 1 ? argv[1] : "";
-  if (name == "help" || name == "--help" || name == "-h") {
-    PrintUsage(std::cout);
-    return EXIT_SUCCESS;
-  }
   if (name == "version" || name == "--version") {
     std::cout << "phimvs " PHIMVS_VERSION << std::endl;
     return EXIT_SUCCESS;
   }
-  const colmap_ext::Command* command = colmap_ext::FindCommand(name);
+  const bool help = name == "help" || name == "--help" || name == "-h";
+  if (help && argc == 2) {
+    PrintUsage(std::cout);
+    return EXIT_SUCCESS;
+  }
+  const std::string command_name = help ? argv[2] : name;
+  const colmap_ext::Command* command = colmap_ext::FindCommand(command_name);
   if (!command) {
-    if (!name.empty()) phi::LogError("there is no command '" + name + "'");
+    if (!command_name.empty()) ReportUnknownCommand(command_name);
     PrintUsage(std::cerr);
     return static_cast<int>(phi::ExitCode::kUsage);
+  }
+  if (help) {
+    char option[] = "--help";
+    char* words[] = {argv[2], option};
+    return RunCommand(*command, 2, words);
   }
   return RunCommand(*command, argc - 1, argv + 1);
 }

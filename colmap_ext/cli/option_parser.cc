@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "colmap_ext/cli/suggestion.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -218,6 +219,13 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
     for (const auto& [name, value] : parsed) {
       if (name != "help") values.emplace_back(name, value.as<std::string>());
     }
+  } catch (const po::unknown_option& error) {
+    std::vector<std::string> names;
+    for (const Option& option : options_) names.push_back(option.name);
+    std::string word = error.get_option_name();
+    word.erase(0, word.find_first_not_of('-'));
+    throw phi::UsageError("there is no option '--" + word + "'" + SuggestName(word, names, "--") +
+                          "; see `phimvs " + command_ + " --help`");
   } catch (const po::error& error) {
     throw phi::UsageError(std::string(error.what()) + "; see `phimvs " + command_ + " --help`");
   }
@@ -226,7 +234,9 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
 
 OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw phi::InputError("--project_path: cannot read " + path.string());
+  if (!file || std::filesystem::is_directory(path)) {
+    throw phi::InputError("--project_path: " + path.string() + " is no file that can be read");
+  }
   po::options_description none;
   Values values, chosen;
   try {
@@ -302,7 +312,7 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
 
 void OptionParser::CheckRequired() const {
   for (const Option& option : options_) {
-    if (option.required && !IsSet(option.name)) {
+    if (option.required && (!IsSet(option.name) || option.print().empty())) {
       throw phi::UsageError("--" + option.name + " is required; see `phimvs " + command_ + " --help`");
     }
   }

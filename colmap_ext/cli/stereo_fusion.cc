@@ -57,7 +57,11 @@ int RunStereoFusion(int argc, char** argv) {
   const SceneFusionReport report = FuseScene(workspace, options.fusion, writer.get());
   writer->Commit();
   LogReport(report, output_path);
-  return static_cast<int>(phi::ExitCode::kOk);
+  if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
+  phi::LogError("fusion: " + std::to_string(report.failures.size()) +
+                " images were left out, see above; the cloud is made of the other " +
+                std::to_string(report.num_images));
+  return static_cast<int>(phi::ExitCode::kSomeImagesFailed);
 }
 
 }  // namespace colmap_ext

@@ -185,7 +185,8 @@ void StereoCommandOptions::Finish(const OptionParser& parser) {
     cache_bytes = std::min(cache_bytes, kDefaultCacheShare * static_cast<double>(AvailableHostBytes()));
     phi::LogDebug("cache of " + std::to_string(cache_bytes / kBytesPerGigabyte) + " GB");
   }
-  pipeline.cache_bytes = static_cast<std::int64_t>(cache_bytes);
+  constexpr double kUnlimited = 1e18;  // fits the integer
+  pipeline.cache_bytes = static_cast<std::int64_t>(std::min(cache_bytes, kUnlimited));
   const std::string problem = pipeline.Check();
   if (!problem.empty()) throw phi::UsageError(problem);
 }

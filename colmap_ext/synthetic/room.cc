@@ -7,6 +7,7 @@
 #include "colmap_ext/synthetic/room_geometry.h"
 #include "colmap_ext/synthetic/sensor.h"
 #include "colmap_ext/synthetic/sparse_points.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -93,6 +94,7 @@ SyntheticRoom MakeSyntheticRoom(const SyntheticRoomOptions& options) {
   }
   std::vector<ColorImage> color_images;
   for (const phi::SceneView& view : room.scene.views) {
+    phi::ThrowIfCancelled();
     DevelopedView developed = TakePicture(shapes, view, options);
     color_images.push_back(std::move(developed.color));
     Append(std::move(developed), &room);

@@ -104,6 +104,13 @@ TEST_F(OptionParserTest, BadValuesNameOptionValueAndRule) {
 TEST_F(OptionParserTest, UnknownAndRepeatedOptionsAreUsageErrors) {
   EXPECT_THAT(MessageOf<phi::UsageError>({"--PatchMatchStereo.iterations", "7"}), HasSubstr("iterations"));
   EXPECT_THAT(MessageOf<phi::UsageError>({"stray"}), HasSubstr("--help"));
+  for (const char* misspelt :
+       {"--PatchMatchStereo.num_iterasions", "--PatchMatchStereo.numiterations", "--num_iterations",
+        "--patchmatchstereo.num_iterations", "--PhiStereo.num_iterations"}) {
+    EXPECT_THAT(MessageOf<phi::UsageError>({misspelt, "7"}),
+                HasSubstr("(did you mean --PatchMatchStereo.num_iterations?)"));
+  }
+  EXPECT_THAT(MessageOf<phi::UsageError>({"--colour", "7"}), ::testing::Not(HasSubstr("did you mean")));
   EXPECT_THAT(MessageOf<phi::UsageError>({"--workspace_path", "a", "--workspace_path", "b"}),
               HasSubstr("workspace_path"));
   EXPECT_THAT(MessageOf<phi::UsageError>({"--workspace_path"}), HasSubstr("workspace_path"));

@@ -62,8 +62,11 @@ TEST(ProgramTest, HelpAndVersionGoToStdout) {
     EXPECT_EQ(result.err, "");
   }
   EXPECT_THAT(RunPhimvs({"version"}).out, MatchesRegex("phimvs [0-9]+\\.[0-9]+\\.[0-9]+\n"));
-  for (const char* argument : {"-h", "--help"}) {
-    const WatchedResult result = RunPhimvs({"patch_match_stereo", argument});
+  using Arguments = std::vector<std::string>;
+  for (const Arguments& arguments :
+       {Arguments{"patch_match_stereo", "-h"}, Arguments{"patch_match_stereo", "--help"},
+        Arguments{"help", "patch_match_stereo"}}) {
+    const WatchedResult result = RunPhimvs(arguments);
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.out, HasSubstr("--PatchMatchStereo.window_radius arg (=7)"));
     EXPECT_THAT(result.out, HasSubstr("[pixels]"));
@@ -76,6 +79,8 @@ TEST(ProgramTest, UsageErrorsEndWithOne) {
   const WatchedResult unknown = RunPhimvs({"patchmatch"});
   EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_THAT(unknown.err, HasSubstr("there is no command 'patchmatch'"));
+  EXPECT_THAT(RunPhimvs({"stereo_fuson"}).err, HasSubstr("'stereo_fuson' (did you mean stereo_fusion?)"));
+  EXPECT_EQ(RunPhimvs({"help", "stereo_fuson"}).exit_code, 1);
   EXPECT_EQ(unknown.out, "");
 
   const WatchedResult missing = RunPhimvs({"patch_match_stereo"});
@@ -99,6 +104,8 @@ TEST(ProgramTest, BadInputEndsWithTwoAndNamesIt) {
   EXPECT_THAT(nowhere.err, HasSubstr("/no/such/workspace"));
   const WatchedResult project = RunStereo("x", {"--project_path", "/no/such/file.ini"});
   EXPECT_EQ(project.exit_code, 2);
+  EXPECT_EQ(RunStereo("x", {"--project_path", "/tmp"}).exit_code, 2);
+  EXPECT_THAT(RunStereo("").err, HasSubstr("--workspace_path is required"));
   EXPECT_THAT(project.err, HasSubstr("/no/such/file.ini"));
   EXPECT_THAT(project.out, Not(HasSubstr("error")));
 }
