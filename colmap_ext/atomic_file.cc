@@ -112,12 +112,17 @@ void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
   }
 }
 
-void AtomicFile::Commit() {
+void AtomicFile::Complete() {
+  if (descriptor_ < 0) return;
   Flush();
   // Network file systems report a full disk as late as here.
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (::close(descriptor) != 0) Fail("write the file");
+}
+
+void AtomicFile::Commit() {
+  Complete();
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) Fail("rename the finished file");
   temporary_.clear();
 }

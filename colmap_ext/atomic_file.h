@@ -31,8 +31,10 @@ class AtomicFile {
 
   std::uint64_t bytes_written() const { return bytes_written_; }
 
-  // Flushes, checks that everything reached the file system, and renames. The file is complete or an
-  // exception leaves.
+  // Flushes and checks that everything reached the file system; nothing can be written afterwards. For files that belong
+  // together: all are completed before the first is committed.
+  void Complete();
+  // Completes if need be, and renames. The file is complete or an exception leaves.
   void Commit();
 
  private:

@@ -149,6 +149,7 @@ class MapWriter {
     }
   }
 
+  void Complete() { file_.Complete(); }
   void Commit() { file_.Commit(); }
 
  private:
@@ -235,6 +236,8 @@ void WritePlaneMap(const fs::path& depth_path, const fs::path& normal_path, cons
   }
   MapWriter depth(depth_path, {map.width(), map.height(), 1});
   depth.WriteChannel([&](int x, int y) { return map(x, y).depth; });
+  normal.Complete();
+  depth.Complete();
   // Depth last: whoever finds a depth map finds its normals too.
   normal.Commit();
   depth.Commit();

@@ -29,8 +29,15 @@ void PlyWriter::WriteVertices(const void* rows, std::size_t num_bytes, std::uint
   num_vertices_ += num_vertices;
 }
 
-void PlyWriter::Commit() {
+void PlyWriter::Complete() {
+  if (complete_) return;
   file_.Overwrite(count_offset_, CountLines());
+  file_.Complete();
+  complete_ = true;
+}
+
+void PlyWriter::Commit() {
+  Complete();
   file_.Commit();
 }
 

@@ -25,6 +25,8 @@ class PlyWriter {
   // Rows packed as the properties say.
   void WriteVertices(const void* rows, std::size_t num_bytes, std::uint64_t num_vertices);
   std::uint64_t num_vertices() const { return num_vertices_; }
+  // Writes the count; see AtomicFile::Complete.
+  void Complete();
   // Without it nothing is left of the file.
   void Commit();
 
@@ -34,6 +36,7 @@ class PlyWriter {
   AtomicFile file_;
   std::uint64_t count_offset_ = 0;
   std::uint64_t num_vertices_ = 0;
+  bool complete_ = false;
 };
 
 }  // namespace colmap_ext

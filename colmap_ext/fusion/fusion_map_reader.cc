@@ -1,5 +1,6 @@
 #include "colmap_ext/fusion/fusion_map_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -31,7 +32,15 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
 }  // namespace
 
 FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input)
-    : workspace_(workspace), input_(std::move(input)) {}
+    : workspace_(workspace), input_(std::move(input)) {
+  if (!input_.mask_path.empty() && !fs::is_directory(input_.mask_path)) {
+    throw phi::InputError("--StereoFusion.mask_path: there is no folder " + input_.mask_path.string());
+  }
+}
+
+fs::path FusionMapReader::MaskPath(int image) const {
+  return input_.mask_path / (workspace_.views()[static_cast<std::size_t>(image)].name + ".png");
+}
 
 bool FusionMapReader::Exists(int image) const {
   return fs::exists(workspace_.DepthMapPath(image, input_.kind)) &&
@@ -53,10 +62,11 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
   }
   phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
   phi::Pinhole& pinhole = camera.pinhole;
-  // Rounding the smaller size moves a side by half a pixel at most.
+  // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
   const double scale_x = static_cast<double>(size.width) / pinhole.width;
   const double scale_y = static_cast<double>(size.height) / pinhole.height;
-  if (std::abs(scale_x - scale_y) > (0.5 / pinhole.width + 0.5 / pinhole.height) * 2) {
+  if (std::abs(scale_x - scale_y) >
+      (0.5 / pinhole.width + 0.5 / pinhole.height) * 2 * std::max({scale_x, scale_y, 1.0})) {
     throw phi::InputError(path.string() + ": this map is " + SizeText(size.width, size.height) +
                           ", which is not the shape of its " + SizeText(pinhole.width, pinhole.height) +
                           " image; it belongs to another image or was made before the undistortion");
@@ -132,8 +142,7 @@ void FusionMapReader::AddInferred(int image, phi::FusionMap* map) const {
 }
 
 void FusionMapReader::ApplyMask(int image, phi::FusionMap* map) const {
-  const std::string& name = workspace_.views()[static_cast<std::size_t>(image)].name;
-  const fs::path path = input_.mask_path / (name + ".png");
+  const fs::path path = MaskPath(image);
   if (!fs::exists(path)) return;
   const phi::GrayImage mask = ReadGrayImage(path);
   for (int y = 0; y < map->height(); ++y) {

@@ -19,11 +19,12 @@ struct FusionInput {
 
 class FusionMapReader {
  public:
-  // The workspace must outlive the reader.
+  // The workspace must outlive the reader. Throws phi::InputError when there is no folder of masks.
   FusionMapReader(const Workspace& workspace, FusionInput input);
 
   // Whether the image has both maps.
   bool Exists(int image) const;
+  bool HasMask(int image) const { return std::filesystem::exists(MaskPath(image)); }
   // The camera at the size of the map, from the map's header alone. Throws phi::InputError when a map is damaged, the two
   // maps differ in size, or their shape is not the image's.
   phi::Camera ReadCamera(int image) const;
@@ -34,6 +35,7 @@ class FusionMapReader {
   static std::int64_t ResidentBytes(std::int64_t num_pixels);
 
  private:
+  std::filesystem::path MaskPath(int image) const;
   void AddMaps(int image, phi::FusionMap* map) const;
   void AddColors(int image, phi::FusionMap* map) const;
   void AddInferred(int image, phi::FusionMap* map) const;

@@ -26,10 +26,11 @@ class VisibilityFile {
  public:
   explicit VisibilityFile(const std::filesystem::path& path) : file_(path) { file_.Write(CountBytes(0)); }
   void Write(const void* data, std::size_t num_bytes) { file_.Write(data, num_bytes); }
-  void Commit(std::uint64_t count) {
+  void Complete(std::uint64_t count) {
     file_.Overwrite(0, CountBytes(count));
-    file_.Commit();
+    file_.Complete();
   }
+  void Commit() { file_.Commit(); }
 
  private:
   static std::string CountBytes(std::uint64_t count) {
@@ -61,7 +62,11 @@ class PlyCloudWriter : public CloudWriter {
 
   void Commit() override {
     for (File& file : files_) {
-      file.visibility->Commit(file.cloud->num_vertices());
+      file.cloud->Complete();
+      file.visibility->Complete(file.cloud->num_vertices());
+    }
+    for (File& file : files_) {
+      file.visibility->Commit();
       file.cloud->Commit();
     }
   }

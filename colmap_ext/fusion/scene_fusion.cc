@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -26,7 +28,9 @@ namespace {
 constexpr int kRowsPerBlock = 16;
 
 std::int64_t BudgetBytes(const SceneFusionOptions& options) {
-  if (options.max_memory_gb > 0) return static_cast<std::int64_t>(options.max_memory_gb * 1e9);
+  constexpr double kUnlimited = 1e18;  // fits the integer
+  if (options.max_memory_gb > 0)
+    return static_cast<std::int64_t>(std::min(options.max_memory_gb * 1e9, kUnlimited));
   return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
 }
 
@@ -72,6 +76,8 @@ class SceneFuser {
       done_[Index(step.reference)] = true;
     }
     report_.num_map_reads = plan_.num_loads;
+    for (const auto& [position, message] : failures_) report_.failures.push_back(message);
+    report_.num_images -= static_cast<int>(failures_.size());
     return report_;
   }
 
@@ -99,9 +105,50 @@ class SceneFuser {
                       std::to_string(report_.num_images_without_maps + report_.num_images) +
                       " images have no " + kind + " depth and normal maps and are left out");
     }
-    cameras_.resize(images_.size());
-    tbb::parallel_for(std::size_t{0}, images_.size(),
-                      [&](std::size_t p) { cameras_[p] = reader_.ReadCamera(images_[p]); });
+    ReadCameras();
+    const auto has_mask = [&](int image) { return reader_.HasMask(image); };
+    if (!options_.input.mask_path.empty() && std::none_of(images_.begin(), images_.end(), has_mask)) {
+      phi::LogWarning("fusion: " + options_.input.mask_path.string() +
+                      " holds no mask <image name>.png of any image; nothing is masked");
+    }
+  }
+
+  // From the maps' headers. Images whose maps are damaged are left out.
+  void ReadCameras() {
+    std::vector<phi::Camera> cameras(images_.size());
+    std::vector<std::string> problems(images_.size());
+    tbb::parallel_for(std::size_t{0}, images_.size(), [&](std::size_t p) {
+      try {
+        cameras[p] = reader_.ReadCamera(images_[p]);
+      } catch (const phi::InputError& error) {
+        problems[p] = error.what();
+      }
+    });
+    std::vector<int> images;
+    for (std::size_t p = 0; p < problems.size(); ++p) {
+      if (problems[p].empty()) {
+        images.push_back(images_[p]);
+        cameras_.push_back(cameras[p]);
+      } else {
+        phi::LogError(problems[p]);
+        report_.failures.push_back(problems[p]);
+      }
+    }
+    if (images.empty()) throw phi::InputError("fusion: all maps are damaged: " + problems.front());
+    images_ = images;
+    report_.num_images = static_cast<int>(images_.size());
+  }
+
+  // Without depth where a file is damaged: it gives no points, and the images around it do without it.
+  phi::FusionMap ReadMap(int position) {
+    try {
+      return reader_.Read(images_[Index(position)]);
+    } catch (const phi::InputError& error) {
+      std::lock_guard<std::mutex> lock(failures_mutex_);
+      if (failures_.emplace(position, error.what()).second) phi::LogError(error.what());
+    }
+    const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
+    return phi::FusionMap(pinhole.width, pinhole.height);
   }
 
   std::int64_t NumPixels(std::size_t position) const {
@@ -144,7 +191,7 @@ class SceneFuser {
     for (std::size_t begin = 0; begin < positions.size(); begin += batch) {
       phi::ThrowIfCancelled();
       tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
-        phi::FusionMap map = reader_.Read(images_[Index(positions[i])]);
+        phi::FusionMap map = ReadMap(positions[i]);
         emitted_->Restore(positions[i], &map);
         maps_[Index(positions[i])] = std::move(map);
       });
@@ -195,6 +242,8 @@ class SceneFuser {
   std::unique_ptr<EmittedStore> emitted_;
   FusionPlan plan_;
   int num_concurrent_reads_ = 1;
+  std::mutex failures_mutex_;
+  std::map<int, std::string> failures_;  // by position: images that turned out damaged when they were read
   SceneFusionReport report_;
 };
 

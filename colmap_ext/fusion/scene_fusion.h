@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/fusion_map_reader.h"
@@ -27,10 +29,11 @@ struct SceneFusionReport {
   int num_images = 0, num_images_without_maps = 0;
   std::int64_t num_map_reads = 0;
   std::int64_t num_points = 0;
-  phi::OutcomeCounts outcomes;  // pixels
+  phi::OutcomeCounts outcomes;        // pixels
+  std::vector<std::string> failures;  // why images with damaged files were left out, one message each
 };
 
-// Throws phi::InputError when no image has maps. Does not commit the writer.
+// Throws phi::InputError when no image has maps that can be read. Does not commit the writer.
 SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
                             CloudWriter* writer);
 

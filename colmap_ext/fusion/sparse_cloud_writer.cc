@@ -59,9 +59,11 @@ class SparseCloudWriter : public CloudWriter {
     for (SparseImage& image : empty.images) {
       for (Observation& observation : image.observations) observation.point3D_id = kInvalidPoint3D;
     }
-    if (format_ == SparseFormat::kBinary) {
+    const bool binary = format_ == SparseFormat::kBinary;
+    if (binary) points_.Overwrite(0, std::string(reinterpret_cast<const char*>(&count_), sizeof(count_)));
+    points_.Complete();
+    if (binary) {
       WriteSparseModelBinary(empty, folder_);
-      points_.Overwrite(0, std::string(reinterpret_cast<const char*>(&count_), sizeof(count_)));
     } else {
       WriteSparseModelText(empty, folder_);
     }

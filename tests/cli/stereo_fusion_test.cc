@@ -82,15 +82,19 @@ TEST_F(StereoFusionCommand, RefusesWrongValues) {
 
 TEST_F(StereoFusionCommand, AFullDiskLeavesNothingBehind) {
   const fs::path out = folder_ / "out/fused.ply";
-  // The limit's signal is ignored, so that writing beyond 64 KiB is an error as on a full disk.
-  const ProgramResult result =
-      RunProgram({"/bin/bash", "-c",
-                  "trap '' XFSZ; ulimit -f 64; exec \"$0\" stereo_fusion --workspace_path \"$1\" "
-                  "--output_path \"$2\"",
-                  PHIMVS_BINARY, folder_.path().string(), out.string()});
-  EXPECT_EQ(result.exit_code, 3) << result.errors;
-  EXPECT_THAT(result.errors, HasSubstr("free some space"));
-  EXPECT_TRUE(fs::is_empty(out.parent_path()));
+  // In KiB, with the longest side of the maps: the disk is full while points are written, or only at the end, when the
+  // smaller one of the two files has found its place already.
+  for (const auto& [limit, size] : {std::pair{"64", "-1"}, {"32", "40"}}) {
+    // The limit's signal is ignored, so that writing beyond it is an error as on a full disk.
+    const ProgramResult result =
+        RunProgram({"/bin/bash", "-c",
+                    "trap '' XFSZ; ulimit -f \"$3\"; exec \"$0\" stereo_fusion --workspace_path \"$1\" "
+                    "--output_path \"$2\" --StereoFusion.max_image_size \"$4\"",
+                    PHIMVS_BINARY, folder_.path().string(), out.string(), limit, size});
+    EXPECT_EQ(result.exit_code, 3) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("free some space"));
+    EXPECT_TRUE(fs::is_empty(out.parent_path())) << size;
+  }
 }
 
 TEST_F(StereoFusionCommand, PoissonMesherTakesTheCloud) {

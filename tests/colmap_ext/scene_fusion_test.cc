@@ -123,14 +123,32 @@ TEST(SceneFusion, WritesWhatReadersExpect) {
   EXPECT_EQ(offset, vis.size());
 }
 
-TEST(SceneFusion, NamesTruncatedAndEmptyMaps) {
+TEST(SceneFusion, LeavesOutImagesWithDamagedFilesAndNamesThem) {
   const TemporaryFolder folder;
-  WriteMapWorkspace(PlaneScene(), folder.path());
-  fs::resize_file(MapPath(folder.path(), "normal_maps", 1), 1000);
-  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("normal_maps/view 1.png.geometric.bin"));
-  fs::resize_file(MapPath(folder.path(), "normal_maps", 1), 0);
-  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("normal_maps/view 1.png.geometric.bin"));
-  EXPECT_FALSE(fs::exists(folder / "fused.ply"));
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  for (const std::uintmax_t num_bytes : {1000, 0}) {
+    fs::resize_file(MapPath(folder.path(), "normal_maps", 1), num_bytes);
+    const SceneFusionReport report = Fuse(folder.path());
+    EXPECT_THAT(report.failures, testing::ElementsAre(HasSubstr("normal_maps/view 1.png.geometric.bin")));
+    EXPECT_EQ(report.num_images, 4);
+    EXPECT_GT(report.num_points, 160 * 120);
+  }
+  // The photo is damaged, which comes out when its colours are read; the same bytes for any order of reading.
+  test_support::WriteBytes(folder / "images" / MapWorkspaceImageName(3), "no picture");
+  SceneFusionOptions options;
+  options.num_threads = 1;
+  const SceneFusionReport report = Fuse(folder.path(), options);
+  EXPECT_THAT(report.failures, testing::ElementsAre(HasSubstr("normal_maps/view 1.png.geometric.bin"),
+                                                    HasSubstr("images/view 3.png")));
+  EXPECT_EQ(report.num_images, 3);
+  EXPECT_EQ(report.outcomes[PixelOutcome::kNoDepth], 160 * 120);
+  const std::string cloud = ReadBytes(folder / "fused.ply");
+  options.num_threads = 4;
+  EXPECT_EQ(Fuse(folder.path(), options).failures, report.failures);
+  EXPECT_EQ(ReadBytes(folder / "fused.ply") == cloud, true);
+
+  for (int view = 0; view < 5; ++view) fs::resize_file(MapPath(folder.path(), "depth_maps", view), 9);
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("all maps are damaged"));
 }
 
 TEST(SceneFusion, LeavesOutImagesWithoutMaps) {
@@ -157,7 +175,20 @@ TEST(SceneFusion, MixesMapSizes) {
   for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_NEAR(vertex.xyz[2], 4, 1e-5);
   WriteDepthMap(MapPath(folder.path(), "depth_maps", 0), phi::Array2D<float>(80, 80, 4.0f));
   WriteNormalMap(MapPath(folder.path(), "normal_maps", 0), phi::Array2D<phi::Vec3f>(80, 80, {0, 0, -1}));
-  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("not the shape of its 160x120 image"));
+  EXPECT_THAT(Fuse(folder.path()).failures,
+              testing::ElementsAre(HasSubstr("not the shape of its 160x120 image")));
+}
+
+// However small: rounding its sides bends the shape of a small image.
+TEST(SceneFusion, ReadsMapsAtAnySmallerSize) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  for (const int size : {1, 7, 11, 50}) {
+    const Workspace workspace({.path = folder.path(), .max_image_size = size});
+    const FusionMapReader reader(workspace, {.mask_path = {}, .downsize = true});
+    EXPECT_EQ(reader.Read(0).width(), size);
+    EXPECT_EQ(reader.Read(0).height(), workspace.views()[0].camera.pinhole.height);
+  }
 }
 
 TEST(SceneFusion, MasksLeavePixelsOut) {
@@ -176,6 +207,14 @@ TEST(SceneFusion, MasksLeavePixelsOut) {
   const SceneFusionReport report = Fuse(folder.path(), options);
   EXPECT_GT(report.num_points, 0);
   EXPECT_EQ(report.outcomes[PixelOutcome::kNoDepth], 5 * 80 * 120);
+
+  // A folder without masks is odd, one that is not there a mistake.
+  const LogCapture log;
+  options.input.mask_path = folder / "images";
+  Fuse(folder.path(), options);
+  EXPECT_THAT(log.messages(), testing::Contains(HasSubstr("holds no mask <image name>.png of any image")));
+  options.input.mask_path = folder / "mask";
+  EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path(), options); }), HasSubstr("--StereoFusion.mask_path"));
 }
 
 TEST(SceneFusion, MarksInferredPixels) {
