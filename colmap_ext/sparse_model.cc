@@ -7,6 +7,7 @@
 
 #include "colmap_ext/sparse_model_builder.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -137,7 +138,8 @@ std::string SparseModelBuilder::ImageProblem(const SparseImage& image) const {
 
 void SparseModelBuilder::AddImage(SparseImage image, const ModelPosition& position) {
   if (const std::string problem = ImageProblem(image); !problem.empty()) {
-    Report(position, "image " + std::to_string(image.image_id) + " '" + image.name + "' " + problem);
+    Report(position, "image " + std::to_string(image.image_id) + " '" + image.name + "' " + problem +
+                         "; export or undistort the model again, or take the image out of it");
     dropped_images_.insert(image.image_id);
     return;
   }
@@ -146,7 +148,6 @@ void SparseModelBuilder::AddImage(SparseImage image, const ModelPosition& positi
 }
 
 std::string SparseModelBuilder::PointProblem(const SparsePoint& point) const {
-  if (!point.xyz.allFinite()) return "has a position that is not finite";
   for (const TrackElement& element : point.track) {
     const auto found = num_observations_.find(element.image_id);
     if (found == num_observations_.end()) {
@@ -161,7 +162,12 @@ std::string SparseModelBuilder::PointProblem(const SparsePoint& point) const {
   return "";
 }
 
+// A triangulation that went wrong says nothing and costs nothing: the image's other points are enough.
 void SparseModelBuilder::AddPoint(SparsePoint point, const ModelPosition& position) {
+  if (!point.xyz.allFinite()) {
+    if (num_points_nowhere_++ == 0) first_point_nowhere_ = position.Text();
+    return;
+  }
   if (const std::string problem = PointProblem(point); !problem.empty()) {
     Report(position, "point " + std::to_string(point.point3D_id) + " " + problem);
     return;
@@ -171,6 +177,14 @@ void SparseModelBuilder::AddPoint(SparsePoint point, const ModelPosition& positi
                   [&](const TrackElement& e) { return !num_observations_.contains(e.image_id); });
   }
   model_.points.push_back(std::move(point));
+}
+
+SparseModel SparseModelBuilder::Finish() {
+  if (num_points_nowhere_ > 0) {
+    phi::LogWarning(first_point_nowhere_ + "the first of " + std::to_string(num_points_nowhere_) +
+                    " points whose position is not finite; they are left out");
+  }
+  return std::move(model_);
 }
 
 SparseModel ReadSparseModel(const fs::path& folder, ProblemList* problems) {

@@ -41,7 +41,8 @@ class SparseModelBuilder {
   void ReservePoints(std::size_t count) { model_.points.reserve(count); }
   void Report(const ModelPosition& position, const std::string& message);
 
-  SparseModel Finish() { return std::move(model_); }
+  // Warns of what was left out without being a problem.
+  SparseModel Finish();
 
  private:
   std::string ImageProblem(const SparseImage& image) const;
@@ -51,6 +52,8 @@ class SparseModelBuilder {
   SparseModel model_;
   std::unordered_map<std::uint32_t, std::size_t> num_observations_;  // by image id
   std::unordered_set<std::uint32_t> dropped_images_;                 // reported already: their tracks are not
+  std::uint64_t num_points_nowhere_ = 0;                             // whose position is not finite
+  std::string first_point_nowhere_;                                  // where its record is
 };
 
 SparseModel ReadSparseModelBinary(const std::filesystem::path& folder, ProblemList* problems);

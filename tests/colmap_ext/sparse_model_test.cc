@@ -207,7 +207,6 @@ TEST_F(SparseModelTest, SaysWhatIsWrongAndWhere) {
        "point 12 was seen in image 8, which is not among the images"},
       {"points3D.txt", "7 2\n", "7 3\n", "line 4", "point 12 is observation 3 of image 7, which has only 3"},
       {"points3D.txt", "10 20 255", "10 20 256", "line 3", "colour"},
-      {"points3D.txt", "1 -2 4", "1 inf 4", "line 3", "position"},
   };
   for (const Case& c : cases) {
     WriteGoldenText();
@@ -217,6 +216,23 @@ TEST_F(SparseModelTest, SaysWhatIsWrongAndWhere) {
     WriteBytes(folder_ / c.file, text.replace(at, std::string(c.from).size(), c.to));
     EXPECT_THAT(ReadError(), AllOf(HasSubstr((folder_ / c.file).string() + ": " + c.position + ":"),
                                    HasSubstr(c.message)));
+  }
+}
+
+TEST_F(SparseModelTest, PointsWithoutAPositionAreLeftOutWithOneWarning) {
+  SparseModel model = SmallModel();
+  model.points[0].xyz.x() = std::numeric_limits<double>::quiet_NaN();
+  for (const bool binary : {true, false}) {
+    const TemporaryFolder folder;
+    (binary ? WriteSparseModelBinary : WriteSparseModelText)(model, folder.path());
+    const test_support::LogCapture log;
+    ProblemList problems;
+    const SparseModel read = ReadSparseModel(folder.path(), &problems);
+    EXPECT_THAT(problems, ElementsAre());
+    ASSERT_EQ(read.points.size(), 1u);
+    EXPECT_EQ(read.points[0].point3D_id, model.points[1].point3D_id);
+    EXPECT_THAT(log.messages(),
+                ElementsAre(AllOf(HasSubstr("points3D"), HasSubstr("the first of 1 points whose position"))));
   }
 }
 
