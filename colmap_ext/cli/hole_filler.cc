@@ -25,7 +25,7 @@ int RunHoleFiller(int argc, char** argv) {
   HoleFilling filling(workspace, std::move(jobs), options.pipeline, parser.EffectiveValues(), backends);
   const RunSummary summary = filling.Run();
   for (const std::string& line : SummaryLines(summary)) phi::LogInfo(line);
-  return static_cast<int>(summary.failures.empty() ? phi::ExitCode::kOk : phi::ExitCode::kSomeImagesFailed);
+  return static_cast<int>(summary.Code());
 }
 
 }  // namespace colmap_ext

@@ -50,7 +50,7 @@ int RunPatchMatchStereo(int argc, char** argv) {
   try {
     const RunSummary summary = pipeline.Run();
     for (const std::string& line : SummaryLines(summary)) phi::LogInfo(line);
-    return static_cast<int>(summary.failures.empty() ? phi::ExitCode::kOk : phi::ExitCode::kSomeImagesFailed);
+    return static_cast<int>(summary.Code());
   } catch (const phi::Cancelled&) {
     phi::LogWarning("finished maps are kept; the same command goes on where this one stopped");
     throw;

@@ -89,6 +89,12 @@ std::int64_t AvailableHostBytes() {
   return num_bytes;
 }
 
+phi::ExitCode RunSummary::Code() const {
+  if (failures.empty()) return phi::ExitCode::kOk;
+  const bool all = failures.size() >= static_cast<std::size_t>(num_images);
+  return all ? phi::ExitCode::kBadInput : phi::ExitCode::kSomeImagesFailed;
+}
+
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
   return {backend.Name(), backend.PeakDeviceBytes(), backend.DeviceStageTimes()};
 }
@@ -97,8 +103,11 @@ std::vector<std::string> SummaryLines(const RunSummary& summary) {
   std::vector<std::string> lines;
   for (const StageSummary& stage : summary.stages) {
     if (stage.num_made == 0) continue;
-    lines.push_back(Format("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(), stage.seconds,
-                           stage.num_made, stage.seconds / stage.num_made));
+    std::string line = Format("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(),
+                              stage.seconds, stage.num_made, stage.seconds / stage.num_made);
+    if (stage.num_pixels > 0)
+      line += Format(", depth at %.1f %% of the pixels", Percent(stage.num_with_depth, stage.num_pixels));
+    lines.push_back(std::move(line));
   }
   AddInferenceLines(summary.inference, &lines);
   const int num_made = summary.num_images - summary.num_images_kept;
@@ -130,8 +139,12 @@ std::string SummaryJson(const RunSummary& summary, const std::string& finished) 
   using Json = nlohmann::ordered_json;
   Json stages = Json::array(), devices = Json::array();
   for (const StageSummary& stage : summary.stages) {
-    if (stage.num_made > 0)
-      stages.push_back({{"stage", stage.name}, {"images", stage.num_made}, {"seconds", stage.seconds}});
+    if (stage.num_made == 0) continue;
+    stages.push_back({{"stage", stage.name}, {"images", stage.num_made}, {"seconds", stage.seconds}});
+    if (stage.num_pixels > 0) {
+      stages.back()["pixels"] = stage.num_pixels;
+      stages.back()["pixels_with_depth"] = stage.num_with_depth;
+    }
   }
   for (const DeviceSummary& device : summary.devices) {
     Json times = Json::array();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/base/error.h"
 
 namespace colmap_ext {
 
@@ -13,6 +14,8 @@ struct StageSummary {
   std::string name;
   int num_made = 0;
   double seconds = 0;  // wall time
+  // Of the maps made; no pixels: not counted.
+  std::int64_t num_pixels = 0, num_with_depth = 0;
 };
 
 struct FailedImage {
@@ -48,6 +51,9 @@ struct RunSummary {
   std::int64_t peak_cache_bytes = 0;
   std::int64_t bytes_written = 0;
   double write_seconds = 0;  // summed over the writers
+
+  // Ok, some images failed, or bad input where all did.
+  phi::ExitCode Code() const;
 };
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend);

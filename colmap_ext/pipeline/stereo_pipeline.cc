@@ -63,6 +63,7 @@ RunSummary StereoPipeline::Run() {
     summary_.stages.push_back({.name = stage.result});
   }
   ReportImpossibleJobs();
+  WarnOfFewWitnesses();
   progress_ = std::make_unique<ProgressLine>(names, weights);
   for (bool first = true;; first = false) {
     const std::vector<StagePlan> plan = Plan();
@@ -82,7 +83,40 @@ RunSummary StereoPipeline::Run() {
   if (summary_.num_images_kept < summary_.num_images) record_.AddRun(SummaryJson(summary_, UtcNow()));
   record_.Compact();
   progress_.reset();
+  WarnOfEmptyMaps();
   return summary_;
+}
+
+// The filters ask for so many source views that confirm a pixel, and only views with maps of their own can.
+void StereoPipeline::WarnOfFewWitnesses() const {
+  const int needed = options_.filter.min_num_consistent;
+  if (!options_.filter_maps) return;
+  int num_affected = 0, first = -1;
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    const auto has_maps = [&](int source) { return source >= 0 && jobs_[source].problem.empty(); };
+    const auto& sources = jobs_[j].source_jobs;
+    if (!jobs_[j].problem.empty() || std::count_if(sources.begin(), sources.end(), has_maps) >= needed)
+      continue;
+    ++num_affected;
+    if (first < 0) first = static_cast<int>(j);
+  }
+  if (num_affected == 0) return;
+  phi::LogWarning(
+      "nothing will be kept of " + std::to_string(num_affected) + " of " + std::to_string(jobs_.size()) +
+      " images, " + NameOf(first) + " the first: they have fewer than " + std::to_string(needed) +
+      " source images that are estimated too, and --PatchMatchStereo.filter_min_num_consistent asks for so "
+      "many to confirm a pixel; name more images in patch-match.cfg, or ask for fewer");
+}
+
+void StereoPipeline::WarnOfEmptyMaps() const {
+  constexpr double kHardlyAny = 0.01;
+  const StageSummary& last = summary_.stages.back();
+  const auto num_pixels = static_cast<double>(last.num_pixels);
+  if (last.num_pixels == 0 || static_cast<double>(last.num_with_depth) >= kHardlyAny * num_pixels) return;
+  phi::LogWarning("hardly a pixel of the " + last.name +
+                  " maps has depth: the images may show no texture, or their poses do not fit them; `phimvs "
+                  "map_inspector "
+                  "--map_kind photometric` shows what there was before the filter");
 }
 
 void StereoPipeline::ReportImpossibleJobs() {
@@ -184,8 +218,12 @@ void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int 
   record.seconds = SecondsSince(begin);
   record.peak_memory_bytes = PeakHostBytes();
   Save(stage, job, result, record);
+  const auto has_depth = [](const phi::PlaneHypothesis& h) { return h.depth > 0; };
+  const std::int64_t num_with_depth = std::count_if(result.map->begin(), result.map->end(), has_depth);
   std::lock_guard<std::mutex> lock(mutex_);
   made_.emplace(stage, job);
+  summary_.stages[stage].num_pixels += static_cast<std::int64_t>(result.map->size());
+  summary_.stages[stage].num_with_depth += num_with_depth;
 }
 
 void StereoPipeline::Save(int stage, int job, const StageResult& result, const TaskRecord& record) {

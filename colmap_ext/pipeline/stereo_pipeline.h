@@ -49,6 +49,8 @@ class StereoPipeline {
   void RecordFailures(int stage, const std::vector<StagePlan>& plan,
                       const std::vector<TaskFailure>& failures);
   void RemoveIntermediateFiles();
+  void WarnOfFewWitnesses() const;
+  void WarnOfEmptyMaps() const;
   void Summarize(double seconds);
   const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
   bool WritesCost(int stage) const;
@@ -65,7 +67,7 @@ class StereoPipeline {
   std::unique_ptr<ProgressLine> progress_;
   RunSummary summary_;
 
-  std::mutex mutex_;                            // guards made_ while tasks run
+  std::mutex mutex_;                            // guards made_ and the counts of summary_ while tasks run
   std::set<std::pair<int, int>> made_;          // (stage, job) made by this run
   std::set<std::pair<int, int>> failed_;        // (stage, job)
   std::vector<std::vector<char>> files_whole_;  // by stage and job, when the run began

@@ -15,6 +15,7 @@
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "phi/base/error.h"
 #include "tests/support/fake_backend.h"
+#include "tests/support/log_capture.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/temporary_folder.h"
 
@@ -100,6 +101,9 @@ TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
     EXPECT_EQ(stage["images"], kNumImages);
     seconds += stage["seconds"].get<double>();
   }
+  // The fake's estimate leaves out every fifth of 24 x 16 pixels.
+  EXPECT_EQ(run["stages"][0]["pixels"], kNumImages * 384);
+  EXPECT_EQ(run["stages"][0]["pixels_with_depth"], kNumImages * 307);
   EXPECT_GT(seconds, 0);
   EXPECT_LE(seconds, run["seconds"].get<double>());
   EXPECT_NEAR(run["images_per_second"].get<double>() * run["seconds"].get<double>(), kNumImages, 1e-9);
@@ -304,6 +308,30 @@ TEST_F(StereoPipelineTest, ImageReplacedByOneOfTheSameSizeIsDoneAgain) {
   std::filesystem::rename(folder_ / "uncompressed.bmp", image);
   Run();
   EXPECT_EQ(calls_.estimates, kNumImages);  // each reads it
+}
+
+TEST_F(StereoPipelineTest, NothingDoneIsBadInput) {
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  EXPECT_EQ(Run().Code(), phi::ExitCode::kSomeImagesFailed);
+  std::filesystem::remove_all(folder_ / "images");
+  EXPECT_EQ(Run().Code(), phi::ExitCode::kBadInput);
+}
+
+// Two images have one witness each, and the filter asks for two.
+TEST_F(StereoPipelineTest, SaysWhenTheFilterCanKeepNothing) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 2});
+  const auto warnings =
+      testing::Contains(HasSubstr("nothing will be kept of 2 of 2 images, a/0.png the first"));
+  {
+    const test_support::LogCapture log;
+    Run(folder.path());
+    EXPECT_THAT(log.messages(), warnings);
+  }
+  options_.filter.min_num_consistent = 1;
+  const test_support::LogCapture log;
+  Run(folder.path());
+  EXPECT_THAT(log.messages(), testing::Not(warnings));
 }
 
 TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
