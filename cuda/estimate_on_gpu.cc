@@ -8,28 +8,33 @@
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
 #include "phi/initialization.h"
+#include "phi/matching/coarse_start.h"
 #include "phi/matching/estimation_setup.h"
 
 namespace phi::gpu {
 namespace {
 
-using TextureHandle = std::shared_ptr<const GrayPyramid>;
+using ImageHandle = std::shared_ptr<const GrayPyramid>;
 
-// Fills in the textures; the handles keep them alive until the call ends.
-std::vector<TextureHandle> BindTextures(DeviceResources* device, const EstimationInput& input,
-                                        cudaStream_t stream, const Task& task, EstimationLaunch* launch) {
-  auto& images = launch->form == ImageForm::kQuads ? device->images : device->compact_images;
-  std::vector<TextureHandle> handles;
-  handles.push_back(images.Get(input.reference.image, stream, task));
-  handles.back()->CopyTextures(launch->reference);
+// The reference, then the sources; the handles keep them alive until the call ends.
+std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input, ImageForm form,
+                                      cudaStream_t stream, const Task& task) {
+  auto& images = form == ImageForm::kQuads ? device->images : device->compact_images;
+  std::vector<ImageHandle> handles = {images.Get(input.reference.image, stream, task)};
+  for (const ViewImage& source : input.sources) handles.push_back(images.Get(source.image, stream, task));
+  return handles;
+}
+
+// The levels from `level` on. input: of a part at that level.
+void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput& input, int level,
+                  EstimationLaunch* launch) {
+  images[0]->CopyTextures(level, launch->reference);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   for (std::size_t j = 0; j < views.size(); ++j) {
-    handles.push_back(images.Get(input.sources[j].image, stream, task));
     launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
-    handles.back()->CopyTextures(launch->sources[j].textures);
-    handles.back()->CopyQuads(launch->sources[j].quads);
+    images[j + 1]->CopyTextures(level, launch->sources[j].textures);
+    images[j + 1]->CopyQuads(level, launch->sources[j].quads);
   }
-  return handles;
 }
 
 // Gives up what an estimation does not use; see DeviceResources.
@@ -43,30 +48,36 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
   scratch->inference.FreeDeviceMaps();
 }
 
-// The state of the whole image, and its rows.
-void BindState(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
+// Room for the state of the whole image, of its coarser parts, and the levels of its windows.
+void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
+  scratch->estimation.window_levels.Reserve(num_pixels, task);
+  scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
+  if (plan.band_rows > 0) return;
   scratch->plane.Reserve(num_pixels, task);
   scratch->cost.Reserve(num_pixels, task);
   scratch->estimation.selected_views.Reserve(num_pixels, task);
-  scratch->estimation.view_costs.Reserve(num_pixels * launch->parameters.num_views, task);
-  launch->state = {scratch->plane.View(task.width, task.height), scratch->cost.View(task.width, task.height),
-                   scratch->estimation.selected_views.View(task.width, task.height),
-                   scratch->estimation.view_costs.data(), num_pixels};
+  scratch->estimation.view_costs.Reserve(num_pixels * num_views, task);
 }
 
-void BindWindowsAndCounter(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
-  EstimationScratch& buffers = scratch->estimation;
-  buffers.window_levels.Reserve(static_cast<std::int64_t>(task.width) * task.height, task);
-  launch->window_levels = buffers.window_levels.View(task.width, task.height);
-  buffers.num_windows.Reserve(1, task);
-  Check(cudaMemsetAsync(buffers.num_windows.data(), 0, buffers.num_windows.bytes(), scratch->stream.get()),
-        "cudaMemsetAsync", task);
-  launch->num_windows = buffers.num_windows.data();
+void BindState(const Scratch& scratch, EstimationLaunch* launch) {
+  const int width = launch->parameters.reference.width, height = launch->parameters.reference.height;
+  launch->window_levels = scratch.estimation.window_levels.View(width, height);
+  launch->state = {scratch.plane.View(width, height), scratch.cost.View(width, height),
+                   scratch.estimation.selected_views.View(width, height),
+                   scratch.estimation.view_costs.data(), static_cast<std::int64_t>(width) * height};
 }
 
-InitialDepths UploadInitialDepths(Scratch* scratch, const DepthRangeMap& ranges, const Task& task) {
+void ResetCounter(Scratch* scratch, const Task& task) {
+  DeviceBuffer<unsigned long long>& counter = scratch->estimation.num_windows;
+  counter.Reserve(1, task);
+  Check(cudaMemsetAsync(counter.data(), 0, counter.bytes(), scratch->stream.get()), "cudaMemsetAsync", task);
+}
+
+InitialDepths UploadInitialDepths(Scratch* scratch, const EstimationInput& coarsest, const Task& task) {
   static_assert(sizeof(DepthRange) == sizeof(float2));
+  const Pinhole& size = coarsest.reference.view->camera.pinhole;
+  const DepthRangeMap ranges = NearestPointDepthRanges(coarsest.sparse, size.width, size.height);
   const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
   scratch->estimation.ranges.Reserve(num_cells, task);
   scratch->estimation.ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells,
@@ -100,30 +111,112 @@ std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const Estimation
   return handles;
 }
 
-void EstimateWhole(EstimationLaunch launch, InitialDepths initial, const PlaneMap* earlier, Scratch* scratch,
-                   const Task& task) {
-  const cudaStream_t stream = scratch->stream.get();
-  const std::int64_t num_pixels = launch.state.plane.size();
-  if (earlier != nullptr) {
-    scratch->plane.Upload(earlier->data(), num_pixels, stream, task);
-    initial.hypotheses = launch.state.plane;
-  }
-  LaunchInitialization(launch, initial, stream, task);
-  const EstimationParameters& p = launch.parameters;
-  for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
-    for (const int colour : {0, 1}) LaunchHalfPass(launch, iteration, colour, stream, task);
-  }
-}
+// One call's parts, coarse to fine: they share images, buffers and the stream. Nothing waits for the device between them
+// where the whole state is on it.
+class PartsOnGpu {
+ public:
+  PartsOnGpu(const EstimationInput& input, const StereoOptions& options, const EstimationPlan& plan,
+             Scratch* scratch, const Task& task)
+      : input_(input),
+        options_(options),
+        parts_(EstimationParts(input, options)),
+        plan_(plan),
+        scratch_(scratch),
+        task_(task) {}
 
-void EstimateByBands(const EstimationLaunch& launch, int band_rows, const InitialDepths& initial,
-                     const PlaneMap* earlier, Scratch* scratch, const Task& task) {
-  EstimationInBands estimation(launch, band_rows, scratch, task);
-  estimation.Initialize(initial, earlier);
-  const EstimationParameters& p = launch.parameters;
-  for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
-    for (const int colour : {0, 1}) estimation.HalfPass(iteration, colour);
+  // What all parts read.
+  void Upload(DeviceResources* device) {
+    ReserveState(scratch_, plan_, static_cast<int>(input_.sources.size()), task_);
+    ResetCounter(scratch_, task_);
+    launch_.form = plan_.form;
+    launch_.num_windows = scratch_->estimation.num_windows.data();
+    images_ = UploadImages(device, input_, plan_.form, scratch_->stream.get(), task_);
+    initial_ = UploadInitialDepths(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
+    guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
   }
-}
+
+  void Launch() {
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (i > 0) StartFromCoarse(parts_[i - 1].level - parts_[i].level);
+      LaunchPart(parts_[i]);
+    }
+  }
+
+  int NumSamplesPerWindow() const { return launch_.parameters.window.NumSamples(); }
+
+ private:
+  bool IsWhole() const { return plan_.band_rows == 0; }
+
+  void LaunchPart(const EstimationPart& part) {
+    const PartInput of_part(input_, options_, part);
+    launch_.parameters = MakeEstimationParameters(of_part.input(), of_part.options());
+    launch_.end_row = launch_.parameters.reference.height;
+    // The cells of the coarsest part cover more pixels of a finer one.
+    initial_.cell = kDepthRangeCell << (parts_.front().level - part.level);
+    BindTextures(images_, of_part.input(), part.level, &launch_);
+    BindState(*scratch_, &launch_);
+    LaunchWindowLevels(launch_, scratch_->stream.get(), task_);
+    if (IsWhole()) {
+      EstimateWhole();
+    } else {
+      EstimateByBands();
+    }
+  }
+
+  template <class Function>
+  void ForEachHalfPass(const Function& half_pass) const {
+    const EstimationParameters& p = launch_.parameters;
+    for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
+      for (const int colour : {0, 1}) half_pass(iteration, colour);
+    }
+  }
+
+  void EstimateWhole() {
+    const cudaStream_t stream = scratch_->stream.get();
+    if (input_.initial != nullptr) {
+      scratch_->plane.Upload(input_.initial->data(), launch_.state.plane.size(), stream, task_);
+      initial_.hypotheses = launch_.state.plane;
+    }
+    LaunchInitialization(launch_, initial_, stream, task_);
+    ForEachHalfPass(
+        [&](int iteration, int colour) { LaunchHalfPass(launch_, iteration, colour, stream, task_); });
+  }
+
+  void EstimateByBands() {
+    EstimationInBands estimation(launch_, plan_.band_rows, scratch_, task_);
+    estimation.Initialize(initial_, {input_.initial.get(), host_coarse_.empty() ? nullptr : &host_coarse_});
+    ForEachHalfPass([&](int iteration, int colour) { estimation.HalfPass(iteration, colour); });
+  }
+
+  // What the last part found becomes the start of the next one, whose image is 2^shift times larger.
+  void StartFromCoarse(int shift) {
+    initial_.coarse.shift = shift;
+    const ArrayView2D<PlaneHypothesis> found = launch_.state.plane;
+    const std::size_t bytes = static_cast<std::size_t>(found.size()) * sizeof(PlaneHypothesis);
+    if (IsWhole()) {
+      const DeviceBuffer<PlaneHypothesis>& kept = scratch_->estimation.coarse_plane;
+      Check(cudaMemcpyAsync(kept.data(), found.data, bytes, cudaMemcpyDeviceToDevice, scratch_->stream.get()),
+            "cudaMemcpyAsync on the device", task_);
+      initial_.coarse.map = kept.View(found.width, found.height);
+    } else {
+      scratch_->stream.Synchronize(task_);
+      host_coarse_ = PlaneMap(found.width, found.height);
+      std::memcpy(host_coarse_.data(), scratch_->host_plane.data(), bytes);
+    }
+  }
+
+  const EstimationInput& input_;
+  const StereoOptions& options_;
+  const std::vector<EstimationPart> parts_;
+  const EstimationPlan& plan_;
+  Scratch* scratch_;
+  const Task& task_;
+  EstimationLaunch launch_;  // of the part at hand
+  InitialDepths initial_;
+  std::vector<ImageHandle> images_;
+  std::vector<DepthsHandle> guidance_;
+  PlaneMap host_coarse_;  // in bands: what the coarser part found
+};
 
 // Waits for the device.
 EstimationResult TakeResult(const Scratch& scratch, const Task& task) {
@@ -138,44 +231,33 @@ EstimationResult TakeResult(const Scratch& scratch, const Task& task) {
 
 EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
                                const StereoOptions& options) {
+  CheckEstimationInput(input);
   const Pinhole& size = input.reference.view->camera.pinhole;
   const Task task{"estimation", input.reference.view->name, size.width, size.height};
-  EstimationLaunch launch;
-  launch.parameters = MakeEstimationParameters(input, options);
-  const DepthRangeMap ranges = NearestPointDepthRanges(input.sparse, size.width, size.height);
-  const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task);
-  const bool is_whole = plan.band_rows == 0;
-  launch.form = plan.form;
-  launch.end_row = size.height;
+  const bool coarse_start = EstimationParts(input, options).size() > 1;
+  const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task, coarse_start);
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   PrepareMemory(device, scratch.get(), plan, input.sources.size());
-  if (is_whole) BindState(scratch.get(), task, &launch);
-  BindWindowsAndCounter(scratch.get(), task, &launch);
-  const std::vector<TextureHandle> textures = BindTextures(device, input, stream, task, &launch);
-  const InitialDepths initial = UploadInitialDepths(scratch.get(), ranges, task);
-  const std::vector<DepthsHandle> depths = BindGuidance(device, input, scratch.get(), task, &launch);
+  PartsOnGpu parts(input, options, plan, scratch.get(), task);
+  parts.Upload(device);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
-  LaunchWindowLevels(launch, stream, task);
-  if (is_whole) {
-    EstimateWhole(launch, initial, input.initial.get(), scratch.get(), task);
-  } else {
-    EstimateByBands(launch, plan.band_rows, initial, input.initial.get(), scratch.get(), task);
-  }
+  parts.Launch();
   scratch->end.Record(stream, task);
-  if (is_whole) {
-    scratch->host_plane.Download(scratch->plane, launch.state.plane.size(), stream, task);
-    scratch->host_cost.Download(scratch->cost, launch.state.cost.size(), stream, task);
+  if (plan.band_rows == 0) {
+    const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
+    scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
+    scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
   }
   scratch->estimation.host_num_windows.Download(scratch->estimation.num_windows, 1, stream, task);
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
-  const double num_samples = static_cast<double>(*scratch->estimation.host_num_windows.data()) *
-                             launch.parameters.window.NumSamples();
+  const double num_samples =
+      static_cast<double>(*scratch->estimation.host_num_windows.data()) * parts.NumSamplesPerWindow();
   device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }

@@ -30,7 +30,9 @@ __global__ void __launch_bounds__(kThreads)
   if (launch.state.plane.Contains(pixel.x, pixel.y)) {
     PlaneHypothesis hypothesis;
     if (initial.hypotheses.data != nullptr) hypothesis = initial.hypotheses(pixel.x, pixel.y);
-    if (!(hypothesis.depth > 0)) {
+    if (!(hypothesis.depth > 0) &&
+        (initial.coarse.map.data == nullptr ||
+         !HypothesisFromCoarse(launch.parameters, initial.coarse, pixel.x, pixel.y, &hypothesis))) {
       const float2 range = initial.ranges(pixel.x / initial.cell, pixel.y / initial.cell);
       hypothesis = FirstHypothesis(launch.parameters, range.x, range.y, pixel.x, pixel.y);
     }

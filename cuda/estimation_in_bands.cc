@@ -39,7 +39,8 @@ EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_ro
   scratch->estimation.view_costs.Reserve(own * launch.parameters.num_views, task);
 }
 
-void EstimationInBands::Initialize(InitialDepths initial, const PlaneMap* earlier) {
+void EstimationInBands::Initialize(InitialDepths initial, const HostStart& start) {
+  const PlaneMap* earlier = start.earlier;
   if (earlier != nullptr) std::memcpy(scratch_->host_plane.data(), earlier->data(), earlier->bytes());
   ForEachBand([&](const Band& band) {
     const EstimationLaunch launch = Bind(band);
@@ -47,10 +48,23 @@ void EstimationInBands::Initialize(InitialDepths initial, const PlaneMap* earlie
       CopyNeighbourRows(band, band.first, band.end, Direction::kToDevice);
       initial.hypotheses = launch.state.plane;
     }
+    if (start.coarse != nullptr) {
+      initial.coarse.map = UploadCoarse(*start.coarse, initial.coarse.shift, band);
+    }
     LaunchInitialization(launch, initial, scratch_->stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
     CopyViewCosts(band, Direction::kToHost);
   });
+}
+
+ArrayView2D<const PlaneHypothesis> EstimationInBands::UploadCoarse(const PlaneMap& coarse, int shift,
+                                                                   const Band& band) {
+  const int first = band.first >> shift, end = ((band.end - 1) >> shift) + 1;
+  const std::int64_t offset = static_cast<std::int64_t>(first) * coarse.width();
+  const DeviceBuffer<PlaneHypothesis>& rows = scratch_->estimation.coarse_plane;
+  rows.Upload(coarse.data() + offset, static_cast<std::int64_t>(end - first) * coarse.width(),
+              scratch_->stream.get(), task_);
+  return {rows.data() - offset, coarse.width(), coarse.height()};
 }
 
 void EstimationInBands::HalfPass(int iteration, int colour) {

@@ -8,14 +8,20 @@
 
 namespace phi::gpu {
 
+// What an estimation starts from, each or null.
+struct HostStart {
+  const PlaneMap* earlier = nullptr;  // of the same size
+  const PlaneMap* coarse = nullptr;   // of the part before; InitialDepths::coarse has its shift
+};
+
 class EstimationInBands {
  public:
   // launch: everything but state and rows. band_rows: a multiple of kTileSide. The device buffers of `scratch` take a band,
   // its host buffers the whole image.
   EstimationInBands(const EstimationLaunch& launch, int band_rows, Scratch* scratch, const Task& task);
 
-  // earlier: null, or the map to start from. `initial` is completed with its rows.
-  void Initialize(InitialDepths initial, const PlaneMap* earlier);
+  // The maps to start from are on the host; `initial` is completed with a band's rows of them.
+  void Initialize(InitialDepths initial, const HostStart& start);
   void HalfPass(int iteration, int colour);
 
  private:
@@ -30,6 +36,8 @@ class EstimationInBands {
   // The launch of one band: views that take the whole image's coordinates, and hold the band's rows alone.
   EstimationLaunch Bind(const Band& band) const;
   void CopyNeighbourRows(const Band& band, int first, int end, Direction direction);
+  // The rows of `coarse` that cover the band, in the whole map's coordinates.
+  ArrayView2D<const PlaneHypothesis> UploadCoarse(const PlaneMap& coarse, int shift, const Band& band);
   void CopyViewCosts(const Band& band, Direction direction);
 
   const EstimationLaunch launch_;

@@ -6,6 +6,7 @@
 #include "cuda/error.h"
 #include "cuda/gray_texture.h"
 #include "cuda/texture_sampler.h"
+#include "phi/matching/coarse_hypothesis.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/geometric_guidance.h"
 #include "phi/matching/window_level.h"
@@ -48,6 +49,7 @@ struct InitialDepths {
   ArrayView2D<const float2> ranges;
   int cell = 1;                                   // pixels on a side of a cell
   ArrayView2D<const PlaneHypothesis> hypotheses;  // no data, or an earlier estimate; depth <= 0: none
+  CoarseHypotheses coarse;                        // used where `hypotheses` has none
 };
 
 void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, const Task& task);

@@ -64,13 +64,16 @@ GrayPyramid::GrayPyramid(const GrayImage& image, ImageForm form, cudaStream_t st
   }
 }
 
-void GrayPyramid::CopyTextures(TextureSampler* textures) const {
-  for (std::size_t level = 0; level < levels_.size(); ++level)
-    textures[level].texture = levels_[level]->get();
+void GrayPyramid::CopyTextures(int first_level, TextureSampler* textures) const {
+  for (std::size_t level = first_level; level < levels_.size(); ++level) {
+    textures[level - first_level].texture = levels_[level]->get();
+  }
 }
 
-void GrayPyramid::CopyQuads(TexelQuads* quads) const {
-  for (std::size_t level = 0; level < levels_.size(); ++level) quads[level] = levels_[level]->quads();
+void GrayPyramid::CopyQuads(int first_level, TexelQuads* quads) const {
+  for (std::size_t level = first_level; level < levels_.size(); ++level) {
+    quads[level - first_level] = levels_[level]->quads();
+  }
 }
 
 std::size_t GrayPyramid::Bytes(int width, int height, ImageForm form) {

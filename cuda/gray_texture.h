@@ -49,9 +49,9 @@ class GrayPyramid {
  public:
   GrayPyramid(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task);
 
-  // Level 0 first, kMaxPyramidLevels of them.
-  void CopyTextures(TextureSampler* textures) const;
-  void CopyQuads(TexelQuads* quads) const;
+  // From `first_level` on, of kMaxPyramidLevels.
+  void CopyTextures(int first_level, TextureSampler* textures) const;
+  void CopyQuads(int first_level, TexelQuads* quads) const;
   const GrayTexture& level(int level) const { return *levels_[level]; }
 
   static std::size_t Bytes(int width, int height, ImageForm form);

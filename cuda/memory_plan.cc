@@ -30,9 +30,11 @@ struct EstimationSizes {
   std::int64_t fixed = 0;
   std::int64_t neighbour_row = 0;  // what propagation reads of other pixels
   std::int64_t own_row = 0;        // what a pixel alone reads
+  std::int64_t coarse_width = 0;   // pixels on two rows that a coarser part had; 0: there is none
 
-  explicit EstimationSizes(const EstimationInput& input) {
+  EstimationSizes(const EstimationInput& input, bool coarse_start) {
     const std::int64_t width = input.reference.image->width(), height = input.reference.image->height();
+    if (coarse_start) coarse_width = (width + 1) / 2;
     const std::int64_t num_views = static_cast<std::int64_t>(input.sources.size());
     fixed = width * height * sizeof(std::uint8_t);  // levels of the windows
     for (const auto& map : input.source_maps) {
@@ -42,8 +44,13 @@ struct EstimationSizes {
     own_row = width * num_views * sizeof(std::uint16_t);
   }
 
+  std::int64_t CoarsePixels(std::int64_t rows) const { return coarse_width * ((rows + 1) / 2); }
+  std::int64_t CoarseBytes(std::int64_t rows) const { return CoarsePixels(rows) * sizeof(PlaneHypothesis); }
+  std::int64_t Whole(std::int64_t rows) const {
+    return fixed + rows * (neighbour_row + own_row) + CoarseBytes(rows);
+  }
   std::int64_t InBands(std::int64_t rows) const {
-    return fixed + (rows + 2 * kPropagationReach) * neighbour_row + rows * own_row;
+    return fixed + (rows + 2 * kPropagationReach) * neighbour_row + rows * own_row + CoarseBytes(rows);
   }
 };
 
@@ -53,28 +60,26 @@ int RoundUpToTiles(std::int64_t rows) {
 
 }  // namespace
 
-std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form) {
-  const EstimationSizes sizes(input);
-  return ImageBytes(input.reference, input.sources, form) + sizes.fixed +
-         input.reference.image->height() * (sizes.neighbour_row + sizes.own_row);
+std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form, bool coarse_start) {
+  return ImageBytes(input.reference, input.sources, form) +
+         EstimationSizes(input, coarse_start).Whole(input.reference.image->height());
 }
 
-EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task) {
-  for (const ImageForm form : {ImageForm::kQuads, ImageForm::kCompact}) {
-    const std::int64_t bytes = EstimationBytes(input, form);
-    if (bytes <= budget) return {form, 0, bytes};
-  }
-  const EstimationSizes sizes(input);
-  const std::int64_t images = ImageBytes(input.reference, input.sources, ImageForm::kCompact);
-  if (images + sizes.InBands(kTileSide) > budget) {
-    ThrowTooLittleMemory(images + sizes.InBands(kTileSide), budget, task);
-  }
-  const std::int64_t most_rows =
-      (budget - images - sizes.InBands(0)) / (sizes.neighbour_row + sizes.own_row) / kTileSide * kTileSide;
+EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task,
+                              bool coarse_start) {
+  const EstimationSizes sizes(input, coarse_start);
   const std::int64_t height = input.reference.image->height();
+  for (const ImageForm form : {ImageForm::kQuads, ImageForm::kCompact}) {
+    const std::int64_t bytes = EstimationBytes(input, form, coarse_start);
+    if (bytes <= budget) return {form, 0, sizes.CoarsePixels(height), bytes};
+  }
+  const std::int64_t images = ImageBytes(input.reference, input.sources, ImageForm::kCompact);
+  const std::int64_t none = images + sizes.InBands(0), tile = images + sizes.InBands(kTileSide) - none;
+  if (none + tile > budget) ThrowTooLittleMemory(none + tile, budget, task);
+  const std::int64_t most_rows = (budget - none) / tile * kTileSide;
   const std::int64_t num_bands = (height + most_rows - 1) / most_rows;
   const int rows = RoundUpToTiles((height + num_bands - 1) / num_bands);
-  return {ImageForm::kCompact, rows, images + sizes.InBands(rows)};
+  return {ImageForm::kCompact, rows, sizes.CoarsePixels(rows), images + sizes.InBands(rows)};
 }
 
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {

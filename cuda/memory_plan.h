@@ -18,8 +18,9 @@ namespace phi::gpu {
 
 struct EstimationPlan {
   ImageForm form = ImageForm::kQuads;
-  int band_rows = 0;       // a multiple of kTileSide; 0: the whole state is on the device
-  std::int64_t bytes = 0;  // of device memory
+  int band_rows = 0;                   // a multiple of kTileSide; 0: the whole state is on the device
+  std::int64_t num_coarse_pixels = 0;  // room for those that a finer part starts from
+  std::int64_t bytes = 0;              // of device memory
 };
 
 struct FilterPlan {
@@ -28,11 +29,13 @@ struct FilterPlan {
 };
 
 // Throw phi::ResourceError with the bytes needed and available when even the smallest parts need more than `budget` bytes.
-EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task);
+// coarse_start: the estimation goes from coarse to fine (phi/matching/coarse_start.h).
+EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task,
+                              bool coarse_start = false);
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task);
 std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task);
 
 // Bytes of an estimation that keeps the whole state on the device.
-std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form);
+std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form, bool coarse_start = false);
 
 }  // namespace phi::gpu

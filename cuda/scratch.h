@@ -50,6 +50,7 @@ struct EstimationScratch {
   DeviceBuffer<std::uint32_t> selected_views;
   DeviceBuffer<std::uint16_t> view_costs;
   DeviceBuffer<std::uint8_t> window_levels;
+  DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<float2> ranges;
   DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<unsigned long long> num_windows;
@@ -62,6 +63,7 @@ struct EstimationScratch {
     selected_views.Free();
     view_costs.Free();
     window_levels.Free();
+    coarse_plane.Free();
   }
 };
 

@@ -131,7 +131,7 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
       .Unit("GB");
   parser->AddChoice<phi::Quality>("PhiStereo.quality", &pipeline.stereo.quality,
                                   {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
-                                  "fast = fewer iterations, unless they are given");
+                                  "fast = from reduced images to the full size, with few iterations there");
   parser->AddChoice<phi::Formulas>("PhiStereo.formulas", &pipeline.stereo.formulas,
                                    {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
                                    "paper = the paper's formulas to the letter, for comparisons");
@@ -157,14 +157,6 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
               "Relative depth difference from which neighbours count as different surfaces");
 }
 
-// Most pixels have converged by then; docs/performance.md says what is lost.
-void StereoCommandOptions::ApplyQuality(const OptionParser& parser) {
-  constexpr int kFastIterations = 5;
-  if (pipeline.stereo.quality != phi::Quality::kFast) return;
-  if (!parser.IsSet("PatchMatchStereo.num_iterations")) pipeline.stereo.num_iterations = kFastIterations;
-  phi::LogInfo("quality fast: " + std::to_string(pipeline.stereo.num_iterations) + " iterations");
-}
-
 void StereoCommandOptions::ApplyFormulas() {
   constexpr double kPaperNormalError = 30;  // degrees
   const phi::Formulas formulas = pipeline.stereo.formulas;
@@ -175,7 +167,6 @@ void StereoCommandOptions::ApplyFormulas() {
 }
 
 void StereoCommandOptions::Finish(const OptionParser& parser) {
-  ApplyQuality(parser);
   ApplyFormulas();
   pipeline.stereo.seed = parser.random_seed();
   if (filter_min_ncc > 1) throw phi::UsageError("--PatchMatchStereo.filter_min_ncc must be at most 1");

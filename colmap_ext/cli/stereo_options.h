@@ -28,7 +28,6 @@ struct StereoCommandOptions {
   void RegisterPatchMatch(OptionParser* parser);
   void RegisterFilter(OptionParser* parser);
   void RegisterPhi(OptionParser* parser);
-  void ApplyQuality(const OptionParser& parser);
   void ApplyFormulas();
 };
 

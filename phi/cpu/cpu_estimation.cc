@@ -9,9 +9,12 @@
 #include "phi/base/cancellation.h"
 #include "phi/cpu/simd_matcher.h"
 #include "phi/initialization.h"
+#include "phi/matching/coarse_hypothesis.h"
+#include "phi/matching/coarse_start.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
 #include "phi/matching/geometric_guidance.h"
+#include "phi/matching/pyramid.h"
 
 namespace phi {
 namespace {
@@ -67,21 +70,29 @@ void ForEachRow(int height, const Function& function) {
   });
 }
 
+// Where the first hypotheses come from, in this order where there are several.
+struct Start {
+  const PlaneMap* earlier = nullptr;  // null, or an estimate of the same image; depth <= 0: none there
+  CoarseHypotheses coarse;
+  const DepthRangeMap& ranges;  // around the sparse points
+  int cell = kDepthRangeCell;   // pixels on a side of an element of `ranges`
+};
+
+PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& start, int x, int y) {
+  if (start.earlier != nullptr && (*start.earlier)(x, y).depth > 0) return (*start.earlier)(x, y);
+  PlaneHypothesis h;
+  if (start.coarse.map.data != nullptr && HypothesisFromCoarse(p, start.coarse, x, y, &h)) return h;
+  const DepthRange range = start.ranges(x / start.cell, y / start.cell);
+  return FirstHypothesis(p, range.min, range.max, x, y);
+}
+
 template <int kViews>
-void Run(const CpuContext& context, const EstimationInput& input) {
+void Run(const CpuContext& context, const Start& start) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
-  const DepthRangeMap ranges = NearestPointDepthRanges(input.sparse, width, height);
   ForEachRow(height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      PlaneHypothesis h;
-      if (input.initial != nullptr && (*input.initial)(x, y).depth > 0) {
-        h = (*input.initial)(x, y);
-      } else {
-        const DepthRange range = ranges(x / kDepthRangeCell, y / kDepthRangeCell);
-        h = FirstHypothesis(p, range.min, range.max, x, y);
-      }
-      InitializePixelState<kViews>(context, x, y, h);
+      InitializePixelState<kViews>(context, x, y, StartHypothesis(p, start, x, y));
     }
   });
   for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
@@ -93,9 +104,19 @@ void Run(const CpuContext& context, const EstimationInput& input) {
   }
 }
 
-}  // namespace
+// The images that a part at `level` works on.
+void ReduceImages(int level, EstimationInput* input) {
+  const auto reduce = [level](ViewImage* view) {
+    for (int i = 0; i < level; ++i) {
+      view->image = std::make_shared<const GrayImage>(HalveImage(*view->image));
+    }
+  };
+  reduce(&input->reference);
+  for (ViewImage& source : input->sources) reduce(&source);
+}
 
-EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions& options) {
+EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions& options,
+                              const Start& start) {
   const EstimationParameters parameters = MakeEstimationParameters(input, options);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
@@ -105,11 +126,38 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
     context.source_maps.push_back(map != nullptr ? map->view() : ArrayView2D<const PlaneHypothesis>{});
   }
   if (parameters.num_views <= 8) {
-    Run<8>(context, input);
+    Run<8>(context, start);
   } else {
-    Run<kMaxSourceViews>(context, input);
+    Run<kMaxSourceViews>(context, start);
   }
   return {std::move(arrays.plane), std::move(arrays.cost)};
+}
+
+// Of the coarsest part; the cells cover more pixels of a finer one.
+DepthRangeMap RangesOf(const EstimationInput& input) {
+  const Pinhole& size = input.reference.view->camera.pinhole;
+  return NearestPointDepthRanges(input.sparse, size.width, size.height);
+}
+
+}  // namespace
+
+EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions& options) {
+  const std::vector<EstimationPart> parts = EstimationParts(input, options);
+  const DepthRangeMap ranges = RangesOf(PartInput(input, options, parts.front()).input());
+  EstimationResult result;
+  int coarser_level = parts.front().level;
+  for (const EstimationPart& part : parts) {
+    PartInput of_part(input, options, part);
+    ReduceImages(part.level, &of_part.input());
+    const PlaneMap coarse = std::move(result.map);
+    const Start start = {.earlier = input.initial.get(),
+                         .coarse = {coarse.view(), coarser_level - part.level},
+                         .ranges = ranges,
+                         .cell = kDepthRangeCell << (parts.front().level - part.level)};
+    result = EstimatePart(of_part.input(), of_part.options(), start);
+    coarser_level = part.level;
+  }
+  return result;
 }
 
 }  // namespace phi

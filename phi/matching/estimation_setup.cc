@@ -36,7 +36,9 @@ int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
   return num_levels;
 }
 
-void CheckInput(const EstimationInput& input) {
+}  // namespace
+
+void CheckEstimationInput(const EstimationInput& input) {
   const std::string image = "image '" + input.reference.view->name + "', estimation: ";
   if (input.sources.empty()) {
     throw InputError(image +
@@ -54,8 +56,6 @@ void CheckInput(const EstimationInput& input) {
   }
 }
 
-}  // namespace
-
 std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input) {
   std::vector<RelativeView> views;
   for (const ViewImage& source : input.sources) {
@@ -65,7 +65,7 @@ std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input) {
 }
 
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options) {
-  CheckInput(input);
+  CheckEstimationInput(input);
   EstimationParameters p;
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window.samples_per_side = options.SamplesPerSide();

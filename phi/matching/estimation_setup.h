@@ -13,6 +13,9 @@ inline constexpr float kHalfWeightDifference = 9.0f;
 
 // Throws phi::InputError, naming the reference image, when the input cannot be estimated (no source view,
 // more than kMaxSourceViews, an empty depth range).
+void CheckEstimationInput(const EstimationInput& input);
+
+// Checks the input, too.
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options);
 
 std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input);

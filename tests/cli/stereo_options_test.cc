@@ -17,20 +17,16 @@ PipelineOptions Parsed(std::vector<const char*> arguments) {
   return options.pipeline;
 }
 
-TEST(StereoOptions, FastMeansFewerIterations) {
-  EXPECT_EQ(Parsed({}).stereo.num_iterations, 8);
-  EXPECT_EQ(Parsed({"--PhiStereo.quality", "fast"}).stereo.num_iterations, 5);
+TEST(StereoOptions, FastLeavesTheCountOfIterations) {
+  EXPECT_EQ(Parsed({}).stereo.quality, phi::Quality::kStandard);
+  const auto fast = Parsed({"--PhiStereo.quality", "fast"}).stereo;
+  EXPECT_EQ(fast.quality, phi::Quality::kFast);
+  EXPECT_EQ(fast.num_iterations, 8);
 }
 
 TEST(StereoOptions, PaperFormulasComeWithThePapersNormalError) {
   EXPECT_EQ(Parsed({}).filter.max_normal_error, 60);
   EXPECT_EQ(Parsed({"--PhiStereo.formulas", "paper"}).filter.max_normal_error, 30);
-}
-
-TEST(StereoOptions, GivenIterationsGoBeforeQuality) {
-  EXPECT_EQ(
-      Parsed({"--PhiStereo.quality", "fast", "--PatchMatchStereo.num_iterations", "6"}).stereo.num_iterations,
-      6);
 }
 
 TEST(StereoOptions, GuidedPassesArePartOfTheIterations) {

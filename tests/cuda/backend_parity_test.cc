@@ -25,6 +25,22 @@ StereoOptions Iterations(int count) {
   return options;
 }
 
+StereoOptions Fast() {
+  StereoOptions options;
+  options.quality = Quality::kFast;
+  return options;
+}
+
+// Large enough for two coarser parts, of odd size.
+ExactSceneOptions CoarseStartScene() {
+  ExactSceneOptions options;
+  options.width = 431;
+  options.height = 387;
+  options.focal = 400;
+  options.noise_sigma = 2;
+  return options;
+}
+
 ExactSceneOptions SmallScene() {
   ExactSceneOptions options;
   options.width = 100;
@@ -62,6 +78,14 @@ TEST_P(BackendTest, FindsASlantedPlane) {
   const RenderedScene scene = test_support::PlaneScene(SmallScene());
   const EstimationResult result = backend_->Estimate(InputOf(scene), Iterations(4));
   EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 0.02), 70);
+}
+
+TEST_P(BackendTest, FindsASlantedPlaneFromCoarseToFine) {
+  const RenderedScene scene = test_support::PlaneScene(CoarseStartScene());
+  const EstimationResult result = backend_->Estimate(InputOf(scene), Fast());
+  EXPECT_EQ(result.cost.height(), 387);
+  EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 0.01), 90);
+  EXPECT_TRUE(SameBytes(result, backend_->Estimate(InputOf(scene), Fast())));
 }
 
 TEST_P(BackendTest, RepeatsByteForByteForASeed) {
@@ -165,6 +189,18 @@ TEST_F(ParityTest, AsManyCorrectPixelsAsTheCpu) {
       const double cpu_percent = PercentCorrect(cpu.map, *scene.truth[0], tolerance);
       EXPECT_NEAR(gpu_percent, cpu_percent, 0.3) << "within " << tolerance;
     }
+  }
+}
+
+TEST_F(ParityTest, AsManyCorrectPixelsAsTheCpuFromCoarseToFine) {
+  const RenderedScene scene = test_support::SphereScene(CoarseStartScene());
+  const EstimationResult gpu = MakeBackend("cuda")->Estimate(InputOf(scene), Fast());
+  const EstimationResult cpu = MakeBackend("cpu")->Estimate(InputOf(scene), Fast());
+  for (const double tolerance : {0.005, 0.01, 0.02}) {
+    const double cpu_percent = PercentCorrect(cpu.map, *scene.truth[0], tolerance);
+    EXPECT_GT(cpu_percent, 50);
+    EXPECT_NEAR(PercentCorrect(gpu.map, *scene.truth[0], tolerance), cpu_percent, 0.3)
+        << "within " << tolerance;
   }
 }
 

@@ -50,7 +50,7 @@ class MatchingCostTest : public CudaTest {
     launch.end_row = map.height();
     launch.form = form;
     const GrayPyramid reference(*input.reference.image, form, stream.get(), task);
-    reference.CopyTextures(launch.reference);
+    reference.CopyTextures(0, launch.reference);
     const DeviceBuffer<std::uint8_t> window_levels(static_cast<std::int64_t>(map.size()), task);
     launch.window_levels = window_levels.View(map.width(), map.height());
     LaunchWindowLevels(launch, stream.get(), task);
@@ -59,8 +59,8 @@ class MatchingCostTest : public CudaTest {
     for (std::size_t j = 0; j < views.size(); ++j) {
       textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, form, stream.get(), task));
       launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
-      textures.back()->CopyTextures(launch.sources[j].textures);
-      textures.back()->CopyQuads(launch.sources[j].quads);
+      textures.back()->CopyTextures(0, launch.sources[j].textures);
+      textures.back()->CopyQuads(0, launch.sources[j].quads);
     }
     const DeviceMap hypotheses(map, stream.get(), task);
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());

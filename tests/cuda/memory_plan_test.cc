@@ -11,6 +11,7 @@
 
 #include "cuda/device_resources.h"
 #include "phi/base/error.h"
+#include "phi/matching/coarse_start.h"
 #include "tests/cuda/cuda_test_fixture.h"
 #include "tests/support/exact_scenes.h"
 
@@ -48,9 +49,9 @@ const Task& TestTask() {
 }
 
 // The largest budget that cuts the state into the smallest bands.
-std::int64_t SmallestBandsBudget(const EstimationInput& input) {
-  std::int64_t budget = EstimationBytes(input, ImageForm::kCompact) - 1;
-  while (PlanEstimation(input, budget, TestTask()).band_rows > kTileSide) budget -= 64;
+std::int64_t SmallestBandsBudget(const EstimationInput& input, bool coarse_start = false) {
+  std::int64_t budget = EstimationBytes(input, ImageForm::kCompact, coarse_start) - 1;
+  while (PlanEstimation(input, budget, TestTask(), coarse_start).band_rows > kTileSide) budget -= 64;
   return budget;
 }
 
@@ -67,6 +68,17 @@ TEST(MemoryPlan, CountsStateAndImages) {
   const std::int64_t num_images = 1 + kNumSources + 1;  // one that is about to go
   EXPECT_EQ(EstimationBytes(input, ImageForm::kCompact), state + num_images * compact);
   EXPECT_EQ(EstimationBytes(input, ImageForm::kQuads), state + num_images * (compact + quads));
+}
+
+TEST(MemoryPlan, CountsTheCoarseStart) {
+  const RenderedScene scene = TallScene();
+  const EstimationInput input = InputOf(scene);
+  const std::int64_t whole = EstimationBytes(input, ImageForm::kCompact);
+  EXPECT_EQ(EstimationBytes(input, ImageForm::kCompact, true), whole + 48 * 80 * 16);
+  const EstimationPlan bands =
+      PlanEstimation(input, SmallestBandsBudget(input) + 48 * 8 * 16, TestTask(), true);
+  EXPECT_EQ(bands.band_rows, kTileSide);
+  EXPECT_EQ(bands.num_coarse_pixels, 48 * 8);
 }
 
 TEST(MemoryPlan, TakesTheFastestFormThatFits) {
@@ -133,21 +145,23 @@ class SplitTest : public CudaTest {
     double samples = 0;
   };
 
-  static Run Estimate(const EstimationInput& input, std::int64_t budget) {
+  static Run Estimate(const EstimationInput& input, std::int64_t budget, Quality quality) {
     DeviceResources device(QueryDevice(0), budget);
     StereoOptions options;
     options.num_iterations = 2;
+    options.quality = quality;
     Run run{EstimateOnGpu(&device, input, options)};
     run.samples = device.times.stage(DeviceTimes::kEstimation).samples();
     return run;
   }
 
-  static void ExpectSameBytesInAllForms(const EstimationInput& input) {
-    const Run whole = Estimate(input, EstimationBytes(input, ImageForm::kQuads));
-    const std::int64_t compact = EstimationBytes(input, ImageForm::kCompact);
-    for (const std::int64_t budget : {compact, compact - 1, SmallestBandsBudget(input)}) {
-      const Run parts = Estimate(input, budget);
-      const int band_rows = PlanEstimation(input, budget, TestTask()).band_rows;
+  static void ExpectSameBytesInAllForms(const EstimationInput& input, Quality quality = Quality::kStandard) {
+    const bool coarse_start = quality == Quality::kFast;
+    const Run whole = Estimate(input, EstimationBytes(input, ImageForm::kQuads, coarse_start), quality);
+    const std::int64_t compact = EstimationBytes(input, ImageForm::kCompact, coarse_start);
+    for (const std::int64_t budget : {compact, compact - 1, SmallestBandsBudget(input, coarse_start)}) {
+      const Run parts = Estimate(input, budget, quality);
+      const int band_rows = PlanEstimation(input, budget, TestTask(), coarse_start).band_rows;
       EXPECT_EQ(std::memcmp(whole.result.map.data(), parts.result.map.data(), whole.result.map.bytes()), 0)
           << "bands of " << band_rows << " rows";
       EXPECT_EQ(std::memcmp(whole.result.cost.data(), parts.result.cost.data(), whole.result.cost.bytes()), 0)
@@ -165,6 +179,20 @@ TEST_F(SplitTest, AnEstimationInPartsGivesTheBytesOfTheWhole) {
 TEST_F(SplitTest, AGuidedEstimationInPartsGivesTheBytesOfTheWhole) {
   const RenderedScene scene = TallScene();
   ExpectSameBytesInAllForms(GuidedInputOf(scene));
+}
+
+// Two coarser parts, odd sizes, and bands that do not end with the image.
+TEST_F(SplitTest, ACoarseStartInPartsGivesTheBytesOfTheWhole) {
+  ExactSceneOptions options;
+  options.width = 387;
+  options.height = 411;
+  options.focal = 380;
+  const RenderedScene scene = test_support::SphereScene(options);
+  const EstimationInput input = InputOf(scene);
+  StereoOptions fast;
+  fast.quality = Quality::kFast;
+  ASSERT_EQ(EstimationParts(input, fast).size(), 3u);
+  ExpectSameBytesInAllForms(input, Quality::kFast);
 }
 
 TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {

@@ -100,4 +100,18 @@ RenderedScene SphereScene(const ExactSceneOptions& options, double radius) {
   return Render({sphere, wall}, options);
 }
 
+RenderedScene SlatScene(const ExactSceneOptions& options, double width) {
+  std::vector<Shape> shapes;
+  for (int i = -20; i <= 20; ++i) {
+    Shape slat = LargePlane({4 * width * i, 0, options.depth}, -Eigen::Vector3d::UnitZ(),
+                            MakeTexture(options, options.seed));
+    slat.name = "slat";
+    slat.half_size = {0.5 * width, 1e3, 0};
+    shapes.push_back(slat);
+  }
+  shapes.push_back(LargePlane({0, 0, 1.5 * options.depth}, -Eigen::Vector3d::UnitZ(),
+                              MakeTexture(options, options.seed + 1)));
+  return Render(shapes, options);
+}
+
 }  // namespace test_support

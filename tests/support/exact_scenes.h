@@ -35,4 +35,8 @@ RenderedScene PlaneScene(const ExactSceneOptions& options = {},
 // A sphere with its centre at (0, 0, depth), before the textured wall z = 1.5 * depth.
 RenderedScene SphereScene(const ExactSceneOptions& options = {}, double radius = 1);
 
+// Upright slats, `width` world units wide and facing view 0 at `depth`, before the textured wall z = 1.5 * depth; their
+// axes lie four widths apart.
+RenderedScene SlatScene(const ExactSceneOptions& options, double width);
+
 }  // namespace test_support

@@ -1,0 +1,73 @@
+#include "phi/matching/coarse_start.h"
+
+#include <algorithm>
+
+#include "phi/matching/window_level.h"
+
+namespace phi {
+namespace {
+
+// K's coordinates halve exactly; odd sizes are rounded up as HalveImage does.
+Pinhole Halve(Pinhole k) {
+  k.width = (k.width + 1) / 2;
+  k.height = (k.height + 1) / 2;
+  for (double* value : {&k.fx, &k.fy, &k.cx, &k.cy}) *value *= 0.5;
+  return k;
+}
+
+SceneView ReduceView(SceneView view, int level) {
+  for (int i = 0; i < level; ++i) view.camera.pinhole = Halve(view.camera.pinhole);
+  return view;
+}
+
+// Iterations at a level, in eighths of all of them; docs/performance.md says what other schedules reach.
+struct LevelShare {
+  int level, first_eighth, end_eighth;
+};
+constexpr LevelShare kFastSchedule[] = {{2, 0, 5}, {1, 4, 7}, {0, 6, 8}};
+
+int LargestLevel(const Pinhole& size) {
+  constexpr int kMinSide = 96;  // pixels: windows should be small beside the image
+  const int side = std::min(size.width, size.height);
+  int level = 0;
+  while (level + 1 < kMaxPyramidLevels && (side >> (level + 1)) >= kMinSide) ++level;
+  return level;
+}
+
+}  // namespace
+
+std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options) {
+  const int end = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
+  const bool goes_on = input.initial != nullptr || input.first_iteration > 0;
+  const int largest_level = LargestLevel(input.reference.view->camera.pinhole);
+  if (options.quality != Quality::kFast || goes_on || largest_level == 0) {
+    return {{0, input.first_iteration, end}};
+  }
+  std::vector<EstimationPart> parts;
+  for (const LevelShare& share : kFastSchedule) {
+    if (share.level > largest_level) continue;
+    // Rounded apart, so that each part has an iteration.
+    parts.push_back({share.level, share.first_eighth * end / 8, (share.end_eighth * end + 7) / 8});
+  }
+  parts.front().first_iteration = 0;
+  return parts;
+}
+
+PartInput::PartInput(const EstimationInput& input, const StereoOptions& options, const EstimationPart& part)
+    : input_(input), options_(options) {
+  input_.first_iteration = part.first_iteration;
+  input_.end_iteration = part.end_iteration;
+  if (part.level == 0) return;
+  views_.push_back(ReduceView(*input.reference.view, part.level));
+  for (const ViewImage& source : input.sources) views_.push_back(ReduceView(*source.view, part.level));
+  input_.reference.view = &views_[0];
+  for (std::size_t j = 0; j < input_.sources.size(); ++j) input_.sources[j].view = &views_[j + 1];
+  const float scale = 1.0f / static_cast<float>(1 << part.level);
+  for (SparseObservation& point : input_.sparse) {
+    point.u *= scale;
+    point.v *= scale;
+  }
+  options_.num_window_levels = std::min(options.num_window_levels, kMaxPyramidLevels - part.level);
+}
+
+}  // namespace phi
