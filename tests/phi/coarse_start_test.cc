@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <tuple>
 #include <vector>
@@ -148,6 +149,19 @@ TEST(HypothesisFromCoarse, KeepsThePlane) {
   PlaneHypothesis h;
   EXPECT_FALSE(HypothesisFromCoarse(p, coarse, 0, 199, &h));
   EXPECT_TRUE(HypothesisFromCoarse(p, coarse, 600, 0, &h));
+}
+
+TEST(CoarseStart, SameBytesForAnyNumberOfThreads) {
+  ExactSceneOptions options;
+  options.width = 205;
+  options.height = 199;
+  const RenderedScene scene = test_support::SphereScene(options);
+  const EstimationInput input = InputOf(scene);
+  ASSERT_EQ(EstimationParts(input, Fast(2)).size(), 2u);
+  const EstimationResult one = MakeCpuBackend(1)->Estimate(input, Fast(2));
+  const EstimationResult three = MakeCpuBackend(3)->Estimate(input, Fast(2));
+  EXPECT_EQ(std::memcmp(one.map.data(), three.map.data(), one.map.bytes()), 0);
+  EXPECT_EQ(std::memcmp(one.cost.data(), three.cost.data(), one.cost.bytes()), 0);
 }
 
 // Percentage of the slats' pixels, and of the wall's, within 2 % of the truth; the border is left out.
