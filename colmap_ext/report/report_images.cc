@@ -85,7 +85,11 @@ class ImageMaker {
                    const std::optional<DepthMap>& geometric, const std::optional<phi::Mask>& filled) {
     const int side = options_.picture_size;
     if (std::filesystem::exists(workspace_.ImagePath(image_))) {
-      Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), side), "undistorted photo");
+      try {
+        Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), side), "undistorted photo");
+      } catch (const phi::InputError& error) {
+        result_.warnings.push_back(error.what());
+      }
     } else {
       result_.warnings.push_back("its photo is missing");
     }

@@ -119,11 +119,15 @@ TEST_F(ReportCommand, NeedsNoNetwork) {
   EXPECT_THAT(page, Not(HasSubstr("/*PAGE*/")));
 }
 
-TEST_F(ReportCommand, DamagedMapIsAWarningNotAnEnd) {
+TEST_F(ReportCommand, DamagedFilesAreWarningsNotAnEnd) {
   WriteBytes(folder_ / "dense/stereo/depth_maps/a.png.measured.bin", "64&48&1&short");
+  WriteBytes(folder_ / "dense/images/a.png", "no picture");
+  WriteBytes(folder_ / "dense/stereo/phimvs.json", R"({"images": {"a.png": {"measured": 5}}})");
   const ProgramResult result = Write();
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(Data()["warnings"].dump(), HasSubstr("a.png.measured.bin"));
+  for (const char* file : {"a.png.measured.bin", "images/a.png", "stereo/phimvs.json is damaged"}) {
+    EXPECT_THAT(Data()["warnings"].dump(), HasSubstr(file));
+  }
 }
 
 TEST_F(ReportCommand, RefusesScoresOfAnotherKind) {
