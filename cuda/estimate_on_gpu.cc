@@ -51,7 +51,7 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
 // Room for the state of the whole image, of its coarser parts, and the levels of its windows.
 void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
-  scratch->estimation.window_levels.Reserve(num_pixels, task);
+  scratch->estimation.window_scales.Reserve(num_pixels, task);
   scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
   if (plan.band_rows > 0) return;
   scratch->plane.Reserve(num_pixels, task);
@@ -62,7 +62,7 @@ void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, c
 
 void BindState(const Scratch& scratch, EstimationLaunch* launch) {
   const int width = launch->parameters.reference.width, height = launch->parameters.reference.height;
-  launch->window_levels = scratch.estimation.window_levels.View(width, height);
+  launch->window_scales = scratch.estimation.window_scales.View(width, height);
   launch->state = {scratch.plane.View(width, height), scratch.cost.View(width, height),
                    scratch.estimation.selected_views.View(width, height),
                    scratch.estimation.view_costs.data(), static_cast<std::int64_t>(width) * height};
@@ -155,7 +155,7 @@ class PartsOnGpu {
     initial_.cell = kDepthRangeCell << (parts_.front().level - part.level);
     BindTextures(images_, of_part.input(), part.level, &launch_);
     BindState(*scratch_, &launch_);
-    LaunchWindowLevels(launch_, scratch_->stream.get(), task_);
+    LaunchWindowScales(launch_, scratch_->stream.get(), task_);
     if (IsWhole()) {
       EstimateWhole();
     } else {

@@ -6,12 +6,12 @@ namespace phi::gpu {
 namespace {
 
 __global__ void __launch_bounds__(kThreads)
-    WindowLevelKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
+    WindowScaleKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
   const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
-  if (!launch.window_levels.Contains(pixel.x, pixel.y)) return;
-  const int level = SelectWindowLevel(launch.reference, launch.parameters.num_levels,
-                                      launch.parameters.window, pixel.x + 0.5f, pixel.y + 0.5f);
-  launch.window_levels(pixel.x, pixel.y) = static_cast<std::uint8_t>(1 << level);
+  if (!launch.window_scales.Contains(pixel.x, pixel.y)) return;
+  launch.window_scales(pixel.x, pixel.y) =
+      PackWindowScale(SelectWindowScale(launch.reference, launch.parameters.num_levels,
+                                        launch.parameters.window, pixel.x + 0.5f, pixel.y + 0.5f));
 }
 
 // kMostViews: of the source views. kSide: samples on a side of the window, or 0 for any.
@@ -103,10 +103,10 @@ dim3 Grid(const EstimationLaunch& launch) {
 
 }  // namespace
 
-void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, const Task& task) {
+void LaunchWindowScales(const EstimationLaunch& launch, cudaStream_t stream, const Task& task) {
   for (int colour = 0; colour < 2; ++colour) {
-    WindowLevelKernel<<<Grid(launch), kThreads, 0, stream>>>(launch, colour);
-    CheckLaunch("WindowLevelKernel", task);
+    WindowScaleKernel<<<Grid(launch), kThreads, 0, stream>>>(launch, colour);
+    CheckLaunch("WindowScaleKernel", task);
   }
 }
 

@@ -30,6 +30,12 @@ struct GuidanceSource {
   ArrayView2D<const float> depths;
 };
 
+// 1 << pyramid level, and a bit for the narrow window.
+inline constexpr std::uint8_t kNearWindowBit = 0x80;
+PHI_HD std::uint8_t PackWindowScale(WindowScale scale) {
+  return static_cast<std::uint8_t>(1 << scale.level | (scale.near ? kNearWindowBit : 0));
+}
+
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
 struct EstimationLaunch {
   EstimationParameters parameters;
@@ -39,7 +45,7 @@ struct EstimationLaunch {
   unsigned long long* num_windows = nullptr;  // counts the source windows that were read, on the device
   TextureSampler reference[kMaxPyramidLevels];
   ArrayView2D<std::uint8_t>
-      window_levels;  // 1 << pyramid level of each pixel's window; LaunchWindowLevels writes it
+      window_scales;  // of each pixel, see PackWindowScale; LaunchWindowScales writes it
   const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
 };
@@ -52,7 +58,7 @@ struct InitialDepths {
   CoarseHypotheses coarse;                        // used where `hypotheses` has none
 };
 
-void LaunchWindowLevels(const EstimationLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchWindowScales(const EstimationLaunch& launch, cudaStream_t stream, const Task& task);
 
 void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
                           const Task& task);

@@ -256,6 +256,7 @@ struct GpuContext {
 
   struct Patch {
     ReferenceWindow<kSide, kForm> window;
+    float step;          // between the window's samples, pixels of its level
     unsigned level_bit;  // 1 << level of the pyramids, see phi/matching/window_level.h
   };
 
@@ -264,10 +265,13 @@ struct GpuContext {
 
   __device__ __forceinline__ Patch LoadPatch(int x, int y) const {
     Patch patch;
-    patch.level_bit = launch.window_levels(x, y);
+    patch.level_bit = launch.window_scales(x, y);
+    const bool near = (patch.level_bit & kNearWindowBit) != 0;
+    const MatchingWindow window = near ? parameters.window.Near() : parameters.window;
+    patch.step = window.step;
     ForLevel(patch.level_bit, [&](int level) {
       const float scale = 1.0f / (1 << level);
-      patch.window.Load(launch.reference[level], parameters.window, scale * (x + 0.5f), scale * (y + 0.5f));
+      patch.window.Load(launch.reference[level], window, scale * (x + 0.5f), scale * (y + 0.5f));
     });
     return patch;
   }
@@ -307,7 +311,7 @@ struct GpuContext {
     for (int j = 0; j < parameters.num_views; ++j) {
       if ((wanted >> j & 1u) == 0) continue;
       const SourceView& view = launch.sources[j];
-      const WindowWarp warp(view, u, v, q, inverse_depth, pixels * parameters.window.step, scale);
+      const WindowWarp warp(view, u, v, q, inverse_depth, pixels * patch.step, scale);
       const bool is_inside =
           warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level);
       num_windows += is_inside;

@@ -49,7 +49,7 @@ struct InferenceScratch {
 struct EstimationScratch {
   DeviceBuffer<std::uint32_t> selected_views;
   DeviceBuffer<std::uint16_t> view_costs;
-  DeviceBuffer<std::uint8_t> window_levels;
+  DeviceBuffer<std::uint8_t> window_scales;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<float2> ranges;
   DeviceBuffer<GuidanceSource> guidance;
@@ -62,7 +62,7 @@ struct EstimationScratch {
   void FreeDeviceMaps() {
     selected_views.Free();
     view_costs.Free();
-    window_levels.Free();
+    window_scales.Free();
     coarse_plane.Free();
   }
 };

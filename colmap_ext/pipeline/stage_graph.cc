@@ -53,6 +53,12 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
           .weight = kFilterWeight};
 }
 
+// Only where inference may put something better in their place; the paper's form knows no such rule.
+bool DropsPlain(const PipelineOptions& options) {
+  return options.inference.mode != phi::InferenceMode::kOff &&
+         options.filter.formulas == phi::Formulas::kRobust;
+}
+
 Stage MakePublish(std::string_view result) {
   return {.kind = StageKind::kPublish, .result = std::string(result), .weight = kPublishWeight};
 }
@@ -124,7 +130,11 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
     if (options.filter_maps) stages.push_back(MakeFilter(kPhotometric, options));
     return stages;
   }
-  if (options.filter_maps) stages.push_back(MakeFilter(kMeasured, options));
+  if (options.filter_maps) {
+    stages.push_back(MakeFilter(kMeasured, options));
+    stages.back().drops_plain = DropsPlain(options);
+    if (stages.back().drops_plain) stages.back().options += " drops_plain=1";
+  }
   // Without a filter there are no holes to fill; without inference the measured maps are the result.
   if (!options.filter_maps || options.inference.mode == phi::InferenceMode::kOff) {
     stages.push_back(MakePublish(kGeometric));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/filtering/own_texture.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
@@ -72,8 +73,10 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   const bool after_inference = previous.kind == StageKind::kInfer;
   if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
   if (after_inference) input.filled = store_.Filled(job.image, previous.result);
+  phi::PlaneMap filtered = backend.Filter(input, options_.filter);
+  if (stage.drops_plain) phi::DropPlainPixels(*ReadView(job.image).image, &filtered);
   StageResult result;
-  result.map = std::make_shared<const phi::PlaneMap>(backend.Filter(input, options_.filter));
+  result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered));
   if (after_inference) {
     phi::Mask filled = *input.filled;
     for (std::size_t i = 0; i < filled.size(); ++i) {

@@ -12,31 +12,33 @@ namespace phi {
 class ScalarMatcher {
  public:
   struct Patch {
-    int level;  // of the pyramid, see window_level.h
+    WindowScale scale;
   };
 
   ScalarMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                 const std::vector<RelativeView>& views)
       : parameters_(parameters), views_(views), reference_(Levels(*input.reference.image)) {
     for (const ViewImage& source : input.sources) sources_.push_back(Levels(*source.image));
-    window_levels_ =
-        SelectWindowLevels(reference_[0], {reference_.begin() + 1, reference_.end()}, parameters.window);
+    window_scales_ =
+        SelectWindowScales(reference_[0], {reference_.begin() + 1, reference_.end()}, parameters.window);
   }
 
-  Patch LoadPatch(int x, int y) const { return {window_levels_(x, y)}; }
+  Patch LoadPatch(int x, int y) const { return {window_scales_(x, y)}; }
 
   // The cost of each source view whose bit in `wanted` is set.
   void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
              float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
-    const float scale = 1.0f / static_cast<float>(1 << patch.level);
+    const int level = patch.scale.level;
+    const float scale = 1.0f / static_cast<float>(1 << level);
+    const MatchingWindow window = patch.scale.near ? parameters_.window.Near() : parameters_.window;
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);
-    const GraySampler reference{reference_[patch.level].view()};
+    const GraySampler reference{reference_[level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {
       if ((wanted >> j & 1u) == 0) continue;
-      const GraySampler source{sources_[j][patch.level].view()};
-      costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, parameters_.window,
-                          scale * u, scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale));
+      const GraySampler source{sources_[j][level].view()};
+      costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, window, scale * u,
+                          scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale));
     }
   }
 
@@ -51,7 +53,7 @@ class ScalarMatcher {
   const std::vector<RelativeView>& views_;
   std::vector<GrayImage> reference_;             // by level
   std::vector<std::vector<GrayImage>> sources_;  // by view and level
-  Array2D<std::uint8_t> window_levels_;
+  Array2D<WindowScale> window_scales_;
 };
 
 }  // namespace phi

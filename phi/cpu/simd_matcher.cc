@@ -7,10 +7,10 @@
 namespace phi {
 SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                          const std::vector<RelativeView>& views)
-    : rays_(parameters.reference), window_(parameters.window) {
+    : rays_(parameters.reference), window_(parameters.window), near_window_(parameters.window.Near()) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
-  window_levels_ = SelectWindowLevels(*input.reference.image, reference, parameters.window);
+  window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);
   levels_.push_back({PackedImage(*input.reference.image), {}, {}});
   for (const GrayImage& image : reference) levels_.push_back({PackedImage(image), {}, {}});
   for (const ViewImage& source : input.sources) {
@@ -29,10 +29,11 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
 void SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
                         float* costs) const {
   const float u = x + 0.5f, v = y + 0.5f;
-  const float step = static_cast<float>(1 << patch.level);  // pixels of level 0 per pixel of the level
+  const float step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
   const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  SimdZnccCosts(window_, levels_[patch.level].sources, patch, u / step, v / step, plane, wanted, costs);
+  SimdZnccCosts(Window(patch.scale), levels_[patch.scale.level].sources, patch, u / step, v / step, plane,
+                wanted, costs);
 }
 
 }  // namespace phi

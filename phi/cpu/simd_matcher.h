@@ -7,6 +7,7 @@
 #include "phi/cpu/simd_image.h"
 #include "phi/cpu/simd_zncc.h"
 #include "phi/matching/estimate_pixel.h"
+#include "phi/matching/window_level.h"
 
 namespace phi {
 
@@ -16,7 +17,7 @@ namespace phi {
 class SimdMatcher {
  public:
   struct Patch : SimdPatch {
-    int level;  // of the pyramid, see window_level.h
+    WindowScale scale;
   };
 
   SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
@@ -24,9 +25,10 @@ class SimdMatcher {
 
   Patch LoadPatch(int x, int y) const {
     Patch patch;
-    patch.level = window_levels_(x, y);
-    const float scale = 1.0f / static_cast<float>(1 << patch.level);
-    LoadSimdPatch(levels_[patch.level].reference, window_, scale * (x + 0.5f), scale * (y + 0.5f), &patch);
+    patch.scale = window_scales_(x, y);
+    const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
+    LoadSimdPatch(levels_[patch.scale.level].reference, Window(patch.scale), scale * (x + 0.5f),
+                  scale * (y + 0.5f), &patch);
     return patch;
   }
 
@@ -41,10 +43,12 @@ class SimdMatcher {
     std::vector<SimdSource> sources;  // point into images
   };
 
+  const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
+
   RayModel rays_;
-  SimdWindow window_;
+  SimdWindow window_, near_window_;
   std::vector<Level> levels_;
-  Array2D<std::uint8_t> window_levels_;
+  Array2D<WindowScale> window_scales_;
 };
 
 }  // namespace phi

@@ -9,6 +9,8 @@
 namespace phi {
 namespace {
 
+constexpr float kNearStep = 1.0f;  // pixels between the samples of a narrow window
+
 // The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is
 // about f_source * baseline * change, where the baseline is taken across the line of sight.
 float InverseDepthPerPixel(const EstimationInput& input, const std::vector<RelativeView>& views) {
@@ -70,6 +72,9 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window.samples_per_side = options.SamplesPerSide();
   p.window.step = static_cast<float>(options.window_step);
+  // One fixed window on request (one level), and in the paper's form.
+  if (options.num_window_levels > 1 && options.formulas == Formulas::kRobust && p.window.step > kNearStep)
+    p.window.near_step = kNearStep;
   constexpr float kDecay = 1.0f / (kHalfWeightDifference * kHalfWeightDifference);
   p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kDecay;
   p.key = {options.seed, input.reference.view->image_id};

@@ -28,20 +28,18 @@ std::vector<GrayImage> BuildPyramid(const GrayImage& image, int num_levels) {
   return levels;
 }
 
-Array2D<std::uint8_t> SelectWindowLevels(const GrayImage& image, const std::vector<GrayImage>& coarser,
-                                         const MatchingWindow& window) {
+Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vector<GrayImage>& coarser,
+                                        const MatchingWindow& window) {
   std::vector<GraySampler> samplers = {{image.view()}};
   for (const GrayImage& level : coarser) samplers.push_back({level.view()});
   const int num_levels = static_cast<int>(samplers.size());
-  Array2D<std::uint8_t> levels(image.width(), image.height());
-  if (num_levels == 1) return levels;
+  Array2D<WindowScale> scales(image.width(), image.height());
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
-      levels(x, y) = static_cast<std::uint8_t>(
-          SelectWindowLevel(samplers.data(), num_levels, window, x + 0.5f, y + 0.5f));
+      scales(x, y) = SelectWindowScale(samplers.data(), num_levels, window, x + 0.5f, y + 0.5f);
     }
   });
-  return levels;
+  return scales;
 }
 
 RelativeView ScaleView(RelativeView view, float scale) {

@@ -1,4 +1,4 @@
-// Image pyramids and the level of each window, for window_level.h.
+// Image pyramids and the scale of each window, for window_level.h.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ GrayImage HalveImage(const GrayImage& image);
 // Levels 1 to num_levels - 1 of `image`.
 std::vector<GrayImage> BuildPyramid(const GrayImage& image, int num_levels);
 
-// The level of each pixel's window (see window_level.h). `coarser`: BuildPyramid(image, ...).
-Array2D<std::uint8_t> SelectWindowLevels(const GrayImage& image, const std::vector<GrayImage>& coarser,
-                                         const MatchingWindow& window);
+// The scale of each pixel's window (see window_level.h). `coarser`: BuildPyramid(image, ...).
+Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vector<GrayImage>& coarser,
+                                        const MatchingWindow& window);
 
 // The view between images that are both reduced by `scale`.
 RelativeView ScaleView(RelativeView view, float scale);

@@ -1,4 +1,8 @@
-// The window's scale, chosen per pixel: dilation carried on into an image pyramid where texture is weak.
+// The window's scale, chosen per pixel: narrow where texture is rich, dilation carried on into an image pyramid where it
+// is weak.
+//
+// Dilation buys texture at the price of detail: a wide window's samples lie on surfaces beside the pixel's own. Where a
+// narrow window, samples one pixel apart, has contrast enough, it is taken.
 //
 // On a painted wall the contrast inside a 15 pixel window is about the sensor's noise and ZNCC ranks noise. Half the
 // resolution halves the noise and doubles the window; a pixel takes the finest level whose window has contrast well
@@ -17,6 +21,14 @@ inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 // Variance (squared grey levels) that a window needs at level 0. White noise falls by 4 per level, and so does the
 // variance that a window needs.
 inline constexpr float kWindowVariance = 3.0f;
+
+// Variance that the narrow window needs.
+inline constexpr float kNearWindowVariance = 10.0f;
+
+struct WindowScale {
+  std::uint8_t level = 0;  // of the pyramid
+  bool near = false;       // samples MatchingWindow::near_step apart; at level 0 only
+};
 
 // Variance of the samples of a window centred at (u, v), K's coordinates of that level, weighted as the matching cost
 // weights them: contrast that another surface brings into the window does not help to match this one.
@@ -38,17 +50,20 @@ PHI_HD float WindowVariance(const Sampler& image, const MatchingWindow& window, 
   return (squares - sum * sum * inverse) * inverse;
 }
 
-// The pyramid level for the pixel (u, v) (K's coordinates of level 0); the coarsest where none has enough contrast.
+// The scale for the pixel (u, v) (K's coordinates of level 0); the coarsest level where none has enough contrast.
 template <class Sampler>
-PHI_HD int SelectWindowLevel(const Sampler* levels, int num_levels, const MatchingWindow& window, float u,
-                             float v) {
+PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
+                                     float u, float v) {
+  WindowScale result;
+  result.near = window.near_step > 0 && WindowVariance(levels[0], window.Near(), u, v) >= kNearWindowVariance;
+  if (result.near) return result;
   float needed = kWindowVariance, scale = 1.0f;
-  for (int level = 0; level + 1 < num_levels; ++level) {
-    if (WindowVariance(levels[level], window, u * scale, v * scale) >= needed) return level;
+  for (; result.level + 1 < num_levels; ++result.level) {
+    if (WindowVariance(levels[result.level], window, u * scale, v * scale) >= needed) break;
     needed *= 0.25f;
     scale *= 0.5f;
   }
-  return num_levels - 1;
+  return result;
 }
 
 // The homography between images that are both reduced by `scale` (level l: 2^-l), from that between the full ones.

@@ -21,6 +21,7 @@ inline constexpr float kMinVariance = 0.04f;
 struct MatchingWindow {
   int samples_per_side = 5;  // r_now
   float step = 1.4f;         // r_orig / r_now, pixels
+  float near_step = 0;       // the same where texture is rich, see window_level.h; 0: no such windows
   float weight_decay = 0;    // 1 / squared grey level; 0: all samples count the same (paper)
 
   // A sample counts less the more it differs from the window's centre: it may lie on another surface. One half at
@@ -29,6 +30,13 @@ struct MatchingWindow {
   PHI_HD float Weight(float difference) const { return exp2f(-weight_decay * difference * difference); }
 
   PHI_HD int NumSamples() const { return (2 * samples_per_side + 1) * (2 * samples_per_side + 1); }
+  // The window's narrow form.
+  PHI_HD MatchingWindow Near() const {
+    MatchingWindow window = *this;
+    window.step = near_step;
+    return window;
+  }
+
   PHI_HD float Radius() const { return samples_per_side * step; }
 };
 

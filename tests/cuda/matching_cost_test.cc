@@ -51,9 +51,9 @@ class MatchingCostTest : public CudaTest {
     launch.form = form;
     const GrayPyramid reference(*input.reference.image, form, stream.get(), task);
     reference.CopyTextures(0, launch.reference);
-    const DeviceBuffer<std::uint8_t> window_levels(static_cast<std::int64_t>(map.size()), task);
-    launch.window_levels = window_levels.View(map.width(), map.height());
-    LaunchWindowLevels(launch, stream.get(), task);
+    const DeviceBuffer<std::uint8_t> window_scales(static_cast<std::int64_t>(map.size()), task);
+    launch.window_scales = window_scales.View(map.width(), map.height());
+    LaunchWindowScales(launch, stream.get(), task);
     std::vector<std::unique_ptr<GrayPyramid>> textures;
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     for (std::size_t j = 0; j < views.size(); ++j) {

@@ -184,8 +184,8 @@ TEST(SimdMatcher, AgreesForWindowsOfAnySize) {
   ExpectAgreement(Scene(5, 5), {2e-2, 1e-3, 1e-3});
 }
 
-// Contrast grows from the left to the right, so that all levels of the pyramid are in use.
-TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
+// Contrast grows from the left to the right, so that the narrow window and all levels of the pyramid are in use.
+TEST(SimdMatcher, AgreesAtEveryWindowScale) {
   Scene scene(7, 1.4, 3);
   const auto fade = [](ViewImage* view) {
     auto faint = std::make_shared<GrayImage>(*view->image);
@@ -201,14 +201,16 @@ TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
   for (ViewImage& source : scene.input.sources) fade(&source);
   const SimdMatcher simd(scene.input, scene.parameters, scene.relative);
   const ScalarMatcher scalar(scene.input, scene.parameters, scene.relative);
-  int compared[3] = {0, 0, 0}, on_the_edge = 0;
+  int compared[4] = {0, 0, 0, 0}, on_the_edge = 0;  // levels, narrow window
   for (int y = 0; y < scene.parameters.reference.height; y += 2) {
     for (int x = 0; x < scene.parameters.reference.width; x += 2) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
       const SimdMatcher::Patch patch = simd.LoadPatch(x, y);
-      ASSERT_EQ(patch.level, scalar.LoadPatch(x, y).level);
+      const ScalarMatcher::Patch scalar_patch = scalar.LoadPatch(x, y);
+      ASSERT_EQ(patch.scale.level, scalar_patch.scale.level);
+      ASSERT_EQ(patch.scale.near, scalar_patch.scale.near);
       float expected[4], actual[4];
-      scalar.Costs({patch.level}, x, y, h, kAllViews, expected);
+      scalar.Costs(scalar_patch, x, y, h, kAllViews, expected);
       simd.Costs(patch, x, y, h, kAllViews, actual);
       for (int j = 0; j < 4; ++j) {
         if ((expected[j] == kMaxCost) != (actual[j] == kMaxCost)) {
@@ -216,7 +218,7 @@ TEST(SimdMatcher, AgreesOnEveryPyramidLevel) {
           continue;
         }
         if (expected[j] == kMaxCost) continue;
-        ++compared[patch.level];
+        ++compared[patch.scale.near ? 3 : patch.scale.level];
         ASSERT_NEAR(actual[j], expected[j], 1e-3) << "pixel " << x << " " << y << ", view " << j;
       }
     }

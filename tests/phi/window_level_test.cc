@@ -26,7 +26,14 @@ int Level(const GrayImage& image, int num_levels) {
   const std::vector<GrayImage> coarse = BuildPyramid(image, num_levels);
   std::vector<GraySampler> levels = {{image.view()}};
   for (const GrayImage& level : coarse) levels.push_back({level.view()});
-  return SelectWindowLevel(levels.data(), num_levels, MatchingWindow{}, 128.5f, 128.5f);
+  return SelectWindowScale(levels.data(), num_levels, MatchingWindow{}, 128.5f, 128.5f).level;
+}
+
+bool Near(const GrayImage& image, float near_step) {
+  const GraySampler level = {image.view()};
+  MatchingWindow window;
+  window.near_step = near_step;
+  return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
 }
 
 TEST(WindowLevel, StrongTextureStaysAtFullResolution) { EXPECT_EQ(Level(Sine(20, 10), 4), 0); }
@@ -43,9 +50,26 @@ TEST(WindowLevel, ContrastOfAnotherSurfaceDoesNotCount) {
   const std::vector<GrayImage> coarse = BuildPyramid(image, 2);
   const std::vector<GraySampler> levels = {{image.view()}, {coarse[0].view()}};
   MatchingWindow window;
-  EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 0);
+  EXPECT_EQ(SelectWindowScale(levels.data(), 2, window, 128.5f, 128.5f).level, 0);
   window.weight_decay = 1.0f / 81;
-  EXPECT_EQ(SelectWindowLevel(levels.data(), 2, window, 128.5f, 128.5f), 1);
+  EXPECT_EQ(SelectWindowScale(levels.data(), 2, window, 128.5f, 128.5f).level, 1);
+}
+
+// The narrow window needs variance 10: amplitude 20 has 200, amplitude 4 has 8.
+TEST(WindowLevel, RichTextureTakesTheNarrowWindow) {
+  EXPECT_TRUE(Near(Sine(20, 10), 1));
+  EXPECT_FALSE(Near(Sine(4, 10), 1));
+  EXPECT_FALSE(Near(Sine(20, 10), 0));
+}
+
+// Texture that only the wide window reaches does not make the narrow one good.
+TEST(WindowLevel, TextureBeyondTheNarrowWindowDoesNotCount) {
+  GrayImage image(256, 256, 128);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 134; x < 256; ++x) image(x, y) = x % 2 == 0 ? 100 : 150;  // 6 pixels from the centre
+  }
+  EXPECT_FALSE(Near(image, 1));
+  EXPECT_TRUE(Near(image, 1.4f));
 }
 
 TEST(WindowLevel, NoTextureTakesTheCoarsest) {
