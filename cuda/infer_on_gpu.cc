@@ -12,6 +12,7 @@
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
+#include "phi/inference/pooled_supports.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_planes.h"
 
@@ -86,15 +87,16 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   if (!launch->paper) launch->from_region = launch->filled;
 }
 
-// Regions are found on the host; the scanlines run meanwhile.
+// Regions are found on the host; the scanlines run meanwhile, and the supports while other views' are pooled.
 void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                      const Event& supports_ready, const Task& task) {
   const int width = launch.supports.width, height = launch.supports.height;
   const std::int64_t n = launch.supports.size();
   InferenceScratch& buffers = scratch->inference;
+  const std::vector<PooledSupport> pooled = PoolSupports(input);
   supports_ready.Wait(task);
   const RegionPlanes planes(*input.reference.image, {buffers.host_supports.data(), width, height},
-                            input.reference.view->image_id);
+                            input.reference.view->image_id, pooled);
   buffers.host_region_planes.Reserve(kPlanesPerRegion * n, task);
   float* host = buffers.host_region_planes.data();
   tbb::parallel_for(0, height, [&](int y) {

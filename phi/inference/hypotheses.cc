@@ -18,7 +18,7 @@ Array2D<float> InverseDepth(const PlaneMap& map) {
 }  // namespace
 
 Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
-                       std::uint32_t image_id)
+                       std::uint32_t image_id, std::span<const PooledSupport> pooled)
     : measured_inverse_depth_(InverseDepth(measured)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
@@ -37,7 +37,7 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    ReplaceDiagonals(RegionPlanes(*image, const_supports.view(), image_id));
+    ReplaceDiagonals(RegionPlanes(*image, const_supports.view(), image_id, pooled));
     RemoveOverexposed(*image);
   }
 }

@@ -11,6 +11,7 @@
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
 #include "phi/inference/plane_normal.h"
+#include "phi/inference/pooled_supports.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
 
@@ -101,6 +102,13 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
   return result;
 }
 
+Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
+  std::vector<PooledSupport> pooled;
+  if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
+  return Hypotheses(*input.measured, formulas, input.reference.image.get(), input.reference.view->image_id,
+                    pooled);
+}
+
 void CheckInput(const InferenceInput& input) {
   const auto& image = input.reference.image;
   if (!image || !input.measured || input.reference.view == nullptr ||
@@ -119,8 +127,7 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   const PlaneMap& measured = *input.measured;
   if (options.mode == InferenceMode::kOff)
     return {measured, Mask(measured.width(), measured.height(), 0), {}};
-  const Hypotheses hypotheses(measured, options.formulas, input.reference.image.get(),
-                              input.reference.view->image_id);
+  const Hypotheses hypotheses = MakeHypotheses(input, options.formulas);
   ThrowIfCancelled();
   const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
   InferenceResult result;

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <tuple>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Dense>
@@ -14,8 +15,8 @@
 namespace phi {
 namespace {
 
-constexpr int kMinSupports = 60;      // measured pixels that a plane rests on
-constexpr double kMinShare = 0.15;    // of the region's measured pixels not yet explained
+constexpr int kMinSupports = 60;      // that a plane rests on
+constexpr double kMinShare = 0.15;    // of the region's supports not yet explained
 constexpr double kTolerance = 0.006;  // of an inlier, relative inverse depth
 constexpr int kMaxDraws = 100;
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
@@ -25,10 +26,15 @@ constexpr double kMinSpread = 3;          // standard deviation across the inlie
 constexpr double kBoxMargin = 0.25;       // of the inliers' box's longer side
 
 struct Point {
-  int x, y;
+  float x, y;
   double w;
   std::uint32_t hash;  // of the pixel, once more than what sampled it: uniform again
 };
+
+// By hash, which pixels of two views may share.
+bool Before(const Point& p, const Point& q) {
+  return std::tie(p.hash, p.x, p.y, p.w) < std::tie(q.hash, q.x, q.y, q.w);
+}
 
 // A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
 // support more or less changes only the draws that hit it.
@@ -45,12 +51,13 @@ bool IsInlier(const RegionPlane& plane, const Point& p) {
 }
 
 bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* plane) {
-  const double x1 = q.x - p.x, y1 = q.y - p.y, x2 = r.x - p.x, y2 = r.y - p.y;
+  const double px = p.x, py = p.y;
+  const double x1 = q.x - px, y1 = q.y - py, x2 = r.x - px, y2 = r.y - py;
   const double det = x1 * y2 - x2 * y1;
   if (std::abs(det) < 100) return false;  // twice the triangle's area, square pixels
   plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
   plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
-  plane->a = p.w - plane->b * p.x - plane->c * p.y;
+  plane->a = p.w - plane->b * px - plane->c * py;
   return true;
 }
 
@@ -59,7 +66,8 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   const double cx = points[0].x, cy = points[0].y;  // relative coordinates keep the equations well scaled
-  int x0 = points[0].x, y0 = points[0].y, x1 = x0, y1 = y0, n = 0;
+  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  int n = 0;
   for (const Point& p : points) {
     if (!IsInlier(*plane, p)) continue;
     if (n++ == 0) x0 = x1 = p.x, y0 = y1 = p.y;
@@ -79,8 +87,10 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   plane->c = solution(2);
   plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
   const int margin = static_cast<int>(kBoxMargin * std::max(x1 - x0, y1 - y0));
-  plane->x0 = x0 - margin, plane->y0 = y0 - margin;
-  plane->x1 = x1 + margin, plane->y1 = y1 + margin;
+  plane->x0 = static_cast<int>(std::floor(x0)) - margin;
+  plane->y0 = static_cast<int>(std::floor(y0)) - margin;
+  plane->x1 = static_cast<int>(std::ceil(x1)) + margin;
+  plane->y1 = static_cast<int>(std::ceil(y1)) + margin;
   return true;
 }
 
@@ -139,8 +149,9 @@ std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
   return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
 }
 
-// Measured pixels of each region.
-std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D<const Support> supports) {
+// Measured pixels and pooled supports of each region.
+std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D<const Support> supports,
+                                        std::span<const PooledSupport> pooled) {
   std::vector<std::int32_t> counts(regions.num_regions, 0);
   tbb::parallel_for(0, supports.height, [&](int y) {
     std::int32_t run_region = regions.region(0, y),
@@ -156,10 +167,12 @@ std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D
     }
     if (run > 0) FetchAdd(&counts[run_region], run);
   });
+  for (const PooledSupport& support : pooled) ++counts[regions.region(support.PixelX(), support.PixelY())];
   return counts;
 }
 
-// A region with enough supports, and which of the members below are its own.
+// A region with enough supports, and which of the members below are its own. A member is a pixel's index, or ~k for the
+// pooled support k.
 struct SupportedRegion {
   std::int32_t region;
   std::uint32_t max_hash;  // of the supports that become members
@@ -181,29 +194,45 @@ std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& coun
   return list;
 }
 
+Point MeasuredPoint(ArrayView2D<const Support> supports, std::int32_t pixel) {
+  const int x = pixel % supports.width, y = pixel / supports.width;
+  return {static_cast<float>(x), static_cast<float>(y), supports(x, y).value, PixelHash(PixelHash(pixel))};
+}
+
+Point PooledPoint(const PooledSupport& support) {
+  return {support.x, support.y, support.inverse_depth, PixelHash(support.hash)};
+}
+
 }  // namespace
 
 RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports,
-                           std::uint32_t image_id) {
+                           std::uint32_t image_id, std::span<const PooledSupport> pooled) {
   ImageRegions regions = FindRegions(image);
   std::int64_t num_places = 0;
-  std::vector<SupportedRegion> supported = ListSupported(CountSupports(regions, supports), &num_places);
+  std::vector<SupportedRegion> supported =
+      ListSupported(CountSupports(regions, supports, pooled), &num_places);
   std::vector<std::int32_t> index(regions.num_regions, -1);
   for (std::size_t k = 0; k < supported.size(); ++k)
     index[supported[k].region] = static_cast<std::int32_t>(k);
 
-  const auto members = std::make_unique_for_overwrite<std::int32_t[]>(num_places);  // pixel indices
+  const auto members = std::make_unique_for_overwrite<std::int32_t[]>(num_places);
+  const auto add_member = [&](SupportedRegion& own, std::uint32_t hash, std::int32_t member) {
+    if (hash <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = member;
+  };
   tbb::parallel_for(0, supports.height, [&](int y) {
     for (int x = 0; x < supports.width; ++x) {
       std::int32_t& region = regions.region(x, y);
       region = index[region];
       if (region < 0 || !(supports(x, y).value > 0)) continue;
       const std::int32_t pixel = y * supports.width + x;
-      SupportedRegion& own = supported[region];
-      if (PixelHash(pixel) <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = pixel;
+      add_member(supported[region], PixelHash(pixel), pixel);
     }
   });
   region_ = std::move(regions.region);
+  for (std::size_t k = 0; k < pooled.size(); ++k) {
+    const std::int32_t region = region_(pooled[k].PixelX(), pooled[k].PixelY());
+    if (region >= 0) add_member(supported[region], pooled[k].hash, ~static_cast<std::int32_t>(k));
+  }
 
   planes_.resize(supported.size());
   tbb::parallel_for(std::size_t{0}, supported.size(), [&](std::size_t k) {
@@ -211,12 +240,10 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
     const std::int32_t* begin = members.get() + own.begin;
     std::vector<Point> points;
     points.reserve(own.num_members);
-    for (const std::int32_t* pixel = begin; pixel != begin + own.num_members; ++pixel) {
-      points.push_back({*pixel % supports.width, *pixel / supports.width, supports.data[*pixel].value,
-                        PixelHash(PixelHash(*pixel))});
+    for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
+      points.push_back(*member >= 0 ? MeasuredPoint(supports, *member) : PooledPoint(pooled[~*member]));
     }
-    // Threads found them in any order.
-    std::sort(points.begin(), points.end(), [](const Point& p, const Point& q) { return p.hash < q.hash; });
+    std::sort(points.begin(), points.end(), Before);  // threads found them in any order
     planes_[k] = FitPlanes(std::move(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
   });
 }

@@ -2,16 +2,18 @@
 // surface, or a few, and its measured rim carries planes that lines through six pixels only guess.
 //
 // Regions are connected pixels whose smoothed brightness changes slowly. Each gets up to two planes in inverse depth
-// by RANSAC over its measured pixels, refined by least squares. Draws are keyed by image, region and pixel: the same planes
-// for any number of threads.
+// by RANSAC over its measured pixels and those of other views that land in it, refined by least squares. Draws are keyed
+// by image, region and pixel: the same planes for any number of threads.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "phi/backend.h"
 #include "phi/inference/line_hypothesis.h"
+#include "phi/inference/pooled_supports.h"
 
 namespace phi {
 
@@ -33,7 +35,8 @@ struct RegionPlane {
 
 class RegionPlanes {
  public:
-  RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports, std::uint32_t image_id);
+  RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports, std::uint32_t image_id,
+               std::span<const PooledSupport> pooled = {});
 
   // The planes of the pixel's region; those without support are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;

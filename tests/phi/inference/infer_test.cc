@@ -138,7 +138,7 @@ TEST(Infer, AMeasurementOfAnotherViewConfirms) {
   }
 }
 
-// A window in the wall: the other view measured what lies behind.
+// A window in the wall: the other view measured what lies behind, which has another brightness there.
 TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
@@ -146,9 +146,29 @@ TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
     const PlainScene scene;
     InferenceInput input = scene.Input(MakeMeasured(0));
     input.source_maps = {SourceMap(1.1)};
+    input.sources[0].image = std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{150});
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options)), 0);
     options.formulas = Formulas::kPaper;
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options), kInferredConfirmed), 60 * 40);
+  }
+}
+
+// The same brightness: what lies behind is what this view sees through the window.
+TEST(Infer, AWindowShowsWhatAnotherViewMeasuredBehindIt) {
+  const PlainScene scene;
+  InferenceInput input = scene.Input(MakeMeasured(0));
+  input.source_maps = {SourceMap(1.1)};
+  const InferenceResult result = InferPlanes(input, StereoOptions(), {});
+  EXPECT_EQ(NumFilled(result), NumFilled(result, kInferredConfirmed));
+  EXPECT_GT(NumFilled(result), 0.9 * 60 * 40);
+  // n . X = 1.1 * (3 n_z - 0.5 n_x) from the source camera, half a metre to the right.
+  const Vec3f n = Wall().normal;
+  const double factor = (1.1 * (3 * n.z - 0.5 * n.x) + 0.5 * n.x) / (3 * n.z);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (result.filled(x, y) == 0) continue;
+      ASSERT_NEAR(result.map(x, y).depth * Wall().InverseDepth(x, y), factor, 1e-5) << x << ", " << y;
+    }
   }
 }
 

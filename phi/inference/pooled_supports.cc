@@ -1,0 +1,99 @@
+#include "phi/inference/pooled_supports.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+
+#include <tbb/parallel_for.h>
+
+#include "phi/base/random.h"
+#include "phi/geometry/device_camera.h"
+#include "phi/matching/cost_aggregation.h"
+
+namespace phi {
+namespace {
+
+// Grey levels. A point that is hidden in the reference image lands on what hides it, which mostly has another
+// brightness; an even surface keeps its own but for noise, a slight gloss and the exposure, which differ by a few levels.
+// Where exposures differ more, the view adds little, and the reference's own supports carry the planes as without it.
+constexpr int kMaxBrightnessChange = 6;
+// Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own supports.
+constexpr int kMinStep = 2;
+
+int SamplingStep(int width, int height) {
+  const auto num_sampled = [&](std::int64_t step) {
+    return ((width + step - 1) / step) * ((height + step - 1) / step);
+  };
+  int step = kMinStep;
+  while (num_sampled(step) > kMaxPooledPerView) ++step;
+  return step;
+}
+
+class SourcePool {
+ public:
+  SourcePool(const InferenceInput& input, const ViewImage& source, const PlaneMap& map)
+      : measured_(*input.measured),
+        reference_image_(*input.reference.image),
+        source_image_(*source.image),
+        map_(map),
+        source_id_(source.view->image_id),
+        source_rays_(MakeRayModel(source.view->camera.pinhole)),
+        reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
+
+  void AppendTo(std::vector<PooledSupport>* pooled) const {
+    const int step = SamplingStep(map_.width(), map_.height());
+    std::vector<std::vector<PooledSupport>> rows((map_.height() + step - 1) / step);
+    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
+      const int y = static_cast<int>(row) * step;
+      for (int x = 0; x < map_.width(); x += step) AddPixel(x, y, &rows[row]);
+    });
+    for (const auto& row : rows) pooled->insert(pooled->end(), row.begin(), row.end());
+  }
+
+ private:
+  void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
+    const float depth = map_(x, y).depth;
+    if (!(depth > 0)) return;
+    const RelativeView& view = reference_from_source_;
+    const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
+                                                                  static_cast<float>(y) + 0.5f)) +
+                        view.translation;
+    if (!(point.z > 0)) return;
+    const float u = view.source.fx * point.x / point.z + view.source.cx;
+    const float v = view.source.fy * point.y / point.z + view.source.cy;
+    const int width = measured_.width(), height = measured_.height();
+    if (!(u >= 0 && v >= 0 && u < static_cast<float>(width) && v < static_cast<float>(height))) return;
+    const PooledSupport support{u - 0.5f, v - 0.5f, 1 / point.z, Hash(x, y)};
+    // The reference's own measurement knows better what is there.
+    if (measured_(support.PixelX(), support.PixelY()).depth > 0) return;
+    const int change = reference_image_(support.PixelX(), support.PixelY()) - source_image_(x, y);
+    if (std::abs(change) <= kMaxBrightnessChange) row->push_back(support);
+  }
+
+  std::uint32_t Hash(int x, int y) const {
+    return Philox({0, source_id_}, static_cast<std::uint64_t>(y) * map_.width() + x, 0, 0).v[0];
+  }
+
+  const PlaneMap& measured_;
+  const GrayImage& reference_image_;
+  const GrayImage& source_image_;
+  const PlaneMap& map_;
+  std::uint32_t source_id_;
+  RayModel source_rays_;
+  RelativeView reference_from_source_;
+};
+
+}  // namespace
+
+std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
+  std::vector<PooledSupport> pooled;
+  const std::size_t num_views =
+      std::min<std::size_t>({input.sources.size(), input.source_maps.size(), kMaxSourceViews});
+  for (std::size_t j = 0; j < num_views; ++j) {
+    if (input.source_maps[j] == nullptr) continue;
+    SourcePool(input, input.sources[j], *input.source_maps[j]).AppendTo(&pooled);
+  }
+  return pooled;
+}
+
+}  // namespace phi

@@ -1,0 +1,262 @@
+#include "phi/inference/pooled_supports.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <Eigen/Geometry>
+
+#include "phi/inference/infer.h"
+#include "phi/inference/region_planes.h"
+
+namespace phi {
+namespace {
+
+// The wall n . X = d in world coordinates; the reference camera is the world's frame.
+const Eigen::Vector3d kWallNormal = Eigen::Vector3d(0.45, 0.2, -0.87);
+const double kWallOffset = kWallNormal.dot(Eigen::Vector3d(0, 0, 3));
+
+// (u, v) in K's coordinates. In the camera's frame X' = R X + t the wall is (R n) . X' = d + (R n) . t.
+double WallInverseDepth(const Camera& camera, double u, double v) {
+  const Pinhole& k = camera.pinhole;
+  const Eigen::Vector3d normal = camera.pose.rotation * kWallNormal;
+  const Eigen::Vector3d ray((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1);
+  return normal.dot(ray) / (kWallOffset + normal.dot(camera.pose.translation));
+}
+
+SceneView MakeView(std::uint32_t id, int width, int height, double focal) {
+  SceneView view;
+  view.name = "view" + std::to_string(id);
+  view.image_id = id;
+  view.camera.pinhole = {width, height, focal, focal, width / 2.0, height / 2.0};
+  return view;
+}
+
+// Plain images: the whole wall is one region. The source view has another size, stands 0.4 m aside and looks askew.
+struct WallScene {
+  SceneView reference = MakeView(7, 160, 120, 150), source = MakeView(8, 300, 260, 240);
+  std::shared_ptr<GrayImage> reference_image = std::make_shared<GrayImage>(160, 120, std::uint8_t{128});
+  std::shared_ptr<GrayImage> source_image = std::make_shared<GrayImage>(300, 260, std::uint8_t{130});
+  std::shared_ptr<PlaneMap> measured = std::make_shared<PlaneMap>(160, 120);
+  std::shared_ptr<PlaneMap> source_map = std::make_shared<PlaneMap>(300, 260);
+
+  WallScene() {
+    Pose& pose = source.camera.pose;
+    pose.rotation = Eigen::AngleAxisd(0.12, Eigen::Vector3d(0.3, 1, 0.2).normalized()).toRotationMatrix();
+    pose.translation = -pose.rotation * Eigen::Vector3d(0.4, -0.1, 0.2);
+    for (int y = 0; y < 260; ++y) {
+      for (int x = 0; x < 300; ++x) {
+        const double w = WallInverseDepth(source.camera, x + 0.5, y + 0.5);
+        (*source_map)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
+      }
+    }
+    // The reference's own: 20 x 20 pixels in a corner, bent by up to half a percent.
+    for (int y = 0; y < 20; ++y) {
+      for (int x = 0; x < 20; ++x) {
+        const double bend = 1 + 0.005 * (x + y - 19) / 19;
+        const double w = WallInverseDepth(reference.camera, x + 0.5, y + 0.5) * bend;
+        (*measured)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
+      }
+    }
+  }
+
+  InferenceInput Input() const {
+    InferenceInput input;
+    input.reference = {&reference, reference_image};
+    input.sources = {{&source, source_image}};
+    input.measured = measured;
+    input.source_maps = {source_map};
+    return input;
+  }
+
+  RegionPlanes Planes(std::span<const PooledSupport> pooled) const {
+    Array2D<Support> supports(160, 120);
+    for (std::size_t i = 0; i < supports.size(); ++i) {
+      if (measured->data()[i].depth > 0) supports.data()[i].value = 1 / measured->data()[i].depth;
+    }
+    return RegionPlanes(*reference_image, std::as_const(supports).view(), 7, pooled);
+  }
+
+  // Of the plane far from the reference's own supports, relative.
+  double ErrorInTheFarCorner(const RegionPlane& plane) const {
+    const double truth = WallInverseDepth(reference.camera, 150.5, 110.5);
+    return std::abs(plane.a + plane.b * 150 + plane.c * 110 - truth) / truth;
+  }
+};
+
+// Looks along the same axis, half a metre to the right. A point that its pixel (100, 90) measured 3 m away lies at
+// 3 * ((100.5 - 160) / 300, (90.5 - 120) / 300, 1) + (0.5, 0, 0) = (-0.095, -0.295, 3), which the reference sees at
+// (150 * -0.095 / 3 + 80, 150 * -0.295 / 3 + 60) = (75.25, 45.25): in pixel (75, 45).
+struct OnePointScene {
+  SceneView reference = MakeView(1, 160, 120, 150), source = MakeView(2, 320, 240, 300);
+  GrayImage reference_image = GrayImage(160, 120, 128), source_image = GrayImage(320, 240, 128);
+  PlaneMap measured = PlaneMap(160, 120), source_map = PlaneMap(320, 240);
+
+  OnePointScene() {
+    source.camera.pose.translation = {-0.5, 0, 0};
+    source_map(100, 90).depth = 3;
+  }
+
+  InferenceInput Input() const {
+    InferenceInput input;
+    input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
+    input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
+    input.measured = std::make_shared<PlaneMap>(measured);
+    input.source_maps = {std::make_shared<PlaneMap>(source_map)};
+    return input;
+  }
+
+  std::size_t NumPooled() const { return PoolSupports(Input()).size(); }
+};
+
+TEST(PooledSupports, APointLandsWhereTheReferenceSeesIt) {
+  const std::vector<PooledSupport> pooled = PoolSupports(OnePointScene().Input());
+  ASSERT_EQ(pooled.size(), 1u);
+  EXPECT_NEAR(pooled[0].x, 74.75f, 2e-5f);
+  EXPECT_NEAR(pooled[0].y, 44.75f, 2e-5f);
+  EXPECT_NEAR(pooled[0].inverse_depth, 1 / 3.0f, 1e-7f);
+  EXPECT_EQ(pooled[0].PixelX(), 75);
+  EXPECT_EQ(pooled[0].PixelY(), 45);
+}
+
+TEST(PooledSupports, APointOfOtherBrightnessAddsNothing) {
+  OnePointScene scene;
+  for (const int change : {-6, 6, -7, 7}) {
+    scene.source_image(100, 90) = static_cast<std::uint8_t>(128 + change);
+    EXPECT_EQ(scene.NumPooled(), std::abs(change) == 6 ? 1u : 0u) << change;
+  }
+}
+
+TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
+  OnePointScene scene;
+  scene.measured(74, 45).depth = scene.measured(75, 44).depth = 2;
+  EXPECT_EQ(scene.NumPooled(), 1u);
+  scene.measured(75, 45).depth = 2;
+  EXPECT_EQ(scene.NumPooled(), 0u);
+}
+
+TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
+  OnePointScene scene;
+  scene.reference.camera.pose.translation = {0, 0, -2.5};  // half a metre ahead: at (51.5, cy - 88.5)
+  scene.reference.camera.pinhole.cy = 100;
+  EXPECT_EQ(scene.NumPooled(), 1u);
+  // Half a metre behind. Projected all the same, it would land within the image, at (108.5, cy + 88.5).
+  scene.reference.camera.pose.translation = {0, 0, -3.5};
+  scene.reference.camera.pinhole.cy = 22;
+  EXPECT_EQ(scene.NumPooled(), 0u);
+  // A hundredth of a pixel beside the image, and within it: u = cx - 4.75.
+  scene.reference.camera.pose.translation = {0, 0, 0};
+  scene.reference.camera.pinhole.cx = 4.74;
+  EXPECT_EQ(scene.NumPooled(), 0u);
+  scene.reference.camera.pinhole.cx = 4.76;
+  EXPECT_EQ(scene.NumPooled(), 1u);
+}
+
+TEST(PooledSupports, ViewsWithoutAMapTakeNoPart) {
+  InferenceInput input = OnePointScene().Input();
+  input.sources.insert(input.sources.begin(), input.sources[0]);
+  input.source_maps.insert(input.source_maps.begin(), nullptr);
+  EXPECT_EQ(PoolSupports(input).size(), 1u);
+  input.source_maps.clear();
+  EXPECT_TRUE(PoolSupports(input).empty());
+}
+
+TEST(PooledSupports, LieOnTheSurfaceThatTheSourceMeasured) {
+  const WallScene scene;
+  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  EXPECT_GT(pooled.size(), 3000u);
+  for (const PooledSupport& support : pooled) {
+    const double truth = WallInverseDepth(scene.reference.camera, support.x + 0.5, support.y + 0.5);
+    ASSERT_NEAR(support.inverse_depth / truth, 1, 2e-6) << support.x << ", " << support.y;
+  }
+}
+
+TEST(PooledSupports, CarryAPlaneThatOneViewDeterminesPoorly) {
+  const WallScene scene;
+  EXPECT_GT(scene.ErrorInTheFarCorner(scene.Planes({}).At(10, 10)[0]), 0.02);
+  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  const RegionPlane plane = scene.Planes(pooled).At(10, 10)[0];
+  EXPECT_LT(scene.ErrorInTheFarCorner(plane), 0.001);
+  // Its box ends where the source's view of the wall does, and not near the corner.
+  EXPECT_GT(plane.At(150, 110), 0);
+}
+
+TEST(PooledSupports, AloneGiveTheirPlaneExactly) {
+  WallScene scene;
+  *scene.measured = PlaneMap(160, 120);
+  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  EXPECT_LT(scene.ErrorInTheFarCorner(scene.Planes(pooled).At(10, 10)[0]), 2e-6);
+}
+
+TEST(PooledSupports, AreTheSameForAnyNumberOfThreads) {
+  const WallScene scene;
+  // Twice the same view: each of its points is there twice.
+  InferenceInput input = scene.Input();
+  input.sources.push_back(input.sources[0]);
+  input.source_maps.push_back(input.source_maps[0]);
+  std::vector<PooledSupport> pooled[2];
+  RegionPlane planes[2];
+  for (const int i : {0, 1}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, i == 0 ? 1 : 3);
+    pooled[i] = PoolSupports(input);
+    planes[i] = scene.Planes(pooled[i]).At(80, 60)[0];
+  }
+  ASSERT_EQ(pooled[0].size(), pooled[1].size());
+  EXPECT_EQ(std::memcmp(pooled[0].data(), pooled[1].data(), pooled[0].size() * sizeof(PooledSupport)), 0);
+  EXPECT_EQ(std::memcmp(&planes[0], &planes[1], sizeof(RegionPlane)), 0);
+  // Nor does their order matter.
+  std::reverse(pooled[1].begin(), pooled[1].end());
+  const RegionPlane reversed = scene.Planes(pooled[1]).At(80, 60)[0];
+  EXPECT_EQ(std::memcmp(&planes[0], &reversed, sizeof(RegionPlane)), 0);
+}
+
+TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
+  const auto num_pooled = [](int scale) {
+    const SceneView reference = MakeView(1, 210, 140, 200),
+                    source = MakeView(2, 210 * scale, 140 * scale, 200 * scale);
+    InferenceInput input;
+    input.reference = {&reference, std::make_shared<GrayImage>(210, 140, std::uint8_t{128})};
+    input.sources = {{&source, std::make_shared<GrayImage>(210 * scale, 140 * scale, std::uint8_t{128})}};
+    input.measured = std::make_shared<PlaneMap>(210, 140);
+    const PlaneHypothesis ahead{{0, 0, -1}, 2};
+    input.source_maps = {std::make_shared<PlaneMap>(210 * scale, 140 * scale, ahead)};
+    return static_cast<std::int64_t>(PoolSupports(input).size());
+  };
+  EXPECT_EQ(num_pooled(1), 105 * 70);
+  EXPECT_EQ(num_pooled(5), 525 * 350);   // 1050 x 700, every second
+  EXPECT_EQ(num_pooled(10), 525 * 350);  // 2100 x 1400, every fourth: every third would be 700 x 467
+  EXPECT_LE(num_pooled(9), kMaxPooledPerView);
+}
+
+TEST(PooledSupports, FillWhatOneViewCouldNot) {
+  const WallScene scene;
+  InferenceInput input = scene.Input();
+  const InferenceResult together = InferPlanes(input, StereoOptions(), {});
+  input.source_maps.clear();
+  const InferenceResult alone = InferPlanes(input, StereoOptions(), {});
+  int num_alone = 0;
+  for (int y = 40; y < 100; ++y) {
+    for (int x = 60; x < 140; ++x) {
+      const double truth = 1 / WallInverseDepth(scene.reference.camera, x + 0.5, y + 0.5);
+      ASSERT_EQ(together.filled(x, y), kInferredConfirmed) << x << ", " << y;
+      ASSERT_NEAR(together.map(x, y).depth / truth, 1, 0.001) << x << ", " << y;
+      num_alone += alone.filled(x, y) != kMeasuredPixel;
+    }
+  }
+  EXPECT_EQ(num_alone, 0);
+  // The paper's formulas know scanlines only.
+  InferenceOptions paper;
+  paper.formulas = Formulas::kPaper;
+  const InferenceResult paper_alone = InferPlanes(input, StereoOptions(), paper);
+  const InferenceResult paper_together = InferPlanes(scene.Input(), StereoOptions(), paper);
+  for (std::size_t i = 0; i < alone.map.size(); ++i) {
+    ASSERT_EQ(paper_alone.map.data()[i].depth, paper_together.map.data()[i].depth);
+  }
+}
+
+}  // namespace
+}  // namespace phi
