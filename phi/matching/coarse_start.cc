@@ -1,6 +1,7 @@
 #include "phi/matching/coarse_start.h"
 
 #include <algorithm>
+#include <array>
 
 #include "phi/matching/window_level.h"
 
@@ -24,7 +25,9 @@ SceneView ReduceView(SceneView view, int level) {
 struct LevelShare {
   int level, first_eighth, end_eighth;
 };
-constexpr LevelShare kFastSchedule[] = {{2, 0, 5}, {1, 4, 7}, {0, 6, 8}};
+using Schedule = std::array<LevelShare, 3>;
+constexpr Schedule kStandardSchedule = {{{2, 0, 6}, {1, 4, 8}, {0, 4, 8}}};
+constexpr Schedule kFastSchedule = {{{2, 0, 5}, {1, 4, 7}, {0, 6, 8}}};
 
 int LargestLevel(const Pinhole& size) {
   constexpr int kMinSide = 96;  // pixels: windows should be small beside the image
@@ -40,11 +43,11 @@ std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const 
   const int end = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
   const bool goes_on = input.initial != nullptr || input.first_iteration > 0;
   const int largest_level = LargestLevel(input.reference.view->camera.pinhole);
-  if (options.quality != Quality::kFast || goes_on || largest_level == 0) {
+  if (options.formulas == Formulas::kPaper || goes_on || largest_level == 0) {
     return {{0, input.first_iteration, end}};
   }
   std::vector<EstimationPart> parts;
-  for (const LevelShare& share : kFastSchedule) {
+  for (const LevelShare& share : options.quality == Quality::kFast ? kFastSchedule : kStandardSchedule) {
     if (share.level > largest_level) continue;
     // Rounded apart, so that each part has an iteration.
     parts.push_back({share.level, share.first_eighth * end / 8, (share.end_eighth * end + 7) / 8});

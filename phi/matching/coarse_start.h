@@ -16,8 +16,8 @@ struct EstimationPart {
   int first_iteration = 0, end_iteration = 0;
 };
 
-// Coarsest first; the last one is at level 0. One part alone where the quality asks for no more, where reduced images would
-// be too small, or where the estimation goes on from an earlier one.
+// Coarsest first; the last one is at level 0. One part alone in the paper's form, where reduced images would be too
+// small, or where the estimation goes on from an earlier one.
 std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options);
 
 // The input and the options of a part. Images stay as they are: each backend has its own pyramids.

@@ -156,7 +156,9 @@ class SplitTest : public CudaTest {
   }
 
   static void ExpectSameBytesInAllForms(const EstimationInput& input, Quality quality = Quality::kStandard) {
-    const bool coarse_start = quality == Quality::kFast;
+    StereoOptions options;
+    options.quality = quality;
+    const bool coarse_start = EstimationParts(input, options).size() > 1;
     const Run whole = Estimate(input, EstimationBytes(input, ImageForm::kQuads, coarse_start), quality);
     const std::int64_t compact = EstimationBytes(input, ImageForm::kCompact, coarse_start);
     for (const std::int64_t budget : {compact, compact - 1, SmallestBandsBudget(input, coarse_start)}) {

@@ -64,10 +64,17 @@ Schedule ScheduleOf(const EstimationInput& input, const StereoOptions& options) 
   return schedule;
 }
 
-TEST(EstimationParts, FastGoesFromAQuarterOfTheSizeToTheWhole) {
+TEST(EstimationParts, GoFromAQuarterOfTheSizeToTheWhole) {
   const RenderedScene scene = CameraOf(600, 400);
-  EXPECT_EQ(ScheduleOf(InputOf(scene), StereoOptions()), (Schedule{{0, 0, 8}}));
+  EXPECT_EQ(ScheduleOf(InputOf(scene), StereoOptions()), (Schedule{{2, 0, 6}, {1, 4, 8}, {0, 4, 8}}));
   EXPECT_EQ(ScheduleOf(InputOf(scene), Fast()), (Schedule{{2, 0, 5}, {1, 4, 7}, {0, 6, 8}}));
+}
+
+TEST(EstimationParts, ThePapersFormKnowsOneSize) {
+  const RenderedScene scene = CameraOf(600, 400);
+  StereoOptions paper;
+  paper.formulas = Formulas::kPaper;
+  EXPECT_EQ(ScheduleOf(InputOf(scene), paper), (Schedule{{0, 0, 8}}));
 }
 
 TEST(EstimationParts, SmallImagesHaveFewerParts) {
@@ -209,13 +216,20 @@ TEST(CoarseStart, FindsThinStructuresThatTheCoarsestImageLoses) {
   const EstimationInput input = InputOf(scene);
   ASSERT_EQ(EstimationParts(input, Fast()).front().level, 2);
   const auto score = [&](const PlaneMap& map) { return ScoreSlats(map, *scene.truth[0], options.depth); };
+  EstimationInput full_size = input;  // as if it went on from a map without any depth
+  full_size.initial = std::make_shared<PlaneMap>(options.width, options.height);
   const SlatScore coarse = score(EstimateAtAQuarter(input)), fast = score(EstimateOnCpu(input, Fast()).map),
-                  standard = score(EstimateOnCpu(input, StereoOptions()).map);
-  std::printf("slats: %.1f %% at a quarter of the size, %.1f fast, %.1f standard; wall: %.1f, %.1f, %.1f\n",
-              coarse.slats, fast.slats, standard.slats, coarse.wall, fast.wall, standard.wall);
-  EXPECT_LT(coarse.slats, 0.2 * standard.slats) << "the scene does not test what it should";
-  EXPECT_GT(fast.slats, 0.75 * standard.slats);
-  EXPECT_GT(fast.wall, standard.wall - 1);
+                  standard = score(EstimateOnCpu(input, StereoOptions()).map),
+                  full = score(EstimateOnCpu(full_size, StereoOptions()).map);
+  std::printf(
+      "slats: %.1f %% at a quarter of the size, %.1f fast, %.1f standard, %.1f at full size alone; "
+      "wall: %.1f, %.1f, %.1f, %.1f\n",
+      coarse.slats, fast.slats, standard.slats, full.slats, coarse.wall, fast.wall, standard.wall, full.wall);
+  EXPECT_LT(coarse.slats, 0.2 * full.slats) << "the scene does not test what it should";
+  EXPECT_GT(fast.slats, 0.75 * full.slats);
+  EXPECT_GT(standard.slats, 0.85 * full.slats);
+  EXPECT_GT(fast.wall, full.wall - 1);
+  EXPECT_GT(standard.wall, full.wall - 1);
 }
 
 }  // namespace
