@@ -83,8 +83,10 @@ class MatchingCostTest : public CudaTest {
       for (int y = 0; y < map.height(); ++y) {
         for (int x = 0; x < map.width(); ++x) {
           const Vec3f q = InverseDepthCoefficients(p.reference, x + 0.5f, y + 0.5f, map(x, y));
-          costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height, p.window,
-                                   x + 0.5f, y + 0.5f, PlaneHomography(views[j], q)));
+          const bool near = SelectWindowScale(&reference, 1, p.window, x + 0.5f, y + 0.5f).near;
+          costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height,
+                                   near ? p.window.Near() : p.window, x + 0.5f, y + 0.5f,
+                                   PlaneHomography(views[j], q)));
         }
       }
     }
@@ -157,7 +159,7 @@ TEST_F(MatchingCostTest, AgreesOnCoarserLevels) {
       float costs[kMaxSourceViews];
       const ScalarMatcher::Patch patch = matcher.LoadPatch(x, y);
       matcher.Costs(patch, x, y, map(x, y), kAllViews, costs);
-      num_coarse += patch.level > 0;
+      num_coarse += patch.scale.level > 0;
       for (std::size_t j = 0; j < views.size(); ++j) {
         num_far +=
             std::abs(gpu[j * map.size() + static_cast<std::size_t>(y) * map.width() + x] - costs[j]) > 0.02f;
