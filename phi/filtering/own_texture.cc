@@ -1,31 +1,40 @@
 #include "phi/filtering/own_texture.h"
 
 #include <algorithm>
+#include <cstdint>
 
 #include <tbb/parallel_for.h>
 
-namespace phi {
+#include "phi/base/box_sums.h"
 
-bool HasOwnTexture(ArrayView2D<const std::uint8_t> image, int x, int y) {
-  const int x0 = std::max(x - kOwnTextureRadius, 0), x1 = std::min(x + kOwnTextureRadius, image.width - 1);
-  const int y0 = std::max(y - kOwnTextureRadius, 0), y1 = std::min(y + kOwnTextureRadius, image.height - 1);
-  int sum = 0, squares = 0;
+namespace phi {
+namespace {
+
+// `sums`: nine times the smoothed image.
+bool HasOwnTexture(const Array2D<std::uint16_t>& sums, int x, int y) {
+  constexpr double kNeeded = kMinOwnVariance * 9 * 9;
+  const int x0 = std::max(x - kOwnTextureRadius, 0), x1 = std::min(x + kOwnTextureRadius, sums.width() - 1);
+  const int y0 = std::max(y - kOwnTextureRadius, 0), y1 = std::min(y + kOwnTextureRadius, sums.height() - 1);
+  std::int64_t sum = 0, squares = 0;
   for (int v = y0; v <= y1; ++v) {
     for (int u = x0; u <= x1; ++u) {
-      const int value = image(u, v);
+      const std::int64_t value = sums(u, v);
       sum += value;
       squares += value * value;
     }
   }
-  const int n = (x1 - x0 + 1) * (y1 - y0 + 1);
-  return n * squares - sum * sum >= kMinOwnVariance * n * n;
+  const std::int64_t n = static_cast<std::int64_t>(x1 - x0 + 1) * (y1 - y0 + 1);
+  return static_cast<double>(n * squares - sum * sum) >= kNeeded * static_cast<double>(n * n);
 }
 
+}  // namespace
+
 void DropPlainPixels(const GrayImage& image, PlaneMap* map) {
+  const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
       PlaneHypothesis& h = (*map)(x, y);
-      if (h.depth > 0 && !HasOwnTexture(image.view(), x, y)) h = {};
+      if (h.depth > 0 && !HasOwnTexture(sums, x, y)) h = {};
     }
   });
 }

@@ -10,13 +10,12 @@
 namespace phi {
 
 inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pixel's own surroundings
-// Squared grey levels: of the order of what noise and 8 bits leave on a plain surface of a good photo.
-inline constexpr int kMinOwnVariance = 1;
+// Squared grey levels, of the image smoothed by 3 x 3 pixels. A sensor's noise loses nearly all of its variance in the
+// smoothing, the faint texture of a sharp or of an enlarged photo does not.
+inline constexpr double kMinOwnVariance = 0.25;
 
-// Variance of the pixels around (x, y), those inside the image, at least kMinOwnVariance.
-bool HasOwnTexture(ArrayView2D<const std::uint8_t> image, int x, int y);
-
-// Takes the depth from the pixels without texture of their own. The map has the image's size.
+// Takes the depth from the pixels around which the smoothed image varies by less than kMinOwnVariance. The map has the
+// image's size.
 void DropPlainPixels(const GrayImage& image, PlaneMap* map);
 
 }  // namespace phi

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <memory>
 #include <vector>
 
 #include <tbb/parallel_for.h>
+
+#include "phi/base/box_sums.h"
 
 namespace phi {
 namespace {
@@ -18,16 +19,14 @@ constexpr int kBandRows = 64;  // labelled by one thread
 class RegionLabelling {
  public:
   explicit RegionLabelling(const GrayImage& image)
-      : image_(image),
-        width_(image.width()),
+      : width_(image.width()),
         height_(image.height()),
         num_bands_((height_ + kBandRows - 1) / kBandRows),
-        sums_(std::make_unique_for_overwrite<std::uint16_t[]>(image.size())),
+        sums_(SumBoxes3x3(image.view())),
         regions_(width_, height_),
         labels_(regions_.data()) {}
 
   ImageRegions Run() {
-    tbb::parallel_for(0, height_, [&](int y) { SumRow(y); });
     ForBands([&](int band) { LabelBand(band); });
     JoinBands();
     ForBands([&](int band) { ResolveBand(band); });
@@ -45,21 +44,9 @@ class RegionLabelling {
   std::int32_t BandBegin(int band) const { return band * kBandRows * width_; }
   std::int32_t BandEnd(int band) const { return std::min((band + 1) * kBandRows, height_) * width_; }
 
-  // Sums over 3 x 3 pixels; the border's pixels count again beyond it.
-  void SumRow(int y) {
-    const std::uint8_t* rows[3];
-    for (int k = 0; k < 3; ++k) {
-      rows[k] = image_.data() + static_cast<std::size_t>(std::clamp(y + k - 1, 0, height_ - 1)) * width_;
-    }
-    std::vector<std::uint16_t> columns(width_ + 2);
-    for (int x = 0; x < width_; ++x) columns[x + 1] = rows[0][x] + rows[1][x] + rows[2][x];
-    columns.front() = columns[1];
-    columns.back() = columns[width_];
-    std::uint16_t* sums = sums_.get() + static_cast<std::size_t>(y) * width_;
-    for (int x = 0; x < width_; ++x) sums[x] = columns[x] + columns[x + 1] + columns[x + 2];
+  bool Alike(std::int32_t i, std::int32_t j) const {
+    return std::abs(sums_.data()[i] - sums_.data()[j]) <= kMaxStep;
   }
-
-  bool Alike(std::int32_t i, std::int32_t j) const { return std::abs(sums_[i] - sums_[j]) <= kMaxStep; }
 
   // Root of a pixel's set. Path halving.
   std::int32_t Find(std::int32_t i) {
@@ -137,9 +124,8 @@ class RegionLabelling {
     }
   }
 
-  const GrayImage& image_;
   const int width_, height_, num_bands_;
-  std::unique_ptr<std::uint16_t[]> sums_;
+  const Array2D<std::uint16_t> sums_;
   Array2D<std::int32_t> regions_;
   std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
 };
