@@ -125,6 +125,12 @@ std::map<std::string, Inspection> FindMaps(const InspectorOptions& options) {
   return found;
 }
 
+Accuracy Inspect(MapType type, const Inspection& files, const InspectorOptions& options) {
+  return type == MapType::kDepth    ? InspectDepth(files, options)
+         : type == MapType::kNormal ? InspectNormals(files, options)
+                                    : InspectCost(files);
+}
+
 std::map<std::string, Inspection> ListMaps(const InspectorOptions& options) {
   if (fs::is_directory(options.input_path)) return FindMaps(options);
   return {{"", {options.input_path, options.output_path, options.truth_path}}};
@@ -169,18 +175,28 @@ int RunMapInspector(int argc, char** argv) {
   MapAccuracy total;
   MapType type = options.map_type;
   bool has_truth = false;
-  for (const auto& [name, files] : ListMaps(options)) {
+  std::size_t num_failed = 0;
+  const auto maps = ListMaps(options);
+  for (const auto& [name, files] : maps) {
     phi::ThrowIfCancelled();
-    type = TypeOf(files.map, options.map_type);
-    const Accuracy accuracy = type == MapType::kDepth    ? InspectDepth(files, options)
-                              : type == MapType::kNormal ? InspectNormals(files, options)
-                                                         : InspectCost(files);
-    if (!accuracy) continue;
-    has_truth = true;
-    total.Add(*accuracy);
+    try {
+      type = TypeOf(files.map, options.map_type);
+      const Accuracy accuracy = Inspect(type, files, options);
+      if (!accuracy) continue;
+      has_truth = true;
+      total.Add(*accuracy);
+    } catch (const phi::InputError& error) {
+      if (maps.size() == 1) throw;
+      ++num_failed;
+      phi::LogError(error.what());
+    }
   }
   if (has_truth) PrintAccuracy(total, type, options);
-  return 0;
+  if (num_failed == 0) return static_cast<int>(phi::ExitCode::kOk);
+  phi::LogError("map_inspector: " + std::to_string(num_failed) + " of " + std::to_string(maps.size()) +
+                " maps could not be shown, see above");
+  return static_cast<int>(num_failed == maps.size() ? phi::ExitCode::kBadInput
+                                                    : phi::ExitCode::kSomeImagesFailed);
 }
 
 }  // namespace colmap_ext

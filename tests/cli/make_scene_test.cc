@@ -63,6 +63,24 @@ TEST(MapInspector, ComparesAFolderOfMapsWithTheTruth) {
   EXPECT_EQ(picture(0, 0), (colmap_ext::Rgb{0, 0, 0})) << "no depth is black";
 }
 
+TEST(MapInspector, ShowsTheOtherMapsBesideADamagedOne) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a", "b", "c"}) {
+    colmap_ext::WriteDepthMap(folder / (std::string(name) + ".jpg.geometric.bin"),
+                              phi::Array2D<float>(10, 10, 4.0f));
+  }
+  std::filesystem::resize_file(folder / "b.jpg.geometric.bin", 100);
+  const ProgramResult result =
+      RunProgram({PHIMVS_BINARY, "map_inspector", "--input_path", folder.path().string(), "--output_path",
+                  (folder / "pictures").string()});
+  EXPECT_EQ(result.exit_code, 4) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("b.jpg.geometric.bin"));
+  EXPECT_THAT(result.errors, HasSubstr("1 of 3 maps could not be shown"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "pictures/a.jpg.geometric.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "pictures/b.jpg.geometric.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "pictures/c.jpg.geometric.png"));
+}
+
 TEST(MapInspector, ShowsASingleNormalMapAndNamesWhatIsMissing) {
   const TemporaryFolder folder;
   colmap_ext::WriteNormalMap(folder / "n.bin", phi::Array2D<phi::Vec3f>(4, 3, phi::Vec3f{0, 0, -1}));
