@@ -48,7 +48,7 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
   scratch->inference.FreeDeviceMaps();
 }
 
-// Room for the state of the whole image, of its coarser parts, and the levels of its windows.
+// Room for the state of the whole image, of its coarser parts, and the scales of its windows.
 void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
   scratch->estimation.window_scales.Reserve(num_pixels, task);

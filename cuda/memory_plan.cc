@@ -36,7 +36,7 @@ struct EstimationSizes {
     const std::int64_t width = input.reference.image->width(), height = input.reference.image->height();
     if (coarse_start) coarse_width = (width + 1) / 2;
     const std::int64_t num_views = static_cast<std::int64_t>(input.sources.size());
-    fixed = width * height * sizeof(std::uint8_t);  // levels of the windows
+    fixed = width * height * sizeof(std::uint8_t);  // scales of the windows
     for (const auto& map : input.source_maps) {
       if (map != nullptr) fixed += static_cast<std::int64_t>(map->size()) * sizeof(float);
     }

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <thread>
 
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/evaluation/score_tables.h"
@@ -92,7 +93,7 @@ void Complete(EvaluateOptions& o) {
   o.scoring.tolerances = o.depth.thresholds = ParseNumbers(o.tolerances, "tolerances");
   o.normals.thresholds = ParseNumbers(o.angles, "normal_tolerances");
   Require(o.memory_gb > 0, "--memory must be positive");
-  o.scoring.memory = static_cast<std::size_t>(o.memory_gb * 1e9);
+  o.scoring.memory = static_cast<std::size_t>(ByteCount(o.memory_gb * 1e9));
   const std::string error = o.scoring.Check();
   Require(error.empty(), error);
   Require(o.truth.mesh_spacing >= 0, "--mesh_sample_spacing must not be negative");
@@ -140,8 +141,7 @@ int RunEvaluate(int argc, char** argv) {
   AddMapOptions(parser, o);
   parser.Add("inferred_apart", &o.inferred_apart,
              "Also score measured and inferred points apart (the cloud's property 'inferred'), and pixels "
-             "(the folder "
-             "filled_masks beside the maps')");
+             "(the folder filled_masks beside the maps')");
   parser.Add("output_path", &o.output, "Scores as JSON");
   parser.AddChoice("table", &o.table, {{"text", TableFormat::kText}, {"markdown", TableFormat::kMarkdown}},
                    "Form of the printed tables");

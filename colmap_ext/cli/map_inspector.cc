@@ -192,11 +192,11 @@ int RunMapInspector(int argc, char** argv) {
     }
   }
   if (has_truth) PrintAccuracy(total, type, options);
-  if (num_failed == 0) return static_cast<int>(phi::ExitCode::kOk);
-  phi::LogError("map_inspector: " + std::to_string(num_failed) + " of " + std::to_string(maps.size()) +
-                " maps could not be shown, see above");
-  return static_cast<int>(num_failed == maps.size() ? phi::ExitCode::kBadInput
-                                                    : phi::ExitCode::kSomeImagesFailed);
+  if (num_failed > 0) {
+    phi::LogError("map_inspector: " + std::to_string(num_failed) + " of " + std::to_string(maps.size()) +
+                  " maps could not be shown, see above");
+  }
+  return static_cast<int>(phi::CodeOfFailures(num_failed, maps.size()));
 }
 
 }  // namespace colmap_ext

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -176,8 +177,7 @@ void StereoCommandOptions::Finish(const OptionParser& parser) {
     cache_bytes = std::min(cache_bytes, kDefaultCacheShare * static_cast<double>(AvailableHostBytes()));
     phi::LogDebug("cache of " + std::to_string(cache_bytes / kBytesPerGigabyte) + " GB");
   }
-  constexpr double kUnlimited = 1e18;  // fits the integer
-  pipeline.cache_bytes = static_cast<std::int64_t>(std::min(cache_bytes, kUnlimited));
+  pipeline.cache_bytes = ByteCount(cache_bytes);
   const std::string problem = pipeline.Check();
   if (!problem.empty()) throw phi::UsageError(problem);
 }

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/fusion/emitted_store.h"
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/neighbor_graph.h"
@@ -28,9 +29,7 @@ namespace {
 constexpr int kRowsPerBlock = 16;
 
 std::int64_t BudgetBytes(const SceneFusionOptions& options) {
-  constexpr double kUnlimited = 1e18;  // fits the integer
-  if (options.max_memory_gb > 0)
-    return static_cast<std::int64_t>(std::min(options.max_memory_gb * 1e9, kUnlimited));
+  if (options.max_memory_gb > 0) return ByteCount(options.max_memory_gb * 1e9);
   return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
 }
 

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <sstream>
 
+#include "colmap_ext/byte_count.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
@@ -16,8 +17,7 @@ using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
 #ifdef PHIMVS_WITH_CUDA
 Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) {
-  return phi::gpu::MakeCudaBackends(gpu_indices,
-                                    static_cast<std::int64_t>(kBytesPerGigabyte * budget_gigabytes));
+  return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes));
 }
 #else
 Backends MakeCuda(const std::vector<int>&, double) {

@@ -11,8 +11,6 @@ namespace colmap_ext {
 
 enum class BackendKind { kAuto, kCuda, kCpu };
 
-inline constexpr double kBytesPerGigabyte = 1024.0 * 1024.0 * 1024.0;  // as COLMAP counts its cache
-
 struct BackendOptions {
   BackendKind kind = BackendKind::kAuto;
   std::string gpu_index = "-1";         // COLMAP's spelling: -1 = all GPUs, or 0,1,...

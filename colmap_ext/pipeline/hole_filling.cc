@@ -97,8 +97,7 @@ void HoleFilling::FindMeasuredMaps() {
       Fail(job, std::string(kMeasured),
            "image " + NameOf(job) +
                ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
-               "already; run "
-               "patch_match_stereo, which makes both again");
+               "already; run patch_match_stereo, which makes both again");
     } else {
       phi::LogWarning("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }

@@ -90,9 +90,7 @@ std::int64_t AvailableHostBytes() {
 }
 
 phi::ExitCode RunSummary::Code() const {
-  if (failures.empty()) return phi::ExitCode::kOk;
-  const bool all = failures.size() >= static_cast<std::size_t>(num_images);
-  return all ? phi::ExitCode::kBadInput : phi::ExitCode::kSomeImagesFailed;
+  return phi::CodeOfFailures(failures.size(), static_cast<std::size_t>(num_images));
 }
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {

@@ -115,8 +115,7 @@ void StereoPipeline::WarnOfEmptyMaps() const {
   if (last.num_pixels == 0 || static_cast<double>(last.num_with_depth) >= kHardlyAny * num_pixels) return;
   phi::LogWarning("hardly a pixel of the " + last.name +
                   " maps has depth: the images may show no texture, or their poses do not fit them; `phimvs "
-                  "map_inspector "
-                  "--map_kind photometric` shows what there was before the filter");
+                  "map_inspector --map_kind photometric` shows what there was before the filter");
 }
 
 void StereoPipeline::ReportImpossibleJobs() {

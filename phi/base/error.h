@@ -1,6 +1,7 @@
 // Errors that reach the user. Each message names image, file and stage where they apply, and says what to do.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -8,6 +9,12 @@ namespace phi {
 
 // The process exit code that a command ends with.
 enum class ExitCode { kOk = 0, kUsage = 1, kBadInput = 2, kOutOfResources = 3, kSomeImagesFailed = 4 };
+
+// Of a command that does what it can: bad input where nothing could be done.
+inline ExitCode CodeOfFailures(std::size_t num_failed, std::size_t num_all) {
+  if (num_failed == 0) return ExitCode::kOk;
+  return num_failed >= num_all ? ExitCode::kBadInput : ExitCode::kSomeImagesFailed;
+}
 
 class Error : public std::runtime_error {
  public:
