@@ -145,6 +145,15 @@ HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& g
   return hn::And(candidates, SamplesFinely(neighbor, part, s));
 }
 
+// Which of the pixels `beyond` the neighbour sees through: those where it measured a surface. An inferred one
+// behind a point is more often wrong than the point before it.
+HWY_INLINE Mask SeesThrough(const std::uint32_t* words, const Sighting& s, Mask beyond) {
+  if (hn::AllFalse(Floats(), beyond)) return beyond;
+  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
+  const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kInferred} << 24);
+  return hn::AndNot(hn::RebindMask(Floats(), hn::TestBit(color, flag)), beyond);
+}
+
 // Asks the neighbour about the pixels `wanted`; see neighbor_lookup.h. Returns those that it covers.
 HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part, Mask wanted,
                     SupportRun* run, RunAnswer* answer) {
@@ -164,7 +173,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const int first = part.first;
   if (hn::AllFalse(df, near)) {
     Count(has_depth, run->num_depth + first);
-    Count(hn::And(has_depth, beyond), run->num_seen_through + first);
+    Count(SeesThrough(words, s, hn::And(has_depth, beyond)), run->num_seen_through + first);
     return none;
   }
 
@@ -181,7 +190,8 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
   const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
   Count(hn::AndNot(depth_agrees, has_depth), run->num_depth + first);
-  Count(hn::And(hn::AndNot(compared, has_depth), beyond), run->num_seen_through + first);
+  Count(SeesThrough(words, s, hn::And(hn::AndNot(compared, has_depth), beyond)),
+        run->num_seen_through + first);
   Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
   Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
 

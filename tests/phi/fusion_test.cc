@@ -340,6 +340,22 @@ TEST(Fusion, AnImageThatSeesThroughOutweighsASingleSupport) {
   EXPECT_GT(outcomes()[PixelOutcome::kFused], 100);  // two images support it, one sees through
 }
 
+TEST(Fusion, OnlyAMeasuredSurfaceIsSeenThroughAPoint) {
+  const RenderedScene scene = PlaneScene({.num_views = 3}, {0, 0, -1});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const auto outcomes = [&] { return MakeFuser(scene, 0, {}, &maps).FuseRows(60, 61).outcomes; };
+  for (const float factor : {1.05f, 1.3f}) {  // within and beyond what a slant may explain
+    for (std::size_t i = 0; i < maps[2].size(); ++i) {
+      maps[2].data()[i].depth = factor * maps[0].data()[i].depth;
+      maps[2].data()[i].flags = 0;
+    }
+    EXPECT_GT(outcomes()[PixelOutcome::kSeenThrough], 50) << factor;
+    for (FusionPixel& pixel : maps[2]) pixel.flags = FusionPixel::kInferred;
+    EXPECT_EQ(outcomes()[PixelOutcome::kSeenThrough], 0) << factor;
+    EXPECT_GT(outcomes()[PixelOutcome::kFused], 50) << factor;
+  }
+}
+
 TEST(Fusion, DropsPointsOutsideTheBox) {
   const RenderedScene scene = PlaneScene();
   std::vector<FusionMap> maps = MakeMaps(scene);
