@@ -8,6 +8,11 @@
 namespace colmap_ext {
 namespace {
 
+// A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
+// would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
+// the stages after it follow by their inputs.
+constexpr int kEstimateRevision = 1, kFilterRevision = 1, kInferRevision = 1;
+
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
 
@@ -15,11 +20,11 @@ std::string Text(const PipelineOptions& pipeline) {
   const phi::StereoOptions& o = pipeline.stereo;
   std::ostringstream text;
   text.precision(17);
-  text << "version=" PHIMVS_VERSION " window_radius=" << o.window_radius << " window_step=" << o.window_step
-       << " num_iterations=" << o.num_iterations << " num_guided_passes=" << pipeline.NumGuidedPasses()
-       << " num_window_levels=" << o.num_window_levels << " formulas=" << static_cast<int>(o.formulas)
-       << " quality=" << static_cast<int>(o.quality) << " seed=" << o.seed
-       << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
+  text << "revision=" << kEstimateRevision << " window_radius=" << o.window_radius
+       << " window_step=" << o.window_step << " num_iterations=" << o.num_iterations
+       << " num_guided_passes=" << pipeline.NumGuidedPasses() << " num_window_levels=" << o.num_window_levels
+       << " formulas=" << static_cast<int>(o.formulas) << " quality=" << static_cast<int>(o.quality)
+       << " seed=" << o.seed << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
        << " cost=" << pipeline.NeedsCost();
   return text.str();
 }
@@ -27,7 +32,8 @@ std::string Text(const PipelineOptions& pipeline) {
 std::string Text(const phi::FilterOptions& o) {
   std::ostringstream text;
   text.precision(17);
-  text << "min_num_consistent=" << o.min_num_consistent << " inferred=" << o.min_num_consistent_inferred
+  text << "revision=" << kFilterRevision << " min_num_consistent=" << o.min_num_consistent
+       << " inferred=" << o.min_num_consistent_inferred
        << " max_reprojection_error=" << o.max_reprojection_error
        << " max_relative_depth_error=" << o.max_relative_depth_error
        << " max_normal_error=" << o.max_normal_error
@@ -39,8 +45,9 @@ std::string Text(const phi::FilterOptions& o) {
 std::string Text(const phi::InferenceOptions& o) {
   std::ostringstream text;
   text.precision(17);
-  text << "mode=" << static_cast<int>(o.mode) << " num_passes=" << o.num_passes << " kappa1=" << o.kappa1
-       << " kappa2=" << o.kappa2 << " kappa3=" << o.kappa3 << " truncation=" << o.truncation
+  text << "revision=" << kInferRevision << " mode=" << static_cast<int>(o.mode)
+       << " num_passes=" << o.num_passes << " kappa1=" << o.kappa1 << " kappa2=" << o.kappa2
+       << " kappa3=" << o.kappa3 << " truncation=" << o.truncation
        << " formulas=" << static_cast<int>(o.formulas);
   return text.str();
 }
