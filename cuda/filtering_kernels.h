@@ -1,4 +1,4 @@
-// Launch of the consistency filter (paper section D). The kernel runs phi/filtering/consistency.h per pixel.
+// Launch of the consistency filter (paper section D). The kernel runs phi/filtering/filter_pixel.h per pixel.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -6,29 +6,17 @@
 #include <cstdint>
 
 #include "cuda/error.h"
-#include "phi/filtering/consistency.h"
+#include "phi/filtering/filter_pixel.h"
 
 namespace phi::gpu {
 
-struct FilterSource {
-  RelativeView view;
-  ArrayView2D<const PlaneHypothesis> map;
-};
-
+// All on the device.
 struct FilterLaunch {
-  RayModel reference;
-  ConsistencyThresholds thresholds;
-  int min_num_consistent = 0, min_num_consistent_inferred = 0;
-  float max_cost = 0;
-  ArrayView2D<const PlaneHypothesis> map;
-  ArrayView2D<const float> cost = {};           // no data: not tested
-  ArrayView2D<const std::uint8_t> filled = {};  // no data: nothing is filled
-  const FilterSource* sources = nullptr;        // on the device
-  int num_sources = 0;
-  bool is_first = true, is_last = true;  // of the launches that the source views are divided among
+  FilterReference reference;
+  FilterTurn turn;
 };
 
-// keep: after the last launch 1 where the pixel stays, else 0; before it the number of views that confirm the pixel.
+// keep: per pixel what FilterPixel returned in the turn before (0 in the first), and then what it returns in this one.
 void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream,
                   const Task& task);
 

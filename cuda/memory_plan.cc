@@ -83,17 +83,21 @@ EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget,
 }
 
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
-  const auto bytes = [](const PlaneMap& map) { return static_cast<std::int64_t>(map.bytes()); };
   const std::int64_t num_pixels = static_cast<std::int64_t>(input.reference.map->size());
-  std::int64_t fixed = bytes(*input.reference.map) + num_pixels * sizeof(std::uint8_t);
+  const auto map_bytes = [](const SceneView& view) {  // not read yet: a map has its camera's size
+    const Pinhole& size = view.camera.pinhole;
+    return std::int64_t{size.width} * size.height * static_cast<std::int64_t>(sizeof(PlaneHypothesis));
+  };
+  const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->bytes());
+  std::int64_t fixed = reference_bytes + num_pixels * sizeof(std::uint8_t);
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   if (input.filled != nullptr) fixed += num_pixels * sizeof(std::uint8_t);
-  std::int64_t largest = bytes(*input.reference.map);
+  std::int64_t largest = reference_bytes;
   int num_sources = 0;
-  for (const ViewMap& source : input.sources) {
-    if (source.map == nullptr) continue;
+  for (const SourceMap& source : input.sources) {
+    if (source.load == nullptr) continue;
     ++num_sources;
-    largest = std::max(largest, bytes(*source.map));
+    largest = std::max(largest, map_bytes(*source.view));
   }
   const std::int64_t smallest = fixed + (1 + kInTransit) * largest;
   if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);

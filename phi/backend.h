@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,7 +37,14 @@ struct ViewImage {
 
 struct ViewMap {
   const SceneView* view = nullptr;
-  std::shared_ptr<const PlaneMap> map;  // may be null: that view takes no part
+  std::shared_ptr<const PlaneMap> map;
+};
+
+// The map of a source view, read when its turn comes: a scene's maps need not be in memory at once. `load` may be called
+// again, from one thread at a time, and throws phi::Error.
+struct SourceMap {
+  const SceneView* view = nullptr;
+  std::function<std::shared_ptr<const PlaneMap>()> load = nullptr;  // empty: the view has no map and takes no part
 };
 
 // A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world
@@ -65,7 +73,7 @@ struct EstimationResult {
 
 struct FilterInput {
   ViewMap reference;
-  std::vector<ViewMap> sources;
+  std::vector<SourceMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
   std::shared_ptr<const Mask>
       filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "phi/filtering/filter_pixel.h"
+
 namespace phi {
 namespace {
 
@@ -54,10 +56,12 @@ std::string StereoOptions::Check() const {
 
 std::string FilterOptions::Check() const {
   return Rules()
-      .Require(min_num_consistent >= 0, "--PatchMatchStereo.filter_min_num_consistent", min_num_consistent,
-               "0 or more source views")
-      .Require(min_num_consistent_inferred >= 0, "--PhiInference.min_num_consistent",
-               min_num_consistent_inferred, "0 or more source views")
+      .Require(min_num_consistent >= 0 && min_num_consistent <= kMaxRequiredViews,
+               "--PatchMatchStereo.filter_min_num_consistent", min_num_consistent,
+               "between 0 and 255 source views")
+      .Require(min_num_consistent_inferred >= 0 && min_num_consistent_inferred <= kMaxRequiredViews,
+               "--PhiInference.min_num_consistent", min_num_consistent_inferred,
+               "between 0 and 255 source views")
       .Require(max_reprojection_error > 0, "--PatchMatchStereo.filter_geom_consistency_max_cost",
                max_reprojection_error, "more than 0 pixels")
       .Require(max_relative_depth_error > 0 && max_relative_depth_error < 1,

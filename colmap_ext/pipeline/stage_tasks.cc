@@ -8,6 +8,13 @@
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
+namespace {
+
+bool HasMap(const std::vector<std::string>& input_keys, int job) {
+  return job >= 0 && !input_keys[job].empty();
+}
+
+}  // namespace
 
 StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs,
                        const PipelineOptions& options, SparseDepthFunction sparse_depth, MapStore* store)
@@ -66,9 +73,12 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
                                phi::Backend& backend) const {
   phi::FilterInput input;
   input.reference = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
-  const Maps maps = SourceMaps(previous, input_keys, job);
   for (std::size_t i = 0; i < job.sources.size(); ++i) {
-    input.sources.push_back({&workspace_.views()[job.sources[i]], maps[i]});
+    phi::SourceMap source{&workspace_.views()[job.sources[i]], nullptr};
+    if (HasMap(input_keys, job.source_jobs[i])) {
+      source.load = [this, image = job.sources[i], &previous] { return store_.Map(image, previous.result); };
+    }
+    input.sources.push_back(std::move(source));
   }
   const bool after_inference = previous.kind == StageKind::kInfer;
   if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
@@ -161,8 +171,7 @@ StageTasks::Maps StageTasks::SourceMaps(const Stage& previous, const std::vector
                                         const ImageJob& job) const {
   Maps maps;
   for (std::size_t i = 0; i < job.sources.size(); ++i) {
-    const int source_job = job.source_jobs[i];
-    const bool available = source_job >= 0 && !input_keys[source_job].empty();
+    const bool available = HasMap(input_keys, job.source_jobs[i]);
     maps.push_back(available ? store_.Map(job.sources[i], previous.result) : nullptr);
   }
   return maps;

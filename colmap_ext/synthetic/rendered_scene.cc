@@ -14,10 +14,10 @@ std::vector<phi::ViewImage> RenderedScene::SourceImages(int reference) const {
   return sources;
 }
 
-std::vector<phi::ViewMap> RenderedScene::SourceTruth(int reference) const {
-  std::vector<phi::ViewMap> sources;
+std::vector<phi::SourceMap> RenderedScene::SourceTruth(int reference) const {
+  std::vector<phi::SourceMap> sources;
   for (int i = 0; i < static_cast<int>(views.size()); ++i) {
-    if (i != reference) sources.push_back(Truth(i));
+    if (i != reference) sources.push_back({&views[i], [map = truth[i]] { return map; }});
   }
   return sources;
 }

@@ -20,10 +20,9 @@ struct RenderedScene {
   std::vector<std::shared_ptr<const phi::Array2D<SurfaceId>>> surfaces;
 
   phi::ViewImage Image(int view) const { return {&views[view], images[view]}; }
-  phi::ViewMap Truth(int view) const { return {&views[view], truth[view]}; }
   // All other views, in order.
   std::vector<phi::ViewImage> SourceImages(int reference) const;
-  std::vector<phi::ViewMap> SourceTruth(int reference) const;
+  std::vector<phi::SourceMap> SourceTruth(int reference) const;
 };
 
 // Per pixel of view `reference`, how many other views see the same surface point: it projects inside them and

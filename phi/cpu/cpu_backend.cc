@@ -1,16 +1,13 @@
 // The CPU backend: TBB over rows. Nothing depends on the number of threads.
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "phi/backend.h"
-#include "phi/base/cancellation.h"
 #include "phi/cpu/cpu_estimation.h"
-#include "phi/filtering/filter_setup.h"
+#include "phi/cpu/cpu_filter.h"
 #include "phi/inference/infer.h"
 
 namespace phi {
@@ -36,7 +33,7 @@ class CpuBackend : public Backend {
 
   PlaneMap Filter(const FilterInput& input, const FilterOptions& options) override {
     PlaneMap result;
-    arena_.execute([&] { result = FilterRows(input, options); });
+    arena_.execute([&] { result = FilterOnCpu(input, options); });
     return result;
   }
 
@@ -46,19 +43,6 @@ class CpuBackend : public Backend {
   }
 
  private:
-  static PlaneMap FilterRows(const FilterInput& input, const FilterOptions& options) {
-    const FilterContext context(input, options);
-    const PlaneMap& map = *input.reference.map;
-    PlaneMap kept(map.width(), map.height());
-    tbb::parallel_for(0, map.height(), [&](int y) {
-      ThrowIfCancelled();
-      for (int x = 0; x < map.width(); ++x) {
-        if (context.Keeps(x, y)) kept(x, y) = map(x, y);
-      }
-    });
-    return kept;
-  }
-
   int num_threads_;
   tbb::task_arena arena_;
 };

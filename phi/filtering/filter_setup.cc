@@ -1,5 +1,7 @@
 #include "phi/filtering/filter_setup.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 
 #include "phi/geometry/camera.h"
@@ -20,33 +22,35 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
   return t;
 }
 
-FilterContext::FilterContext(const FilterInput& input, const FilterOptions& options)
-    : reference(MakeRayModel(input.reference.view->camera.pinhole)),
-      thresholds(MakeConsistencyThresholds(options)),
-      min_num_consistent(options.min_num_consistent),
-      min_num_consistent_inferred(options.min_num_consistent_inferred),
-      max_cost(static_cast<float>(options.max_cost)),
-      map(input.reference.map->view()) {
-  if (input.cost != nullptr && options.max_cost < kMaxCost) cost = input.cost->view();
-  if (input.filled != nullptr) filled = input.filled->view();
-  for (const ViewMap& source : input.sources) {
-    if (source.map == nullptr) continue;
-    views.push_back(MakeRelativeView(input.reference.view->camera, source.view->camera));
-    source_maps.push_back(source.map->view());
-  }
+FilterReference MakeFilterReference(const FilterInput& input, const FilterOptions& options) {
+  FilterReference f{.rays = MakeRayModel(input.reference.view->camera.pinhole),
+                    .thresholds = MakeConsistencyThresholds(options),
+                    .min_num_consistent = options.min_num_consistent,
+                    .min_num_consistent_inferred = options.min_num_consistent_inferred,
+                    .max_cost = static_cast<float>(options.max_cost),
+                    .map = input.reference.map->view()};
+  if (input.cost != nullptr && options.max_cost < kMaxCost) f.cost = input.cost->view();
+  if (input.filled != nullptr) f.filled = input.filled->view();
+  return f;
 }
 
-bool FilterContext::Keeps(int x, int y) const {
-  const PlaneHypothesis& h = map(x, y);
-  if (!(h.depth > 0)) return false;
-  const std::uint8_t inferred = filled.data != nullptr ? filled(x, y) : 0;
-  if (cost.data != nullptr && inferred == 0 && cost(x, y) > max_cost) return false;
-  const int required = RequiredViews(inferred, min_num_consistent, min_num_consistent_inferred);
-  int num_consistent = 0;
-  for (std::size_t j = 0; j < views.size() && num_consistent < required; ++j) {
-    num_consistent += IsConsistent(reference, views[j], x + 0.5f, y + 0.5f, h, source_maps[j], thresholds);
+std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
+  std::vector<SourceMap> sources;
+  for (const SourceMap& source : input.sources) {
+    if (source.load != nullptr) sources.push_back(source);
   }
-  return num_consistent >= required;
+  return sources;
+}
+
+PlaneMap KeptPixels(const PlaneMap& map, const std::uint8_t* keep) {
+  PlaneMap kept(map.width(), map.height());
+  const ArrayView2D<const std::uint8_t> keep_view{keep, map.width(), map.height()};
+  tbb::parallel_for(0, map.height(), [&](int y) {
+    for (int x = 0; x < map.width(); ++x) {
+      if (keep_view(x, y) != 0) kept(x, y) = map(x, y);
+    }
+  });
+  return kept;
 }
 
 }  // namespace phi

@@ -146,7 +146,8 @@ void BM_Filter(benchmark::State& state) {
   FilterInput input;
   input.reference = {&wall.views[0], wall.truth};
   for (int i = 1; i < kNumViews; ++i) {
-    input.sources.push_back({&wall.views[i], std::make_shared<const PlaneMap>(*wall.truth)});
+    const auto map = std::make_shared<const PlaneMap>(*wall.truth);
+    input.sources.push_back({&wall.views[i], [map] { return map; }});
   }
   Measure(&state, device.get(), DeviceTimes::kFilter,
           [&] { FilterOnGpu(device.get(), input, FilterOptions()); });

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "phi/cpu/cpu_filter.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
 
@@ -74,33 +80,116 @@ TEST_F(ConsistencyTest, DepthIsNotBlendedAcrossAnEdge) {
   EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f), 3.0f);
 }
 
-TEST_F(ConsistencyTest, FilterWantsTwoViewsAndSparesInferredPixelsTheCostTest) {
-  SceneView reference{"a", 1, reference_}, source{"b", 2, source_};
-  const auto map = std::make_shared<PlaneMap>(map_);
-  FilterInput input{{&reference, map}, {{&source, map}}, nullptr, nullptr};
-  FilterOptions options;
-  EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
-  input.sources.push_back(input.sources[0]);
-  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
-  EXPECT_FALSE(FilterContext(input, options).Keeps(10, 30));  // seen by the reference alone
+// The filter of the fixture's map, whose source views have the same map.
+class FilterTest : public ConsistencyTest {
+ protected:
+  FilterTest() {
+    input_.reference = {&reference_view_, std::make_shared<PlaneMap>(map_)};
+    AddSource();
+  }
+  void AddSource() {
+    input_.sources.push_back({&source_view_, [map = std::make_shared<PlaneMap>(map_)] { return map; }});
+  }
+  bool Keeps(int x, int y) const { return FilterOnCpu(input_, options_)(x, y).depth > 0; }
 
-  input.cost = std::make_shared<CostMap>(80, 60, 1.0f);
-  options.max_cost = 0.9;
-  EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
-  input.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
-  EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+  const SceneView reference_view_{"a", 1, reference_}, source_view_{"b", 2, source_};
+  FilterInput input_;
+  FilterOptions options_;
+};
+
+TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
+  EXPECT_FALSE(Keeps(60, 30));
+  AddSource();
+  EXPECT_TRUE(Keeps(60, 30));
+  EXPECT_FALSE(Keeps(10, 30));  // seen by the reference alone
+
+  input_.cost = std::make_shared<CostMap>(80, 60, 1.0f);
+  options_.max_cost = 0.9;
+  EXPECT_FALSE(Keeps(60, 30));
+  input_.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
+  EXPECT_TRUE(Keeps(60, 30));
 }
 
-TEST_F(ConsistencyTest, InferredPixelsHaveTheirOwnNumberOfViews) {
-  SceneView reference{"a", 1, reference_}, source{"b", 2, source_};
-  const auto map = std::make_shared<PlaneMap>(map_);
-  FilterInput input{{&reference, map}, {{&source, map}}, nullptr, nullptr};
-  FilterOptions options;
-  options.min_num_consistent_inferred = 1;
-  EXPECT_FALSE(FilterContext(input, options).Keeps(60, 30));
+TEST_F(FilterTest, InferredPixelsHaveTheirOwnNumberOfViews) {
+  options_.min_num_consistent_inferred = 1;
+  EXPECT_FALSE(Keeps(60, 30));
   for (const std::uint8_t value : {kInferredConfirmed, kInferredAlone}) {
-    input.filled = std::make_shared<Mask>(80, 60, value);
-    EXPECT_TRUE(FilterContext(input, options).Keeps(60, 30));
+    input_.filled = std::make_shared<Mask>(80, 60, value);
+    EXPECT_TRUE(Keeps(60, 30));
+  }
+}
+
+TEST_F(FilterTest, KeepsADepthThatNoViewNeedsToConfirm) {
+  input_.sources.clear();
+  EXPECT_FALSE(Keeps(60, 30));
+  options_.min_num_consistent = 0;
+  EXPECT_TRUE(Keeps(60, 30));
+}
+
+TEST_F(FilterTest, ViewsWithoutAMapTakeNoPart) {
+  input_.sources.push_back({&source_view_, nullptr});
+  EXPECT_FALSE(Keeps(60, 30));
+}
+
+// However long the list of sources is, no more than one of their maps is in memory.
+TEST_F(FilterTest, HoldsOneSourceMapAtATime) {
+  input_.sources.clear();
+  int num_held = 0, most_held = 0, num_loads = 0;
+  for (int j = 0; j < 20; ++j) {
+    input_.sources.push_back({&source_view_, [&] {
+                                ++num_loads;
+                                most_held = std::max(most_held, ++num_held);
+                                return std::shared_ptr<PlaneMap>(new PlaneMap(map_), [&](PlaneMap* map) {
+                                  --num_held;
+                                  delete map;
+                                });
+                              }});
+  }
+  options_.min_num_consistent = 20;
+  EXPECT_TRUE(Keeps(60, 30));
+  EXPECT_EQ(num_loads, 20);
+  EXPECT_EQ(most_held, 1);
+  EXPECT_EQ(num_held, 0);
+}
+
+// Sources of which every pixel has another number that confirm it, from none to all.
+TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
+  constexpr int kNumSources = 7;
+  std::vector<std::shared_ptr<PlaneMap>> maps;
+  input_.sources.clear();
+  for (int j = 0; j < kNumSources; ++j) {
+    maps.push_back(std::make_shared<PlaneMap>(map_));
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 80; ++x) (*maps[j])(x, y).depth *= (x + 3 * y) % (kNumSources + 1) > j ? 1 : 1.2f;
+    }
+    input_.sources.push_back({&source_view_, [map = maps[j]] { return map; }});
+  }
+  auto filled = std::make_shared<Mask>(80, 60);
+  for (int x = 0; x < 80; ++x) (*filled)(x, 20) = kInferredAlone;
+  input_.filled = filled;
+  options_.min_num_consistent = 3;
+  options_.min_num_consistent_inferred = 5;
+  const PlaneMap whole = FilterOnCpu(input_, options_);
+  const auto num_kept = std::count_if(whole.begin(), whole.end(), [](const auto& h) { return h.depth > 0; });
+  EXPECT_GT(num_kept, 80 * 60 / 4);
+  EXPECT_LT(num_kept, 80 * 60 * 3 / 4);
+
+  const FilterReference reference = MakeFilterReference(input_, options_);
+  for (const int turn_size : {1, 2, 3, kNumSources}) {
+    Mask keep(80, 60);
+    for (int begin = 0; begin < kNumSources; begin += turn_size) {
+      std::vector<FilterSource> sources;
+      for (int j = begin; j < std::min(begin + turn_size, kNumSources); ++j) {
+        sources.push_back({view_, maps[j]->view()});
+      }
+      const FilterTurn turn{sources.data(), static_cast<int>(sources.size()),
+                            begin + turn_size >= kNumSources};
+      for (int y = 0; y < 60; ++y) {
+        for (int x = 0; x < 80; ++x) keep(x, y) = FilterPixel(reference, turn, x, y, keep(x, y));
+      }
+    }
+    const PlaneMap kept = KeptPixels(*input_.reference.map, keep.data());
+    EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
 }
 

@@ -63,12 +63,15 @@ class FakeBackend : public phi::Backend {
     ++calls_.filters;
     calls_.most_filter_sources =
         std::max<int>(calls_.most_filter_sources, static_cast<int>(input.sources.size()));
+    std::vector<std::shared_ptr<const phi::PlaneMap>> maps;
+    for (const phi::SourceMap& source : input.sources) {
+      maps.push_back(source.load != nullptr ? source.load() : nullptr);
+    }
     phi::PlaneMap map = *input.reference.map;
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
       if (!(depth > 0)) continue;
-      for (const phi::ViewMap& source : input.sources)
-        depth += source.map ? 0.1f * source.map->data()[i].depth : 3;
+      for (const auto& source : maps) depth += source ? 0.1f * source->data()[i].depth : 3;
       if (i % 7 == 0) map.data()[i] = {};
     }
     return map;
