@@ -112,7 +112,9 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
                                                        std::int64_t budget_bytes) {
   std::vector<int> indices = gpu_indices;
   if (indices.empty() || indices == std::vector<int>{-1}) {
-    indices.resize(NumCudaDevices(nullptr));
+    std::string why_none;
+    indices.resize(NumCudaDevices(&why_none));
+    if (indices.empty()) throw ResourceError(why_none + "; --PhiStereo.backend cpu needs none");
     std::iota(indices.begin(), indices.end(), 0);
   }
   std::vector<std::unique_ptr<Backend>> backends;

@@ -10,8 +10,9 @@
 
 namespace phi::gpu {
 
-// One backend per GPU of `gpu_indices` (--PatchMatchStereo.gpu_index); empty or {-1} means all of them. Each has passed
-// the self-test. budget_bytes: of device memory on each GPU; <= 0: what is free. Throws phi::UsageError for an index that does not exist and phi::ResourceError where a device fails.
+// One backend per GPU of `gpu_indices` (--PatchMatchStereo.gpu_index), at least one; empty or {-1} means all of them.
+// Each has passed the self-test. budget_bytes: of device memory on each GPU; <= 0: what is free. Throws phi::UsageError
+// for an index that does not exist and phi::ResourceError where there is no device or one fails.
 std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices,
                                                        std::int64_t budget_bytes = 0);
 

@@ -74,11 +74,8 @@ Backends MakeBackends(const BackendOptions& options) {
   }
   try {
     Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
-    if (!backends.empty()) {
-      LogCuda(backends, "a working GPU was found");
-      return backends;
-    }
-    return MakeCpu(options, "no GPU was found");
+    LogCuda(backends, "a working GPU was found");
+    return backends;
   } catch (const phi::ResourceError& error) {
     return MakeCpu(options, std::string("because no GPU can be used: ") + error.what());
   }

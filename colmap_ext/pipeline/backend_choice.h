@@ -21,8 +21,8 @@ struct BackendOptions {
 // "0,1" -> {0, 1}; "-1" -> {-1}. Throws phi::UsageError.
 std::vector<int> ParseGpuIndices(const std::string& text);
 
-// At least one backend. Logs in one line which one runs and why. Throws phi::UsageError when CUDA is asked
-// for and this build has none, and phi::ResourceError when no device works.
+// At least one backend. Logs in one line which one runs and why. Throws phi::ResourceError when CUDA is asked for and
+// this build or this machine has none, or a device fails.
 std::vector<std::unique_ptr<phi::Backend>> MakeBackends(const BackendOptions& options);
 
 }  // namespace colmap_ext

@@ -5,9 +5,10 @@
 #include <unistd.h>
 
 #include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
-#include "colmap_ext/pipeline/backend_choice.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -68,14 +69,6 @@ TEST(FormatDurationTest, PicksTheUnit) {
   EXPECT_EQ(FormatDuration(7.4), "7 s");
   EXPECT_EQ(FormatDuration(200), "3 min 20 s");
   EXPECT_EQ(FormatDuration(7260), "2 h 1 min");
-}
-
-TEST(GpuIndicesTest, ReadsColmapsSpelling) {
-  EXPECT_EQ(ParseGpuIndices("-1"), std::vector<int>{-1});
-  EXPECT_EQ(ParseGpuIndices("0,1, 3"), (std::vector<int>{0, 1, 3}));
-  EXPECT_THROW(ParseGpuIndices(""), phi::UsageError);
-  EXPECT_THROW(ParseGpuIndices("0,x"), phi::UsageError);
-  EXPECT_THROW(ParseGpuIndices("-2"), phi::UsageError);
 }
 
 }  // namespace
