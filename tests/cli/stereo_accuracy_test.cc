@@ -18,7 +18,7 @@ using test_support::TemporaryFolder;
 
 // Goals: 90 % of the textured pixels seen by three or more views within 0.5 % before the filter, of which the filter
 // keeps 85 %; 98 % of all that it keeps within 1 %. The bound below its goal is what is reached now
-// (docs/performance.md says where the rest is lost); raise it with every improvement.
+// (docs/experiments.md says where the rest is lost); raise it with every improvement.
 TEST(StereoAccuracy, FixedRoom) {
   const RoomRun run(colmap_ext::MakeSyntheticRoom());
   const ProgramResult result = run.RunStereo();
