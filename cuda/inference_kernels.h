@@ -1,4 +1,4 @@
-// Launches of plane hypothesis inference (paper section F). Kernels run the functions of phi/inference per pixel.
+// Launches of plane hypothesis inference (paper section E). Kernels run the functions of phi/inference per pixel.
 #pragma once
 
 #include <cuda_runtime_api.h>

@@ -51,7 +51,7 @@ struct FilterOptions {
 
 enum class InferenceMode { kOff, kMinCost, kMrf };
 
-// Plane hypothesis inference (paper section F).
+// Plane hypothesis inference (paper section E).
 struct InferenceOptions {
   InferenceMode mode = InferenceMode::kMrf;  // --PhiInference.mode
   int num_passes = 1;                        // --PhiInference.num_passes: TRW-S passes

@@ -2,7 +2,7 @@
 //
 // On a plain wall beside a sofa a window's only contrast is the sofa's edge. It matches at the sofa's depth, and it does so in
 // every view, so that the views confirm each other's error; and a wall's planes would rest on such pixels. Without them
-// the planes of what surely was measured decide about the wall (paper section F).
+// the planes of what surely was measured decide about the wall (paper section E).
 #pragma once
 
 #include "phi/backend.h"

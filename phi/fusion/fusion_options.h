@@ -1,4 +1,4 @@
-// Options of the fusion of depth maps into a point cloud (paper section G), with units and defaults.
+// Options of the fusion of depth maps into a point cloud (paper section F), with units and defaults.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The paper's literal rule (section G), per pixel: an image agrees when its own point at the pixel that the reference
+// The paper's literal rule (section F), per pixel: an image agrees when its own point at the pixel that the reference
 // point falls on is nearer than max_depth_error times the reference depth; the merged point is the plain average.
 // The paper divides by nothing that it names; depth does not depend on where the world's origin lies.
 #pragma once

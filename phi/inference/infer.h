@@ -1,4 +1,4 @@
-// Plane hypothesis inference (the paper's section F) on the CPU: hypotheses along four directions, their matching
+// Plane hypothesis inference (the paper's section E) on the CPU: hypotheses along four directions, their matching
 // cost, a Markov random field that chooses, normals. Geometric consistency afterwards decides what stays.
 #pragma once
 
