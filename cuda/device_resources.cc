@@ -35,9 +35,9 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
         const Task task{"map upload", "", map.width(), map.height()};
         return std::make_shared<const DeviceMap>(map, stream, task);
       }),
-      depths([](const PlaneMap& map, cudaStream_t stream) {
-        const Task task{"depth map upload", "", map.width(), map.height()};
-        return std::make_shared<const DeviceDepths>(map, stream, task);
+      depths([](const DepthMap& depths, cudaStream_t stream) {
+        const Task task{"depth map upload", "", depths.width(), depths.height()};
+        return std::make_shared<const DeviceDepths>(depths, stream, task);
       }),
       times(Task{"set-up"}) {}
 

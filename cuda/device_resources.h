@@ -47,7 +47,7 @@ struct DeviceResources {
   std::atomic<std::int64_t> peak_bytes = 0;
   DeviceCache<GrayImage, GrayPyramid> images, compact_images;
   DeviceCache<PlaneMap, DeviceMap> maps;
-  DeviceCache<PlaneMap, DeviceDepths> depths;
+  DeviceCache<DepthMap, DeviceDepths> depths;
   ScratchPool scratch;
   DeviceTimes times;
 };

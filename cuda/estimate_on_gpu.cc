@@ -95,13 +95,13 @@ std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const Estimation
                                        Scratch* scratch, const Task& task, EstimationLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   std::vector<DepthsHandle> handles;
-  if (input.source_maps.empty()) return handles;
+  if (input.source_depths.empty()) return handles;
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   std::vector<GuidanceSource> guidance;
   for (std::size_t j = 0; j < views.size(); ++j) {
     guidance.push_back({views[j], {}});
-    if (input.source_maps[j] == nullptr) continue;
-    handles.push_back(device->depths.Get(input.source_maps[j], stream, task));
+    if (input.source_depths[j] == nullptr) continue;
+    handles.push_back(device->depths.Get(input.source_depths[j], stream, task));
     guidance.back().depths = handles.back()->View();
   }
   scratch->estimation.guidance.Reserve(kMaxSourceViews, task);
@@ -116,10 +116,10 @@ std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const Estimation
 class PartsOnGpu {
  public:
   PartsOnGpu(const EstimationInput& input, const StereoOptions& options, const EstimationPlan& plan,
-             Scratch* scratch, const Task& task)
+             std::vector<EstimationPart> parts, Scratch* scratch, const Task& task)
       : input_(input),
         options_(options),
-        parts_(EstimationParts(input, options)),
+        parts_(std::move(parts)),
         plan_(plan),
         scratch_(scratch),
         task_(task) {}
@@ -234,19 +234,19 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   CheckEstimationInput(input);
   const Pinhole& size = input.reference.view->camera.pinhole;
   const Task task{"estimation", input.reference.view->name, size.width, size.height};
-  const bool coarse_start = EstimationParts(input, options).size() > 1;
-  const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task, coarse_start);
+  std::vector<EstimationPart> parts = EstimationParts(input, options);
+  const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task, parts.size() > 1);
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   PrepareMemory(device, scratch.get(), plan, input.sources.size());
-  PartsOnGpu parts(input, options, plan, scratch.get(), task);
-  parts.Upload(device);
+  PartsOnGpu estimation(input, options, plan, std::move(parts), scratch.get(), task);
+  estimation.Upload(device);
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
-  parts.Launch();
+  estimation.Launch();
   scratch->end.Record(stream, task);
   if (plan.band_rows == 0) {
     const std::int64_t num_pixels = static_cast<std::int64_t>(size.width) * size.height;
@@ -257,7 +257,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
   const double num_samples =
-      static_cast<double>(*scratch->estimation.host_num_windows.data()) * parts.NumSamplesPerWindow();
+      static_cast<double>(*scratch->estimation.host_num_windows.data()) * estimation.NumSamplesPerWindow();
   device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }

@@ -51,8 +51,8 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
     handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
-    if (launch->paper || j >= input.source_maps.size() || input.source_maps[j] == nullptr) continue;
-    handles.depths.push_back(device->depths.Get(input.source_maps[j], stream, task));
+    if (launch->paper || j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
+    handles.depths.push_back(device->depths.Get(input.source_depths[j], stream, task));
     sources.back().measured_depths = handles.depths.back()->View();
   }
   InferenceScratch& buffers = scratch->inference;

@@ -37,8 +37,8 @@ struct EstimationSizes {
     if (coarse_start) coarse_width = (width + 1) / 2;
     const std::int64_t num_views = static_cast<std::int64_t>(input.sources.size());
     fixed = width * height * sizeof(std::uint8_t);  // scales of the windows
-    for (const auto& map : input.source_maps) {
-      if (map != nullptr) fixed += static_cast<std::int64_t>(map->size()) * sizeof(float);
+    for (const auto& depths : input.source_depths) {
+      if (depths != nullptr) fixed += static_cast<std::int64_t>(depths->bytes());
     }
     neighbour_row = width * (sizeof(PlaneHypothesis) + sizeof(float) + sizeof(std::uint32_t));
     own_row = width * num_views * sizeof(std::uint16_t);
@@ -110,11 +110,11 @@ std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, con
   const std::int64_t width = input.measured->width(), height = input.measured->height();
   const std::int64_t nodes =
       ((width + kFieldStride - 1) / kFieldStride) * ((height + kFieldStride - 1) / kFieldStride);
-  std::int64_t depths = 0;
-  for (const auto& map : input.source_maps) {
-    if (map != nullptr) depths += static_cast<std::int64_t>(map->size() * sizeof(float));
+  std::int64_t depth_bytes = 0;
+  for (const auto& depths : input.source_depths) {
+    if (depths != nullptr) depth_bytes += static_cast<std::int64_t>(depths->bytes());
   }
-  const std::int64_t bytes = depths + width * height * InferenceScratch::kPixelBytes +
+  const std::int64_t bytes = depth_bytes + width * height * InferenceScratch::kPixelBytes +
                              nodes * InferenceScratch::kNodeBytes +
                              ImageBytes(input.reference, input.sources, ImageForm::kCompact);
   if (bytes > budget) ThrowTooLittleMemory(bytes, budget, task);

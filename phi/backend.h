@@ -44,7 +44,8 @@ struct ViewMap {
 // again, from one thread at a time, and throws phi::Error.
 struct SourceMap {
   const SceneView* view = nullptr;
-  std::function<std::shared_ptr<const PlaneMap>()> load = nullptr;  // empty: the view has no map and takes no part
+  std::function<std::shared_ptr<const PlaneMap>()> load =
+      nullptr;  // empty: the view has no map and takes no part
 };
 
 // A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world
@@ -61,9 +62,9 @@ struct EstimationInput {
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
   float depth_min = 0, depth_max = 0;  // robust range of the scene in this view, world units
-  // Second and later estimations start from `initial` and may use the sources' maps as geometric guidance.
+  // Second and later estimations start from `initial` and may use the sources' depths as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;
-  std::vector<std::shared_ptr<const PlaneMap>> source_maps;  // empty, or parallel to sources
+  std::vector<std::shared_ptr<const DepthMap>> source_depths;  // empty, or parallel to sources; null: none
 };
 
 struct EstimationResult {
@@ -83,8 +84,8 @@ struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
   std::shared_ptr<const PlaneMap> measured;  // after the first filter
-  // The sources' measured maps, which tell free space: empty, or parallel to sources; null where there is none.
-  std::vector<std::shared_ptr<const PlaneMap>> source_maps;
+  // The sources' measured depths, which tell free space: empty, or parallel to sources; null where there are none.
+  std::vector<std::shared_ptr<const DepthMap>> source_depths;
 };
 
 // Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.

@@ -24,6 +24,7 @@ std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& k
   return std::static_pointer_cast<const T>(item);
 }
 
+std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
 std::string FilledKey(const std::string& kind) { return kind + " filled"; }
 
@@ -49,6 +50,14 @@ std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
 std::shared_ptr<const phi::PlaneMap> MapStore::Map(int image, const std::string& kind) {
   return GetOrRead<phi::PlaneMap>(cache_, {image, kind}, [&] {
     return ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+  });
+}
+
+std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::string& kind) {
+  return GetOrRead<phi::DepthMap>(cache_, {image, DepthsKey(kind)}, [&] {
+    // A map that has no file yet is in memory.
+    const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
+    return map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
   });
 }
 

@@ -28,6 +28,8 @@ class MapStore {
 
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
+  // The map's depths alone.
+  std::shared_ptr<const phi::DepthMap> Depths(int image, const std::string& kind);
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
   std::shared_ptr<const phi::Mask> Filled(int image, const std::string& kind);
 

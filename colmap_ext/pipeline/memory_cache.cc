@@ -36,6 +36,12 @@ MemoryCache::Item MemoryCache::GetOrLoad(Key key, const Loader& load) {
   return sized.item;
 }
 
+MemoryCache::Item MemoryCache::Find(const Key& key) const {
+  Lock lock(mutex_);
+  const auto it = entries_.find(key);
+  return it != entries_.end() ? it->second.sized.item : nullptr;
+}
+
 void MemoryCache::PutPinned(Key key, Sized item) {
   Entry entry;
   entry.sized = std::move(item);

@@ -33,6 +33,9 @@ class MemoryCache {
   // throws reaches its caller; the others try themselves.
   Item GetOrLoad(Key key, const Loader& load);
 
+  // Null where it is not in memory now.
+  Item Find(const Key& key) const;
+
   // A pinned item stays until Unpin (while it waits to be written).
   void PutPinned(Key key, Sized item);
   void Unpin(Key key);

@@ -58,8 +58,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
   if (previous) {
     input.initial = store_.Map(job.image, previous->result);
-    const Maps maps = SourceMaps(*previous, input_keys, job);
-    for (const int index : used) input.source_maps.push_back(maps[index]);
+    input.source_depths = SourceDepths(*previous, input_keys, job, used);
   }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
   StageResult result;
@@ -113,8 +112,7 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);
   input.measured = store_.Map(job.image, previous.result);
-  const Maps maps = SourceMaps(previous, input_keys, job);
-  for (const int index : used) input.source_maps.push_back(maps[index]);
+  input.source_depths = SourceDepths(previous, input_keys, job, used);
   phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
   CountInference(*input.measured, inferred);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
@@ -167,14 +165,15 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::ve
   return sources;
 }
 
-StageTasks::Maps StageTasks::SourceMaps(const Stage& previous, const std::vector<std::string>& input_keys,
-                                        const ImageJob& job) const {
-  Maps maps;
-  for (std::size_t i = 0; i < job.sources.size(); ++i) {
-    const bool available = HasMap(input_keys, job.source_jobs[i]);
-    maps.push_back(available ? store_.Map(job.sources[i], previous.result) : nullptr);
+std::vector<std::shared_ptr<const phi::DepthMap>> StageTasks::SourceDepths(
+    const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
+    const std::vector<int>& used) const {
+  std::vector<std::shared_ptr<const phi::DepthMap>> depths;
+  for (const int index : used) {
+    const bool available = HasMap(input_keys, job.source_jobs[index]);
+    depths.push_back(available ? store_.Depths(job.sources[index], previous.result) : nullptr);
   }
-  return maps;
+  return depths;
 }
 
 }  // namespace colmap_ext

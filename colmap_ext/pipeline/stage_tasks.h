@@ -31,8 +31,6 @@ class StageTasks {
   InferenceSummary Inference() const;
 
  private:
-  using Maps = std::vector<std::shared_ptr<const phi::PlaneMap>>;
-
   StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                        const ImageJob& job, phi::Backend& backend, std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
@@ -45,8 +43,11 @@ class StageTasks {
   // job.sources.
   std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
                                           std::vector<std::string>* warnings) const;
-  Maps SourceMaps(const Stage& previous, const std::vector<std::string>& input_keys,
-                  const ImageJob& job) const;
+  // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
+  std::vector<std::shared_ptr<const phi::DepthMap>> SourceDepths(const Stage& previous,
+                                                                 const std::vector<std::string>& input_keys,
+                                                                 const ImageJob& job,
+                                                                 const std::vector<int>& used) const;
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;

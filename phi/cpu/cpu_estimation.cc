@@ -29,16 +29,16 @@ struct CpuContext {
   EstimationState state;
   const Matcher& matcher;
   const std::vector<RelativeView>& views;
-  std::vector<ArrayView2D<const PlaneHypothesis>> source_maps;  // empty: no guidance
+  std::vector<ArrayView2D<const float>> source_depths;  // empty: no guidance
 
   Matcher::Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
              float* costs) const {
     matcher.Costs(patch, x, y, h, wanted, costs);
-    for (std::size_t j = 0; j < source_maps.size(); ++j) {
+    for (std::size_t j = 0; j < source_depths.size(); ++j) {
       if ((wanted >> j & 1u) == 0) continue;
       const float guidance =
-          GuidanceCost(parameters.reference, views[j], source_maps[j], x + 0.5f, y + 0.5f, h.depth);
+          GuidanceCost(parameters.reference, views[j], source_depths[j], x + 0.5f, y + 0.5f, h.depth);
       costs[j] = std::min(costs[j] + guidance, kMaxCost);
     }
   }
@@ -122,8 +122,8 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
   const Matcher matcher(input, parameters, views);
   CpuContext context{parameters, arrays.View(), matcher, views, {}};
-  for (const auto& map : input.source_maps) {
-    context.source_maps.push_back(map != nullptr ? map->view() : ArrayView2D<const PlaneHypothesis>{});
+  for (const auto& depths : input.source_depths) {
+    context.source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
   if (parameters.num_views <= 8) {
     Run<8>(context, start);

@@ -33,17 +33,16 @@ struct DepthEvidence {
   }
 };
 
-// Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). `source_map`: plane
-// hypotheses or depths, measured only; without data, or with a hole there, it knows nothing.
-template <typename Pixel>
-PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<Pixel> source_map, float u, float v, float w,
-                        DepthEvidence* evidence) {
-  if (source_map.data == nullptr) return;
+// Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). `source_depths`:
+// measured only; without data, or with a hole there, it knows nothing.
+PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<const float> source_depths, float u, float v,
+                        float w, DepthEvidence* evidence) {
+  if (source_depths.data == nullptr) return;
   const Vec3f p = ProjectInverseDepth(view, u, v, w);
   if (!(p.z > 0)) return;
   const float su = p.x / p.z, sv = p.y / p.z;
-  if (!(su >= 0 && sv >= 0 && su < source_map.width && sv < source_map.height)) return;
-  const float measured = DepthOf(source_map(static_cast<int>(su), static_cast<int>(sv)));
+  if (!(su >= 0 && sv >= 0 && su < source_depths.width && sv < source_depths.height)) return;
+  const float measured = source_depths(static_cast<int>(su), static_cast<int>(sv));
   if (!(measured > 0)) return;
   evidence->seen_through |= p.z < (1 - kSeenThroughMargin) * measured * w;
   evidence->confirmed |= fabsf(p.z - measured * w) < kAgreementTolerance * p.z;

@@ -11,16 +11,13 @@ constexpr int kLanes = 8;  // independent partial sums, so that the compiler may
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
                                      const StereoOptions& stereo, Formulas formulas)
-    : reference_{input.reference.image->view()},
-      hypotheses_(hypotheses),
-      maps_(hypotheses.maps()),
-      formulas_(formulas) {
+    : reference_{input.reference.image->view()}, hypotheses_(hypotheses), formulas_(formulas) {
   const std::size_t num_views = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_views; ++j) {
     sources_.push_back({input.sources[j].image->view()});
     views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));
-    const bool has_map = j < input.source_maps.size() && input.source_maps[j] != nullptr;
-    source_maps_.push_back(has_map ? input.source_maps[j]->view() : ArrayView2D<const PlaneHypothesis>{});
+    const bool has_depths = j < input.source_depths.size() && input.source_depths[j] != nullptr;
+    source_depths_.push_back(has_depths ? input.source_depths[j]->view() : ArrayView2D<const float>{});
   }
   const int n = window_.samples_per_side = stereo.SamplesPerSide();
   window_.step = static_cast<float>(stereo.window_radius / n);
@@ -126,16 +123,17 @@ float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) cons
 DepthEvidence HypothesisMatcher::Evidence(int x, int y, float inverse_depth) const {
   DepthEvidence evidence;
   for (std::size_t j = 0; j < views_.size(); ++j) {
-    AddEvidence(views_[j], source_maps_[j], x + 0.5f, y + 0.5f, inverse_depth, &evidence);
+    AddEvidence(views_[j], source_depths_[j], x + 0.5f, y + 0.5f, inverse_depth, &evidence);
   }
   return evidence;
 }
 
 PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   PixelHypotheses result;
+  const HypothesisMaps maps = hypotheses_.maps();
   const bool robust = formulas_ == Formulas::kRobust;
   for (int k = 0; k < kNumDirections; ++k) {
-    const float w = maps_.inverse_depth[k](x, y);
+    const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
     if (!robust || !Evidence(x, y, w).seen_through) result.free |= static_cast<std::uint8_t>(1 << k);
@@ -146,7 +144,7 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   const int num_views = static_cast<int>(views_.size());
   for (int k = 0; k < kNumDirections; ++k) {
     if (!(result.free >> k & 1)) continue;
-    SampleMap(maps_.inverse_depth[k], x, y, scratch);
+    SampleMap(maps.inverse_depth[k], x, y, scratch);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
     std::uint32_t mask = 0;

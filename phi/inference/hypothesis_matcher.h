@@ -37,11 +37,10 @@ class HypothesisMatcher {
   GraySampler reference_;
   std::vector<GraySampler> sources_;
   std::vector<RelativeView> views_;
-  std::vector<ArrayView2D<const PlaneHypothesis>> source_maps_;  // parallel to views_; no data: unknown
+  std::vector<ArrayView2D<const float>> source_depths_;  // parallel to views_; no data: unknown
   MatchingWindow window_;
   std::vector<float> offset_u_, offset_v_;  // of the samples from the window's centre, pixels
   const Hypotheses& hypotheses_;
-  HypothesisMaps maps_;
   Formulas formulas_;
 };
 

@@ -31,28 +31,28 @@ int SamplingStep(int width, int height) {
 
 class SourcePool {
  public:
-  SourcePool(const InferenceInput& input, const ViewImage& source, const PlaneMap& map)
+  SourcePool(const InferenceInput& input, const ViewImage& source, const DepthMap& depths)
       : measured_(*input.measured),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
-        map_(map),
+        depths_(depths),
         source_id_(source.view->image_id),
         source_rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
 
   void AppendTo(std::vector<PooledSupport>* pooled) const {
-    const int step = SamplingStep(map_.width(), map_.height());
-    std::vector<std::vector<PooledSupport>> rows((map_.height() + step - 1) / step);
+    const int step = SamplingStep(depths_.width(), depths_.height());
+    std::vector<std::vector<PooledSupport>> rows((depths_.height() + step - 1) / step);
     tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
       const int y = static_cast<int>(row) * step;
-      for (int x = 0; x < map_.width(); x += step) AddPixel(x, y, &rows[row]);
+      for (int x = 0; x < depths_.width(); x += step) AddPixel(x, y, &rows[row]);
     });
     for (const auto& row : rows) pooled->insert(pooled->end(), row.begin(), row.end());
   }
 
  private:
   void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
-    const float depth = map_(x, y).depth;
+    const float depth = depths_(x, y);
     if (!(depth > 0)) return;
     const RelativeView& view = reference_from_source_;
     const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
@@ -71,13 +71,13 @@ class SourcePool {
   }
 
   std::uint32_t Hash(int x, int y) const {
-    return Philox({0, source_id_}, static_cast<std::uint64_t>(y) * map_.width() + x, 0, 0).v[0];
+    return Philox({0, source_id_}, static_cast<std::uint64_t>(y) * depths_.width() + x, 0, 0).v[0];
   }
 
   const PlaneMap& measured_;
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
-  const PlaneMap& map_;
+  const DepthMap& depths_;
   std::uint32_t source_id_;
   RayModel source_rays_;
   RelativeView reference_from_source_;
@@ -88,10 +88,10 @@ class SourcePool {
 std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
   std::vector<PooledSupport> pooled;
   const std::size_t num_views =
-      std::min<std::size_t>({input.sources.size(), input.source_maps.size(), kMaxSourceViews});
+      std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
-    if (input.source_maps[j] == nullptr) continue;
-    SourcePool(input, input.sources[j], *input.source_maps[j]).AppendTo(&pooled);
+    if (input.source_depths[j] == nullptr) continue;
+    SourcePool(input, input.sources[j], *input.source_depths[j]).AppendTo(&pooled);
   }
   return pooled;
 }

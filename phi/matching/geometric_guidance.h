@@ -13,17 +13,16 @@ namespace phi {
 inline constexpr float kGuidanceCostPerPixel = 0.2f;
 inline constexpr float kGuidanceMaxPixels = 3.0f;
 
-// In [0, kGuidanceCostPerPixel * kGuidanceMaxPixels]. `source_map`: plane hypotheses, or depths alone. (u, v), depth: the hypothesis in the reference image.
-template <typename Pixel>
-PHI_HD float GuidanceCost(const RayModel& reference, const RelativeView& view, ArrayView2D<Pixel> source_map,
-                          float u, float v, float depth) {
+// In [0, kGuidanceCostPerPixel * kGuidanceMaxPixels]. (u, v), depth: the hypothesis in the reference image.
+PHI_HD float GuidanceCost(const RayModel& reference, const RelativeView& view,
+                          ArrayView2D<const float> source_depths, float u, float v, float depth) {
   constexpr float kMax = kGuidanceCostPerPixel * kGuidanceMaxPixels;
   const Vec3f x_source = view.rotation * (depth * reference.Ray(u, v)) + view.translation;
   if (!(x_source.z > 0)) return kMax;
   const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
   const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
-  if (!(su >= 0 && sv >= 0 && su < source_map.width && sv < source_map.height)) return kMax;
-  const float source_depth = DepthOf(source_map(static_cast<int>(su), static_cast<int>(sv)));
+  if (!(su >= 0 && sv >= 0 && su < source_depths.width && sv < source_depths.height)) return kMax;
+  const float source_depth = source_depths(static_cast<int>(su), static_cast<int>(sv));
   if (!(source_depth > 0)) return kMax;
   const Vec3f back =
       TransposedTimes(view.rotation, source_depth * view.source.Ray(su, sv) - view.translation);

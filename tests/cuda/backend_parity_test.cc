@@ -113,7 +113,9 @@ TEST_P(BackendTest, StartsFromAnEarlierMapWithTheSourcesGuidance) {
   const RenderedScene scene = test_support::PlaneScene(SmallScene());
   EstimationInput input = InputOf(scene);
   input.initial = scene.truth[0];
-  for (std::size_t j = 1; j < scene.views.size(); ++j) input.source_maps.push_back(scene.truth[j]);
+  for (std::size_t j = 1; j < scene.views.size(); ++j) {
+    input.source_depths.push_back(std::make_shared<const DepthMap>(DepthsOf(*scene.truth[j])));
+  }
   const EstimationResult result = backend_->Estimate(input, Iterations(1));
   EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 0.01), 97);
 }

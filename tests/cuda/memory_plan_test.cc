@@ -39,7 +39,9 @@ EstimationInput GuidedInputOf(const RenderedScene& scene) {
   auto initial = std::make_shared<PlaneMap>(*scene.truth[0]);
   for (int x = 0; x < initial->width(); ++x) (*initial)(x, x).depth = 0;
   input.initial = initial;
-  for (std::size_t j = 1; j < scene.views.size(); ++j) input.source_maps.push_back(scene.truth[j]);
+  for (std::size_t j = 1; j < scene.views.size(); ++j) {
+    input.source_depths.push_back(std::make_shared<const DepthMap>(DepthsOf(*scene.truth[j])));
+  }
   return input;
 }
 

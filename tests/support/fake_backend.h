@@ -51,7 +51,7 @@ class FakeBackend : public phi::Backend {
       float depth = 1 + gray.data()[i] + 0.5f * static_cast<float>(options.seed);
       for (const phi::ViewImage& source : input.sources) depth += 0.01f * source.image->data()[i];
       if (input.initial) depth += 0.001f * input.initial->data()[i].depth;
-      for (const auto& map : input.source_maps) depth += map ? 0.0001f * map->data()[i].depth : 7;
+      for (const auto& depths : input.source_depths) depth += depths ? 0.0001f * depths->data()[i] : 7;
       result.map.data()[i] = {{0, 0, -1}, i % 5 == 0 ? 0 : depth};
     }
     return result;

@@ -67,15 +67,14 @@ PlaneMap MakeMeasured(double disparity_noise) {
 }
 
 // What the source view of PlainScene measured: the wall `factor` times as far as it is.
-std::shared_ptr<const PlaneMap> SourceMap(double factor) {
-  auto map = std::make_shared<PlaneMap>(kWidth, kHeight);
+std::shared_ptr<const DepthMap> SourceDepths(double factor) {
+  auto depths = std::make_shared<DepthMap>(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      (*map)(x, y).normal = Wall().normal;
-      (*map)(x, y).depth = static_cast<float>(factor / Wall().InverseDepth(x, y, 0.5));
+      (*depths)(x, y) = static_cast<float>(factor / Wall().InverseDepth(x, y, 0.5));
     }
   }
-  return map;
+  return depths;
 }
 
 std::int64_t NumFilled(const InferenceResult& result, int value = -1) {
@@ -128,12 +127,12 @@ TEST(Infer, AMeasurementOfAnotherViewConfirms) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));
   for (const double factor : {1.0, 1.005}) {
-    input.source_maps = {SourceMap(factor)};
+    input.source_depths = {SourceDepths(factor)};
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredConfirmed), 60 * 40) << factor;
   }
   // Too far to confirm and too near to contradict; nearer than the wall, it hides it.
   for (const double factor : {1.015, 0.9}) {
-    input.source_maps = {SourceMap(factor)};
+    input.source_depths = {SourceDepths(factor)};
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredAlone), 60 * 40) << factor;
   }
 }
@@ -145,7 +144,7 @@ TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
     options.mode = mode;
     const PlainScene scene;
     InferenceInput input = scene.Input(MakeMeasured(0));
-    input.source_maps = {SourceMap(1.1)};
+    input.source_depths = {SourceDepths(1.1)};
     input.sources[0].image = std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{150});
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options)), 0);
     options.formulas = Formulas::kPaper;
@@ -157,7 +156,7 @@ TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
 TEST(Infer, AWindowShowsWhatAnotherViewMeasuredBehindIt) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));
-  input.source_maps = {SourceMap(1.1)};
+  input.source_depths = {SourceDepths(1.1)};
   const InferenceResult result = InferPlanes(input, StereoOptions(), {});
   EXPECT_EQ(NumFilled(result), NumFilled(result, kInferredConfirmed));
   EXPECT_GT(NumFilled(result), 0.9 * 60 * 40);

@@ -42,7 +42,7 @@ struct WallScene {
   std::shared_ptr<GrayImage> reference_image = std::make_shared<GrayImage>(160, 120, std::uint8_t{128});
   std::shared_ptr<GrayImage> source_image = std::make_shared<GrayImage>(300, 260, std::uint8_t{130});
   std::shared_ptr<PlaneMap> measured = std::make_shared<PlaneMap>(160, 120);
-  std::shared_ptr<PlaneMap> source_map = std::make_shared<PlaneMap>(300, 260);
+  std::shared_ptr<DepthMap> source_depths = std::make_shared<DepthMap>(300, 260);
 
   WallScene() {
     Pose& pose = source.camera.pose;
@@ -51,7 +51,7 @@ struct WallScene {
     for (int y = 0; y < 260; ++y) {
       for (int x = 0; x < 300; ++x) {
         const double w = WallInverseDepth(source.camera, x + 0.5, y + 0.5);
-        (*source_map)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
+        (*source_depths)(x, y) = static_cast<float>(1 / w);
       }
     }
     // The reference's own: 20 x 20 pixels in a corner, bent by up to half a percent.
@@ -69,7 +69,7 @@ struct WallScene {
     input.reference = {&reference, reference_image};
     input.sources = {{&source, source_image}};
     input.measured = measured;
-    input.source_maps = {source_map};
+    input.source_depths = {source_depths};
     return input;
   }
 
@@ -94,11 +94,12 @@ struct WallScene {
 struct OnePointScene {
   SceneView reference = MakeView(1, 160, 120, 150), source = MakeView(2, 320, 240, 300);
   GrayImage reference_image = GrayImage(160, 120, 128), source_image = GrayImage(320, 240, 128);
-  PlaneMap measured = PlaneMap(160, 120), source_map = PlaneMap(320, 240);
+  PlaneMap measured = PlaneMap(160, 120);
+  DepthMap source_depths = DepthMap(320, 240);
 
   OnePointScene() {
     source.camera.pose.translation = {-0.5, 0, 0};
-    source_map(100, 90).depth = 3;
+    source_depths(100, 90) = 3;
   }
 
   InferenceInput Input() const {
@@ -106,7 +107,7 @@ struct OnePointScene {
     input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
     input.measured = std::make_shared<PlaneMap>(measured);
-    input.source_maps = {std::make_shared<PlaneMap>(source_map)};
+    input.source_depths = {std::make_shared<DepthMap>(source_depths)};
     return input;
   }
 
@@ -159,9 +160,9 @@ TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
 TEST(PooledSupports, ViewsWithoutAMapTakeNoPart) {
   InferenceInput input = OnePointScene().Input();
   input.sources.insert(input.sources.begin(), input.sources[0]);
-  input.source_maps.insert(input.source_maps.begin(), nullptr);
+  input.source_depths.insert(input.source_depths.begin(), nullptr);
   EXPECT_EQ(PoolSupports(input).size(), 1u);
-  input.source_maps.clear();
+  input.source_depths.clear();
   EXPECT_TRUE(PoolSupports(input).empty());
 }
 
@@ -197,7 +198,7 @@ TEST(PooledSupports, AreTheSameForAnyNumberOfThreads) {
   // Twice the same view: each of its points is there twice.
   InferenceInput input = scene.Input();
   input.sources.push_back(input.sources[0]);
-  input.source_maps.push_back(input.source_maps[0]);
+  input.source_depths.push_back(input.source_depths[0]);
   std::vector<PooledSupport> pooled[2];
   RegionPlane planes[2];
   for (const int i : {0, 1}) {
@@ -222,8 +223,7 @@ TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
     input.reference = {&reference, std::make_shared<GrayImage>(210, 140, std::uint8_t{128})};
     input.sources = {{&source, std::make_shared<GrayImage>(210 * scale, 140 * scale, std::uint8_t{128})}};
     input.measured = std::make_shared<PlaneMap>(210, 140);
-    const PlaneHypothesis ahead{{0, 0, -1}, 2};
-    input.source_maps = {std::make_shared<PlaneMap>(210 * scale, 140 * scale, ahead)};
+    input.source_depths = {std::make_shared<DepthMap>(210 * scale, 140 * scale, 2.0f)};
     return static_cast<std::int64_t>(PoolSupports(input).size());
   };
   EXPECT_EQ(num_pooled(1), 105 * 70);
@@ -236,7 +236,7 @@ TEST(PooledSupports, FillWhatOneViewCouldNot) {
   const WallScene scene;
   InferenceInput input = scene.Input();
   const InferenceResult together = InferPlanes(input, StereoOptions(), {});
-  input.source_maps.clear();
+  input.source_depths.clear();
   const InferenceResult alone = InferPlanes(input, StereoOptions(), {});
   int num_alone = 0;
   for (int y = 40; y < 100; ++y) {
