@@ -159,6 +159,7 @@ void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
     record.seconds = SecondsSince(task_begin);
     Save(stage, job, result, record);
   });
+  for (const ImageJob& job : jobs_) store_.Forget(job.image, previous.result);
   summary_.stages.push_back({.name = stage.result});
   summary_.stages.back().num_made = static_cast<int>(pending.size() - failures.size());
   summary_.stages.back().seconds = SecondsSince(begin);

@@ -105,6 +105,10 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
       });
 }
 
+void MapStore::Forget(int image, const std::string& kind) {
+  for (const std::string& key : {kind, DepthsKey(kind), FilledKey(kind)}) cache_.Erase({image, key});
+}
+
 void MapStore::WriteFiles(int image, const std::string& kind, const StageResult& result) const {
   if (result.filled) WriteMask(FilledPath(image, kind), *result.filled);
   if (result.cost) WriteDepthMap(workspace_.CostMapPath(image, kind), *result.cost);

@@ -38,6 +38,9 @@ class MapStore {
   // Keeps a result that gets files only when the budget asks for its place.
   void KeepTransient(int image, const std::string& kind, const StageResult& result);
 
+  // Gives up the memory of a result that no stage reads any more, but for its cost.
+  void Forget(int image, const std::string& kind);
+
   // Whether the files of a result are there and have the size of the image.
   bool FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_filled) const;
   void RemoveFiles(int image, const std::string& kind) const;

@@ -198,6 +198,9 @@ void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
     }
     progress_->TaskDone();
   });
+  if (stage > 0) {  // the only stage that reads those maps
+    for (const ImageJob& job : jobs_) store_.Forget(job.image, stages_[stage - 1].result);
+  }
   summary_.stages[stage].seconds += SecondsSince(begin);
   summary_.stages[stage].num_made += static_cast<int>(pending.size() - failures.size());
   RecordFailures(stage, plan, failures);
