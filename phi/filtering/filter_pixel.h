@@ -17,8 +17,8 @@ struct FilterReference {
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
   ArrayView2D<const PlaneHypothesis> map;
-  ArrayView2D<const float> cost;           // no data: not tested
-  ArrayView2D<const std::uint8_t> filled;  // no data: nothing is filled
+  ArrayView2D<const float> cost = {};           // no data: not tested
+  ArrayView2D<const std::uint8_t> filled = {};  // no data: nothing is filled
 };
 
 // A source view relative to the reference, and its map.
