@@ -1,5 +1,6 @@
 #include "colmap_ext/report/report.h"
 
+#include <algorithm>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -59,9 +60,20 @@ void AddRun(const std::filesystem::path& record_path, Json& report) {
   report["stages"] = stages;
 }
 
-void AddImages(const Workspace& workspace, const ReportOptions& options, Json& report) {
+// What a report tells is in maps and clouds.
+void RequireContent(const Workspace& workspace, const std::vector<ReportImage>& images, const Json& report) {
+  const bool has_maps = std::any_of(images.begin(), images.end(), [](const ReportImage& image) {
+    return image.photometric >= 0 || image.measured >= 0 || image.geometric >= 0;
+  });
+  if (has_maps || report.contains("cloud")) return;
+  throw phi::InputError(workspace.StereoFolder().string() +
+                        " holds no depth map of the sparse model's images that can be read, and there is no "
+                        "cloud: nothing to report; run phimvs patch_match_stereo first");
+}
+
+void AddImages(const std::vector<ReportImage>& report_images, Json& report) {
   Json images = Json::array();
-  for (const ReportImage& image : MakeReportImages(workspace, options)) {
+  for (const ReportImage& image : report_images) {
     images.push_back(ToJson(image));
     for (const std::string& warning : image.warnings)
       report["warnings"].push_back(image.name + ": " + warning);
@@ -152,9 +164,11 @@ void WriteReport(const ReportOptions& options) {
   } else {
     report["warnings"].push_back("stereo/phimvs.json is missing: times and settings are unknown");
   }
-  AddImages(workspace, options, report);
-  AddEvaluations(options.evaluations, report);
   AddCloud(options, workspace, report);
+  const std::vector<ReportImage> images = MakeReportImages(workspace, options);
+  RequireContent(workspace, images, report);
+  AddImages(images, report);
+  AddEvaluations(options.evaluations, report);
   WriteFileAtomically(options.output, ReportPage(ForScript(report)));
 }
 

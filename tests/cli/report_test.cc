@@ -130,6 +130,17 @@ TEST_F(ReportCommand, DamagedFilesAreWarningsNotAnEnd) {
   }
 }
 
+TEST_F(ReportCommand, SaysThatThereIsNothingToReport) {
+  std::filesystem::remove_all(folder_ / "dense/stereo/depth_maps");
+  EXPECT_EQ(Write().exit_code, 0) << "the cloud is there still";
+  std::filesystem::remove(folder_ / "report.html");
+  std::filesystem::remove(folder_ / "dense/fused.ply");
+  const ProgramResult result = Write();
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("run phimvs patch_match_stereo first"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
+}
+
 TEST_F(ReportCommand, RefusesScoresOfAnotherKind) {
   WriteBytes(folder_ / "dense/ours.json", "{}");
   const ProgramResult result = Write();
