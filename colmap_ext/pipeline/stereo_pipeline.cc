@@ -15,6 +15,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kHardlyAny = 0.01;  // of an image's pixels
+
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
@@ -109,12 +111,11 @@ void StereoPipeline::WarnOfFewWitnesses() const {
 }
 
 void StereoPipeline::WarnOfEmptyMaps() const {
-  constexpr double kHardlyAny = 0.01;
+  if (empty_.empty()) return;
   const StageSummary& last = summary_.stages.back();
-  const auto num_pixels = static_cast<double>(last.num_pixels);
-  if (last.num_pixels == 0 || static_cast<double>(last.num_with_depth) >= kHardlyAny * num_pixels) return;
-  phi::LogWarning("hardly a pixel of the " + last.name +
-                  " maps has depth: the images may show no texture, or their poses do not fit them; `phimvs "
+  phi::LogWarning("hardly a pixel of the " + last.name + " maps of " + std::to_string(empty_.size()) +
+                  " of " + std::to_string(last.num_made) + " images has depth, " + NameOf(*empty_.begin()) +
+                  " the first: they may show no texture, or their poses do not fit them; `phimvs "
                   "map_inspector --map_kind photometric` shows what there was before the filter");
 }
 
@@ -224,6 +225,9 @@ void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int 
   const std::int64_t num_with_depth = std::count_if(result.map->begin(), result.map->end(), has_depth);
   std::lock_guard<std::mutex> lock(mutex_);
   made_.emplace(stage, job);
+  const bool last = stage + 1 == static_cast<int>(stages_.size());
+  if (last && static_cast<double>(num_with_depth) < kHardlyAny * static_cast<double>(result.map->size()))
+    empty_.insert(job);
   summary_.stages[stage].num_pixels += static_cast<std::int64_t>(result.map->size());
   summary_.stages[stage].num_with_depth += num_with_depth;
 }

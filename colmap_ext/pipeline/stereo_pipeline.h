@@ -67,9 +67,10 @@ class StereoPipeline {
   std::unique_ptr<ProgressLine> progress_;
   RunSummary summary_;
 
-  std::mutex mutex_;                            // guards made_ and the counts of summary_ while tasks run
-  std::set<std::pair<int, int>> made_;          // (stage, job) made by this run
-  std::set<std::pair<int, int>> failed_;        // (stage, job)
+  std::mutex mutex_;                      // guards made_, empty_ and the counts of summary_ while tasks run
+  std::set<int> empty_;                   // jobs whose final map has hardly any depth
+  std::set<std::pair<int, int>> made_;    // (stage, job) made by this run
+  std::set<std::pair<int, int>> failed_;  // (stage, job)
   std::vector<std::vector<char>> files_whole_;  // by stage and job, when the run began
 };
 

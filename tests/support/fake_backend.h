@@ -23,6 +23,7 @@ struct FakeCalls {
   std::function<void(const std::string& stage, const std::string& image)> on_call;
   std::function<void(const phi::EstimationInput& input)> on_estimate;
   std::atomic<int> most_filter_sources{0};
+  std::string emptied;  // name of an image of which the filter keeps nothing
   std::chrono::milliseconds duration{0};
 };
 
@@ -68,6 +69,7 @@ class FakeBackend : public phi::Backend {
       maps.push_back(source.load != nullptr ? source.load() : nullptr);
     }
     phi::PlaneMap map = *input.reference.map;
+    if (input.reference.view->name == calls_.emptied) return phi::PlaneMap(map.width(), map.height());
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
       if (!(depth > 0)) continue;

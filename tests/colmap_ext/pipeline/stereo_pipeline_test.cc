@@ -336,6 +336,21 @@ TEST_F(StereoPipelineTest, SaysWhenTheFilterCanKeepNothing) {
   EXPECT_THAT(log.messages(), testing::Not(warnings));
 }
 
+TEST_F(StereoPipelineTest, NamesAnImageOfWhichNothingIsLeft) {
+  const auto warning = testing::Contains(HasSubstr("maps of 1 of 5 images has depth, " + names_[3]));
+  calls_.emptied = names_[3];
+  {
+    const test_support::LogCapture log;
+    Run();
+    EXPECT_THAT(log.messages(), warning);
+  }
+  calls_.emptied.clear();
+  options_.stereo.seed = 1;
+  const test_support::LogCapture log;
+  Run();
+  EXPECT_THAT(log.messages(), testing::Not(testing::Contains(HasSubstr("hardly a pixel"))));
+}
+
 TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
   std::filesystem::remove(folder_ / "images" / names_[1]);
   options_.allow_missing_files = true;
