@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/tiff_orientation.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -53,7 +54,8 @@ bool IsTruncatedJpeg(const Bytes& bytes) {
 }
 
 cv::Mat Decode(const fs::path& path, int flags) {
-  const Bytes bytes = ReadAllBytes(path);
+  Bytes bytes = ReadAllBytes(path);
+  IgnoreTiffOrientation(bytes);
   if (IsTruncatedJpeg(bytes)) {
     throw phi::InputError(path.string() + ": this JPEG is cut short; copy or undistort it again");
   }

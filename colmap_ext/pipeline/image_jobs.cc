@@ -110,7 +110,8 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
 std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
   const std::string& name = workspace.views()[job.image].name;
   if (job.file_is_missing) {
-    return "image " + name + ": the file " + workspace.ImagePath(job.image).string() + " is missing";
+    return "image " + name + ": the file " + workspace.ImagePath(job.image).string() +
+           " is missing or cannot be reached";
   }
   if (!job.sources.empty()) return "";
   if (workspace.views().size() == 1) {
@@ -176,7 +177,8 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
       key.Add(view_keys[source]);
     }
     job.input_key = key.Hex();
-    job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image));
+    std::error_code unreachable;  // one image's fault, as if there were none
+    job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image), unreachable);
     job.problem = ProblemOf(workspace, job);
   }
   return jobs;

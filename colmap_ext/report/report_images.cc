@@ -84,7 +84,8 @@ class ImageMaker {
   void AddPictures(const std::optional<DepthMap>& photometric, const std::optional<DepthMap>& measured,
                    const std::optional<DepthMap>& geometric, const std::optional<phi::Mask>& filled) {
     const int side = options_.picture_size;
-    if (std::filesystem::exists(workspace_.ImagePath(image_))) {
+    std::error_code unreachable;
+    if (std::filesystem::exists(workspace_.ImagePath(image_), unreachable)) {
       try {
         Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), side), "undistorted photo");
       } catch (const phi::InputError& error) {

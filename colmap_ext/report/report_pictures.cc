@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "phi/base/error.h"
+#include "colmap_ext/image_file.h"
 
 namespace colmap_ext {
 namespace {
@@ -113,11 +113,12 @@ std::string DifferencePicture(const phi::Array2D<float>& depth, const phi::Array
 }
 
 std::string PhotoPicture(const std::string& image_path, int longest_side) {
-  const cv::Mat photo = cv::imread(image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  if (photo.empty()) throw phi::InputError("cannot read image " + image_path);
-  cv::Mat small;
-  cv::resize(photo, small, FittingSize(photo.cols, photo.rows, longest_side), 0, 0, cv::INTER_AREA);
-  return DataUri(small, false);
+  const ColorImage photo = ReadColorImage(image_path);
+  const cv::Size size = FittingSize(photo.width(), photo.height(), longest_side);
+  ColorImage small = Resize(photo, size.width, size.height);
+  cv::Mat bgr;
+  cv::cvtColor(cv::Mat(size, CV_8UC3, small.data()), bgr, cv::COLOR_RGB2BGR);
+  return DataUri(bgr, false);
 }
 
 std::string Base64(std::string_view bytes) {

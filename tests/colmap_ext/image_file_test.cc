@@ -5,6 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <vector>
 
 #include "colmap_ext/mask_file.h"
 #include "tests/support/error_message.h"
@@ -39,6 +40,33 @@ std::string WithExifOrientation(const std::string& jpeg) {
   const std::string segment =
       std::string("\xFF\xE1") + static_cast<char>(length >> 8) + static_cast<char>(length & 0xFF) + exif;
   return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
+// 3 x 2 gray pixels 10, 20, ... 60, uncompressed, in either byte order.
+std::string MakeTiff(bool big_endian, int orientation) {
+  std::string file = big_endian ? "MM" : "II";
+  const auto append = [&](int value, int num_bytes) {
+    for (int i = 0; i < num_bytes; ++i) {
+      file += static_cast<char>(value >> 8 * (big_endian ? num_bytes - 1 - i : i));
+    }
+  };
+  constexpr int kPixelsBegin = 8, kDirectory = kPixelsBegin + 6;
+  append(42, 2);
+  append(kDirectory, 4);
+  for (int value = 10; value <= 60; value += 10) append(value, 1);
+  // Width, height, bits, no compression, black is 0, where the pixels are, orientation, samples, rows, bytes.
+  const int tags[][2] = {{256, 3},           {257, 2}, {258, 8}, {259, 1}, {262, 1}, {273, kPixelsBegin},
+                         {274, orientation}, {277, 1}, {278, 2}, {279, 6}};
+  append(static_cast<int>(std::size(tags)), 2);
+  for (const auto& [tag, value] : tags) {
+    append(tag, 2);
+    append(3, 2);  // a number of two bytes
+    append(1, 4);
+    append(value, 2);
+    append(0, 2);
+  }
+  append(0, 4);
+  return file;
 }
 
 class ImageFileTest : public ::testing::Test {
@@ -94,6 +122,29 @@ TEST_F(ImageFileTest, OrientationTagIsIgnored) {
   ASSERT_EQ(turned.cols, 24) << "the test's tag has no effect";
   EXPECT_EQ(ReadGrayImage(folder_ / "turned.jpg").width(), 40);
   EXPECT_EQ(ReadColorImage(folder_ / "turned.jpg").width(), 40);
+}
+
+// COLMAP's cameras fit the rows as they are stored, whatever way up a viewer shows them.
+TEST_F(ImageFileTest, OrientationTagOfTiffIsIgnored) {
+  for (const bool big_endian : {false, true}) {
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+      WriteBytes(folder_ / "turned.tif", MakeTiff(big_endian, orientation));
+      const phi::GrayImage image = ReadGrayImage(folder_ / "turned.tif");
+      ASSERT_EQ(image.width(), 3) << orientation;
+      ASSERT_EQ(image.height(), 2) << orientation;
+      EXPECT_THAT(std::vector<int>(image.begin(), image.end()), testing::ElementsAre(10, 20, 30, 40, 50, 60))
+          << orientation;
+    }
+  }
+}
+
+// Whatever a damaged file says, nothing beyond its end is touched.
+TEST_F(ImageFileTest, DamagedTiffsAreErrors) {
+  const std::string whole = MakeTiff(false, 6);
+  for (std::size_t size = 1; size < whole.size() - 4; ++size) {
+    WriteBytes(folder_ / "cut.tif", whole.substr(0, size));
+    EXPECT_THAT(InputErrorOf([&] { ReadGrayImage(folder_ / "cut.tif"); }), HasSubstr("cut.tif")) << size;
+  }
 }
 
 TEST_F(ImageFileTest, TruncatedImagesAreErrorsThatNameTheFile) {

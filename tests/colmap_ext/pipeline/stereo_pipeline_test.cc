@@ -283,6 +283,16 @@ TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
   EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
 }
 
+TEST_F(StereoPipelineTest, LinkToItselfFailsAlone) {
+  const auto image = folder_ / "images" / names_[1];
+  std::filesystem::remove(image);
+  std::filesystem::create_symlink(image.filename(), image);
+  const RunSummary summary = Run();
+  ASSERT_THAT(summary.failures, SizeIs(1));
+  EXPECT_EQ(summary.failures[0].image, names_[1]);
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(4, "geometric")));
+}
+
 TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
   test_support::WriteBytes(folder_ / "images" / names_[1], "not a picture");
   const RunSummary first = Run();
