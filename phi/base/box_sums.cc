@@ -6,12 +6,14 @@
 #include <tbb/parallel_for.h>
 
 namespace phi {
+namespace {
 
-Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image) {
+template <typename Value>
+Array2D<std::uint16_t> SumBoxes(ArrayView2D<const Value> image) {
   const int width = image.width, height = image.height;
   Array2D<std::uint16_t> result(width, height);
   tbb::parallel_for(0, height, [&](int y) {
-    const std::uint8_t* rows[3];
+    const Value* rows[3];
     for (int k = 0; k < 3; ++k) rows[k] = &image(0, std::clamp(y + k - 1, 0, height - 1));
     std::vector<std::uint16_t> columns(width + 2);
     for (int x = 0; x < width; ++x) columns[x + 1] = rows[0][x] + rows[1][x] + rows[2][x];
@@ -22,5 +24,10 @@ Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image) {
   });
   return result;
 }
+
+}  // namespace
+
+Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image) { return SumBoxes(image); }
+Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint16_t> sums) { return SumBoxes(sums); }
 
 }  // namespace phi

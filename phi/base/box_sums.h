@@ -7,7 +7,9 @@
 
 namespace phi {
 
-// Of the 3 x 3 pixels around each; the border's pixels count again beyond it. Nine times a smoothed grey level.
+// Of the 3 x 3 pixels around each; the border's pixels count again beyond it. Nine times a smoothed grey level; of such
+// sums once more, 81 times one.
 Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image);
+Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint16_t> sums);
 
 }  // namespace phi

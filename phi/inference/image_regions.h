@@ -1,4 +1,6 @@
-// Evenly coloured regions of an image: connected pixels (four neighbours) whose smoothed brightness changes slowly.
+// Evenly coloured regions of an image: connected pixels (four neighbours) whose smoothed brightness changes slowly in
+// all four directions, and the pixels beside them. A pixel at a step of brightness joins nothing, so that two
+// walls do not become one region where the edge between them fades for a few pixels.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +10,8 @@
 namespace phi {
 
 struct ImageRegions {
-  Array2D<std::int32_t> region;  // 0 to num_regions - 1, in the order of the regions' first pixels
+  // 0 to num_regions - 1, in the order of the regions' first pixels inside; -1: in none
+  Array2D<std::int32_t> region;
   std::int32_t num_regions = 0;
 };
 

@@ -17,7 +17,9 @@ namespace {
 
 constexpr int kMinSupports = 60;      // that a plane rests on
 constexpr double kMinShare = 0.15;    // of the region's supports not yet explained
-constexpr double kTolerance = 0.006;  // of an inlier, relative inverse depth
+constexpr double kTolerance = 0.003;  // of an inlier, relative inverse depth
+constexpr double kMinApart =
+    0.02;  // relative inverse depth: a second plane nearer to the first is its supports' noise
 constexpr int kMaxDraws = 100;
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
 constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
@@ -133,12 +135,26 @@ bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t reg
   return Refine(points, best) && Refine(points, best);
 }
 
+// How far the planes differ where the second one's inliers lie, relative to it.
+double Apart(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second) {
+  double x = 0, y = 0;
+  int n = 0;
+  for (const Point& p : points) {
+    if (!IsInlier(second, p)) continue;
+    x += p.x, y += p.y, ++n;
+  }
+  x /= n, y /= n;  // Refine found inliers
+  const double w1 = first.a + first.b * x + first.c * y, w2 = second.a + second.b * x + second.c * y;
+  return std::abs(w1 - w2) / w2;
+}
+
 std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, RandomKey key,
                                                     std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
   for (int k = 0; k < kPlanesPerRegion && points.size() >= kMinSupports; ++k) {
     RegionPlane plane;
     if (!FitPlane(points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
+    if (k > 0 && Apart(points, planes[0], plane) < kMinApart) break;
     planes[k] = plane;
     std::erase_if(points, [&](const Point& p) { return IsInlier(plane, p); });
   }
@@ -163,11 +179,14 @@ std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D
         run_region = region;
         run = 0;
       }
-      run += supports(x, y).value > 0;
+      run += region >= 0 && supports(x, y).value > 0;
     }
     if (run > 0) FetchAdd(&counts[run_region], run);
   });
-  for (const PooledSupport& support : pooled) ++counts[regions.region(support.PixelX(), support.PixelY())];
+  for (const PooledSupport& support : pooled) {
+    const std::int32_t region = regions.region(support.PixelX(), support.PixelY());
+    if (region >= 0) ++counts[region];
+  }
   return counts;
 }
 
@@ -222,7 +241,7 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
   tbb::parallel_for(0, supports.height, [&](int y) {
     for (int x = 0; x < supports.width; ++x) {
       std::int32_t& region = regions.region(x, y);
-      region = index[region];
+      if (region >= 0) region = index[region];
       if (region < 0 || !(supports(x, y).value > 0)) continue;
       const std::int32_t pixel = y * supports.width + x;
       add_member(supported[region], PixelHash(pixel), pixel);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -25,38 +26,76 @@ GrayImage Blobs(int width, int height) {
   return image;
 }
 
-int BoxSum(const GrayImage& image, int x, int y) {
+// Smoothed twice by 3 x 3 pixels, times 81: the weights of five pixels are 1, 2, 3, 2, 1, the border's pixels go on.
+int SmoothedSum(const GrayImage& image, int x, int y) {
+  const auto at = [&](int u, int v) {
+    return image(std::clamp(u, 0, image.width() - 1), std::clamp(v, 0, image.height() - 1));
+  };
   int sum = 0;
   for (int v = y - 1; v <= y + 1; ++v) {
     for (int u = x - 1; u <= x + 1; ++u) {
-      sum += image(std::clamp(u, 0, image.width() - 1), std::clamp(v, 0, image.height() - 1));
+      const int cu = std::clamp(u, 0, image.width() - 1), cv = std::clamp(v, 0, image.height() - 1);
+      for (int k = 0; k < 9; ++k) sum += at(cu + k % 3 - 1, cv + k / 3 - 1);
     }
   }
   return sum;
 }
 
-// Regions by flooding, one after the other: neighbours whose 3 x 3 means differ by 2 grey levels at most.
+constexpr int kMaxStep = 108;  // 4 / 3 of a grey level
+
+// The other end of a pixel's link k of four to its neighbours; the pixel itself beyond the border.
+std::pair<int, int> Neighbor(const GrayImage& image, int x, int y, int k) {
+  const int u = x + (k == 0) - (k == 1), v = y + (k == 2) - (k == 3);
+  return u < 0 || v < 0 || u >= image.width() || v >= image.height() ? std::pair{x, y} : std::pair{u, v};
+}
+
+// Regions by flooding, one after the other: the pixels without a step of more than 4 / 3 grey levels to any of the four
+// neighbours; and then the others, each with the most similar of its eight neighbours.
 ImageRegions Flood(const GrayImage& image) {
-  ImageRegions regions{Array2D<std::int32_t>(image.width(), image.height(), -1), 0};
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      if (regions.region(x, y) >= 0) continue;
-      std::vector<std::pair<int, int>> open = {{x, y}};
-      regions.region(x, y) = regions.num_regions;
-      while (!open.empty()) {
-        const auto [px, py] = open.back();
-        open.pop_back();
-        for (const auto& [qx, qy] : {std::pair{px - 1, py}, {px + 1, py}, {px, py - 1}, {px, py + 1}}) {
-          if (qx < 0 || qy < 0 || qx >= image.width() || qy >= image.height()) continue;
-          if (regions.region(qx, qy) >= 0) continue;
-          if (std::abs(BoxSum(image, px, py) - BoxSum(image, qx, qy)) > 18) continue;
-          regions.region(qx, qy) = regions.num_regions;
-          open.emplace_back(qx, qy);
-        }
-      }
-      ++regions.num_regions;
+  const int width = image.width(), height = image.height();
+  Array2D<int> sums(width, height);
+  Array2D<char> inside(width, height, 1);
+  ImageRegions regions{Array2D<std::int32_t>(width, height, -1), 0};
+  const auto for_pixels = [&](const auto& function) {
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) function(x, y);
     }
-  }
+  };
+  for_pixels([&](int x, int y) { sums(x, y) = SmoothedSum(image, x, y); });
+  for_pixels([&](int x, int y) {
+    for (int k = 0; k < 4; ++k) {
+      const auto [u, v] = Neighbor(image, x, y, k);
+      if (std::abs(sums(x, y) - sums(u, v)) > kMaxStep) inside(x, y) = 0;
+    }
+  });
+  for_pixels([&](int x, int y) {
+    if (!inside(x, y) || regions.region(x, y) >= 0) return;
+    std::vector<std::pair<int, int>> open = {{x, y}};
+    regions.region(x, y) = regions.num_regions;
+    while (!open.empty()) {
+      const auto [px, py] = open.back();
+      open.pop_back();
+      for (int k = 0; k < 4; ++k) {
+        const auto [u, v] = Neighbor(image, px, py, k);
+        if (!inside(u, v) || regions.region(u, v) >= 0) continue;
+        regions.region(u, v) = regions.num_regions;
+        open.emplace_back(u, v);
+      }
+    }
+    ++regions.num_regions;
+  });
+  const Array2D<std::int32_t> insides = regions.region;
+  for_pixels([&](int x, int y) {
+    if (inside(x, y)) return;
+    int least = 1 << 30;
+    for (int k = 0; k < 9; ++k) {
+      const int u = x + k % 3 - 1, v = y + k / 3 - 1;
+      if (u < 0 || v < 0 || u >= width || v >= height || !inside(u, v)) continue;
+      if (std::abs(sums(u, v) - sums(x, y)) >= least) continue;
+      least = std::abs(sums(u, v) - sums(x, y));
+      regions.region(x, y) = insides(u, v);
+    }
+  });
   return regions;
 }
 
@@ -84,6 +123,38 @@ TEST(ImageRegions, AWindingPathIsOneRegion) {
   const ImageRegions regions = FindRegions(image);
   EXPECT_EQ(regions.region(5, 200), regions.region(105, 200));
   EXPECT_NE(regions.region(5, 200), regions.region(5, 2));
+}
+
+TEST(ImageRegions, AFadingEdgeStillParts) {
+  // Two walls of 120 and 140 grey levels; for three rows the edge between them is a ramp without a step.
+  GrayImage image(80, 60);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const bool fades = y >= 30 && y < 33;
+      image(x, y) = static_cast<std::uint8_t>(fades ? std::clamp(110 + x / 2, 120, 140) : x < 40 ? 120 : 140);
+    }
+  }
+  const ImageRegions regions = FindRegions(image);
+  EXPECT_GE(regions.region(10, 10), 0);
+  EXPECT_EQ(regions.region(10, 10), regions.region(10, 50));
+  EXPECT_NE(regions.region(10, 10), regions.region(70, 10));
+  // Smoothing by five pixels makes steps of the links from 37 to 42.
+  EXPECT_EQ(regions.region(37, 10), regions.region(10, 10)) << "joins the pixel beside it";
+  EXPECT_EQ(regions.region(39, 10), -1);
+  EXPECT_EQ(regions.region(42, 10), regions.region(70, 10));
+}
+
+TEST(ImageRegions, NoiseDoesNotBreakThem) {
+  GrayImage image(200, 150);
+  std::mt19937 generator(1);
+  std::normal_distribution<double> noise(0, 4);
+  for (auto& pixel : image) pixel = static_cast<std::uint8_t>(std::clamp(120 + noise(generator), 0.0, 255.0));
+  const ImageRegions regions = FindRegions(image);
+  std::vector<int> sizes(regions.num_regions, 0);
+  for (const std::int32_t region : regions.region) {
+    if (region >= 0) ++sizes[region];
+  }
+  EXPECT_GT(*std::max_element(sizes.begin(), sizes.end()), 0.9 * 200 * 150);
 }
 
 TEST(ImageRegions, DoNotDependOnThreads) {

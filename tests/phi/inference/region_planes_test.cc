@@ -61,6 +61,23 @@ TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   }
 }
 
+TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
+  // A fifth of the supports lies 1 % too far away; at 3 % it is another surface.
+  const GrayImage plain(kWidth, kHeight, 120);
+  for (const float error : {0.01f, 0.03f}) {
+    Array2D<Support> supports(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (OnRim(x, y)) supports(x, y).value = LeftWall(x, y) / (1 + ((x + y) % 5 == 0 ? error : 0));
+      }
+    }
+    const RegionPlanes planes(plain, std::as_const(supports).view(), 3);
+    EXPECT_NEAR(planes.At(60, 60)[0].At(60, 60), LeftWall(60, 60), 1e-5f);
+    const float second = error > 0.02f ? LeftWall(60, 60) / (1 + error) : 0;
+    EXPECT_NEAR(planes.At(60, 60)[1].At(60, 60), second, 1e-5f) << error;
+  }
+}
+
 TEST(RegionPlanes, AnImageEdgeEndsARegion) {
   // Dark left half with a measured rim, bright right half without any measurement.
   GrayImage image(kWidth, kHeight, 60);
