@@ -1,6 +1,7 @@
 #include "colmap_ext/pipeline/stage_tasks.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "phi/base/error.h"
@@ -12,6 +13,17 @@ namespace {
 
 bool HasMap(const std::vector<std::string>& input_keys, int job) {
   return job >= 0 && !input_keys[job].empty();
+}
+
+// Positions in job.sources: to and fro through the scene from image to image, so that what one filter read last the next
+// one reads first. In one and the same order a long list's maps would each have left memory when their turn comes again.
+std::vector<std::size_t> FilterOrder(const ImageJob& job) {
+  std::vector<std::size_t> order(job.sources.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return job.sources[a] < job.sources[b]; });
+  if (job.image % 2 == 1) std::reverse(order.begin(), order.end());
+  return order;
 }
 
 }  // namespace
@@ -72,7 +84,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
                                phi::Backend& backend) const {
   phi::FilterInput input;
   input.reference = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
-  for (std::size_t i = 0; i < job.sources.size(); ++i) {
+  for (const std::size_t i : FilterOrder(job)) {
     phi::SourceMap source{&workspace_.views()[job.sources[i]], nullptr};
     if (HasMap(input_keys, job.source_jobs[i])) {
       source.load = [this, image = job.sources[i], &previous] { return store_.Map(image, previous.result); };

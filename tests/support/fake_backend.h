@@ -22,7 +22,7 @@ struct FakeCalls {
   // Called at the start of each call with the stage ("estimate", ...) and the reference's name; may throw.
   std::function<void(const std::string& stage, const std::string& image)> on_call;
   std::function<void(const phi::EstimationInput& input)> on_estimate;
-  std::atomic<int> most_filter_sources{0};
+  std::function<void(const phi::FilterInput& input)> on_filter;
   std::string emptied;  // name of an image of which the filter keeps nothing
   std::chrono::milliseconds duration{0};
 };
@@ -62,8 +62,7 @@ class FakeBackend : public phi::Backend {
   phi::PlaneMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
     const Call call(this, "filter", *input.reference.view);
     ++calls_.filters;
-    calls_.most_filter_sources =
-        std::max<int>(calls_.most_filter_sources, static_cast<int>(input.sources.size()));
+    if (calls_.on_filter) calls_.on_filter(input);
     std::vector<std::shared_ptr<const phi::PlaneMap>> maps;
     for (const phi::SourceMap& source : input.sources) {
       maps.push_back(source.load != nullptr ? source.load() : nullptr);

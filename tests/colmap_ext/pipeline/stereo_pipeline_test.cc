@@ -132,11 +132,19 @@ TEST_F(StereoPipelineTest, MatchesInTheBestOfALongListOfSources) {
       matched[input.reference.view->name].push_back(source.view->name);
     }
   };
+  std::vector<std::vector<std::string>> filtered;
+  calls_.on_filter = [&](const phi::FilterInput& input) {
+    filtered.emplace_back();
+    for (const phi::SourceMap& source : input.sources) filtered.back().push_back(source.view->name);
+  };
   EXPECT_TRUE(Run(other.path()).failures.empty());
   ASSERT_EQ(matched.size(), 40u);
   for (const auto& [reference, sources] : matched) EXPECT_THAT(sources, SizeIs(32)) << reference;
   EXPECT_THAT(matched["a/5.png"], ::testing::IsSupersetOf({"a/4.png", "a/6.png"}));
-  EXPECT_EQ(calls_.most_filter_sources, 39);
+  // The filters begin with the map that the one before read last, but for the last image: that map is its own.
+  ASSERT_THAT(filtered, SizeIs(80));
+  for (std::size_t i = 0; i < 40; ++i) EXPECT_THAT(filtered[i], SizeIs(39));
+  for (std::size_t i = 1; i < 39; ++i) EXPECT_EQ(filtered[i].front(), filtered[i - 1].back()) << i;
 }
 
 TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
