@@ -158,7 +158,8 @@ TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
 }
 
 TEST(PooledSupports, ViewsWithoutAMapTakeNoPart) {
-  InferenceInput input = OnePointScene().Input();
+  const OnePointScene scene;
+  InferenceInput input = scene.Input();
   input.sources.insert(input.sources.begin(), input.sources[0]);
   input.source_depths.insert(input.source_depths.begin(), nullptr);
   EXPECT_EQ(PoolSupports(input).size(), 1u);
