@@ -126,6 +126,23 @@ TEST_F(FilterTest, KeepsADepthThatNoViewNeedsToConfirm) {
   EXPECT_TRUE(Keeps(60, 30));
 }
 
+// A pixel's count of views is a byte.
+TEST_F(FilterTest, AsksForNoMoreViewsThanItCounts) {
+  options_.min_num_consistent = options_.min_num_consistent_inferred = 255;
+  EXPECT_EQ(options_.Check(), "");
+  options_.min_num_consistent = 256;
+  EXPECT_EQ(
+      options_.Check(),
+      "--PatchMatchStereo.filter_min_num_consistent is 256, but must be between 0 and 255 source views");
+  options_.min_num_consistent = 255;
+  options_.min_num_consistent_inferred = 256;
+  EXPECT_NE(options_.Check(), "");
+  // Of 300 that agree.
+  options_.min_num_consistent_inferred = 1;
+  for (int j = 1; j < 300; ++j) AddSource();
+  EXPECT_TRUE(Keeps(60, 30));
+}
+
 TEST_F(FilterTest, ViewsWithoutAMapTakeNoPart) {
   input_.sources.push_back({&source_view_, nullptr});
   EXPECT_FALSE(Keeps(60, 30));
