@@ -19,7 +19,7 @@ struct FusionOptions {
   // --StereoFusion.max_depth_error, difference over depth
   double max_depth_error = 0.01;
   // --StereoFusion.max_normal_error, degrees
-  double max_normal_error = 30;
+  double max_normal_error = 10;
   // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]
   double min_support = 0.6;
   // --PhiFusion.min_support_inferred: the same for a pixel whose depth was inferred, if larger. Below 1 a single image

@@ -18,24 +18,42 @@ namespace {
 // Between neighbours of one region: 4 thirds of a grey level of the image smoothed twice by 3 x 3 pixels, 10 times what
 // noise of one grey level makes of it.
 constexpr int kMaxStep = 108;
+constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
+constexpr int kReach = 2;      // pixels beyond its inside to which a region goes on
 constexpr int kBandRows = 64;  // labelled by one thread
 constexpr std::int32_t kNoRegion = -1;
 
 using BrightnessSums = Array2D<std::uint16_t>;
 
-// Where no neighbour is a step of brightness away.
-Mask FindInside(const BrightnessSums& sums) {
+// Where no step of brightness leads to a neighbour.
+Mask FindEven(const BrightnessSums& sums) {
   const int width = sums.width(), height = sums.height();
-  Mask inside(width, height);
+  Mask even(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     const std::uint16_t* row = &sums(0, y);
     const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
                         *below = y + 1 < height ? &sums(0, y + 1) : row;
     for (int x = 0; x < width; ++x) {
-      const auto even = [&](int other) { return std::abs(row[x] - other) <= kMaxStep; };
-      const bool all_even = even(above[x]) && even(below[x]) && even(row[std::max(x - 1, 0)]) &&
-                            even(row[std::min(x + 1, width - 1)]);
-      inside(x, y) = all_even ? 255 : 0;
+      const auto alike = [&](int other) { return std::abs(row[x] - other) <= kMaxStep; };
+      const bool all_alike = alike(above[x]) && alike(below[x]) && alike(row[std::max(x - 1, 0)]) &&
+                             alike(row[std::min(x + 1, width - 1)]);
+      even(x, y) = all_alike ? 255 : 0;
+    }
+  });
+  return even;
+}
+
+// Where all pixels up to kMargin away are even.
+Mask FindInside(const Mask& even) {
+  const int width = even.width(), height = even.height();
+  Mask inside(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      std::uint8_t all = 255;
+      for (int v = std::max(y - kMargin, 0); v <= std::min(y + kMargin, height - 1); ++v) {
+        for (int u = std::max(x - kMargin, 0); u <= std::min(x + kMargin, width - 1); ++u) all &= even(u, v);
+      }
+      inside(x, y) = all;
     }
   });
   return inside;
@@ -156,13 +174,13 @@ class RegionLabelling {
   std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
 };
 
-// The region inside which one of the eight neighbours lies, the one most alike; kNoRegion where there is none.
+// The region inside which a pixel at most kReach away lies, the one most alike; kNoRegion where there is none.
 std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const Array2D<std::int32_t>& region,
                           int x, int y) {
   std::int32_t beside = kNoRegion;
   int least = std::numeric_limits<int>::max();
-  for (int v = std::max(y - 1, 0); v <= std::min(y + 1, sums.height() - 1); ++v) {
-    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, sums.width() - 1); ++u) {
+  for (int v = std::max(y - kReach, 0); v <= std::min(y + kReach, sums.height() - 1); ++v) {
+    for (int u = std::max(x - kReach, 0); u <= std::min(x + kReach, sums.width() - 1); ++u) {
       const int difference = std::abs(sums(u, v) - sums(x, y));
       if (inside(u, v) == 0 || difference >= least) continue;
       least = difference;
@@ -177,7 +195,7 @@ std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const 
 ImageRegions FindRegions(const GrayImage& image) {
   const BrightnessSums once = SumBoxes3x3(image.view());
   const BrightnessSums sums = SumBoxes3x3(once.view());
-  const Mask inside = FindInside(sums);
+  const Mask inside = FindInside(FindEven(sums));
   ImageRegions regions = RegionLabelling(inside).Run();
   const auto for_pixels = [&](const auto& function) {
     tbb::parallel_for(0, image.height(), [&](int y) {

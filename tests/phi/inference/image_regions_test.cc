@@ -49,12 +49,12 @@ std::pair<int, int> Neighbor(const GrayImage& image, int x, int y, int k) {
   return u < 0 || v < 0 || u >= image.width() || v >= image.height() ? std::pair{x, y} : std::pair{u, v};
 }
 
-// Regions by flooding, one after the other: the pixels without a step of more than 4 / 3 grey levels to any of the four
-// neighbours; and then the others, each with the most similar of its eight neighbours.
+// Regions by flooding, one after the other: the pixels around which, 3 x 3, none has a step of more than 4 / 3 grey levels to any of
+// its four neighbours; and then the others, each with the most similar one of those within two pixels.
 ImageRegions Flood(const GrayImage& image) {
   const int width = image.width(), height = image.height();
   Array2D<int> sums(width, height);
-  Array2D<char> inside(width, height, 1);
+  Array2D<char> even(width, height, 1), inside(width, height, 1);
   ImageRegions regions{Array2D<std::int32_t>(width, height, -1), 0};
   const auto for_pixels = [&](const auto& function) {
     for (int y = 0; y < height; ++y) {
@@ -65,7 +65,13 @@ ImageRegions Flood(const GrayImage& image) {
   for_pixels([&](int x, int y) {
     for (int k = 0; k < 4; ++k) {
       const auto [u, v] = Neighbor(image, x, y, k);
-      if (std::abs(sums(x, y) - sums(u, v)) > kMaxStep) inside(x, y) = 0;
+      if (std::abs(sums(x, y) - sums(u, v)) > kMaxStep) even(x, y) = 0;
+    }
+  });
+  for_pixels([&](int x, int y) {
+    for (int k = 0; k < 9; ++k) {
+      const int u = std::clamp(x + k % 3 - 1, 0, width - 1), v = std::clamp(y + k / 3 - 1, 0, height - 1);
+      if (!even(u, v)) inside(x, y) = 0;
     }
   });
   for_pixels([&](int x, int y) {
@@ -88,8 +94,8 @@ ImageRegions Flood(const GrayImage& image) {
   for_pixels([&](int x, int y) {
     if (inside(x, y)) return;
     int least = 1 << 30;
-    for (int k = 0; k < 9; ++k) {
-      const int u = x + k % 3 - 1, v = y + k / 3 - 1;
+    for (int k = 0; k < 25; ++k) {
+      const int u = x + k % 5 - 2, v = y + k / 5 - 2;
       if (u < 0 || v < 0 || u >= width || v >= height || !inside(u, v)) continue;
       if (std::abs(sums(u, v) - sums(x, y)) >= least) continue;
       least = std::abs(sums(u, v) - sums(x, y));
