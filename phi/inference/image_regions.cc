@@ -11,13 +11,15 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/box_sums.h"
+#include "phi/base/image_noise.h"
 
 namespace phi {
 namespace {
 
-// Between neighbours of one region: 4 thirds of a grey level of the image smoothed twice by 3 x 3 pixels, 10 times what
-// noise of one grey level makes of it.
-constexpr int kMaxStep = 108;
+// Between neighbours of one region, in grey levels of the image smoothed twice by 3 x 3 pixels; where the image is noisier, so many
+// times its noise. Steps of noise alone have a standard deviation of 0.13 times that of the noise.
+constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
+constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
 constexpr int kReach = 2;      // pixels beyond its inside to which a region goes on
 constexpr int kBandRows = 64;  // labelled by one thread
@@ -26,7 +28,7 @@ constexpr std::int32_t kNoRegion = -1;
 using BrightnessSums = Array2D<std::uint16_t>;
 
 // Where no step of brightness leads to a neighbour.
-Mask FindEven(const BrightnessSums& sums) {
+Mask FindEven(const BrightnessSums& sums, int max_step) {
   const int width = sums.width(), height = sums.height();
   Mask even(width, height);
   tbb::parallel_for(0, height, [&](int y) {
@@ -34,7 +36,7 @@ Mask FindEven(const BrightnessSums& sums) {
     const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
                         *below = y + 1 < height ? &sums(0, y + 1) : row;
     for (int x = 0; x < width; ++x) {
-      const auto alike = [&](int other) { return std::abs(row[x] - other) <= kMaxStep; };
+      const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
       const bool all_alike = alike(above[x]) && alike(below[x]) && alike(row[std::max(x - 1, 0)]) &&
                              alike(row[std::min(x + 1, width - 1)]);
       even(x, y) = all_alike ? 255 : 0;
@@ -195,7 +197,8 @@ std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const 
 ImageRegions FindRegions(const GrayImage& image) {
   const BrightnessSums once = SumBoxes3x3(image.view());
   const BrightnessSums sums = SumBoxes3x3(once.view());
-  const Mask inside = FindInside(FindEven(sums));
+  const double max_step = std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
+  const Mask inside = FindInside(FindEven(sums, static_cast<int>(kSumsPerGreyLevel * max_step)));
   ImageRegions regions = RegionLabelling(inside).Run();
   const auto for_pixels = [&](const auto& function) {
     tbb::parallel_for(0, image.height(), [&](int y) {

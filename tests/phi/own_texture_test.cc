@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -36,13 +37,37 @@ TEST(OwnTexture, NeedsAQuarterOfASquaredGreyLevel) {
   EXPECT_EQ(KeptShare(Stripes(131)), 1);
 }
 
-// White noise of one grey level has a variance of 1 and, smoothed by 9 pixels, of 1/9.
-TEST(OwnTexture, NoiseIsNone) {
+GrayImage AddNoise(GrayImage image, double deviation) {
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0, 1);
-  GrayImage image(200, 200);
-  for (std::uint8_t& value : image) value = static_cast<std::uint8_t>(std::lround(128 + noise(random)));
-  EXPECT_LT(KeptShare(image), 0.02);
+  std::normal_distribution<double> noise(0, deviation);
+  for (std::uint8_t& value : image) {
+    value = static_cast<std::uint8_t>(std::clamp<long>(std::lround(value + noise(random)), 0, 255));
+  }
+  return image;
+}
+
+// White noise of one grey level has a variance of 1 and, smoothed by 9 pixels, of 1/9: less than what is asked. Of more noise a
+// ninth of the variance is granted; the 5 x 5 pixels, whose values overlap, mostly have less.
+TEST(OwnTexture, NoiseIsMostlyNone) {
+  const GrayImage plain(200, 200, 128);
+  EXPECT_LT(KeptShare(AddNoise(plain, 1)), 0.02);
+  for (const double deviation : {2, 4, 8}) EXPECT_LT(KeptShare(AddNoise(plain, deviation)), 0.4) << deviation;
+}
+
+// Stripes of d = 40 vary by at least 0.062 d^2 = 99, noise of 8 grey levels by 64 / 9 = 7.
+TEST(OwnTexture, TextureStaysWhereNoiseIs) {
+  GrayImage image(200, 200, 128);
+  for (int y = 0; y < 200; ++y) {
+    for (int x = 100; x < 200; ++x) image(x, y) = x / 3 % 2 == 0 ? 108 : 148;
+  }
+  PlaneMap map(200, 200, {{0, 0, -1}, 3});
+  DropPlainPixels(AddNoise(image, 8), &map);
+  int num_plain = 0;
+  for (int y = 0; y < 200; ++y) {
+    for (int x = 0; x < 95; ++x) num_plain += map(x, y).depth > 0;
+    for (int x = 100; x < 200; ++x) EXPECT_GT(map(x, y).depth, 0) << x << ", " << y;
+  }
+  EXPECT_LT(num_plain, 0.4 * 95 * 200);
 }
 
 // An edge counts for the pixels within 3 of it (2, and 1 of the smoothing) and no farther, however strong it is.

@@ -1,6 +1,7 @@
 #include "phi/inference/image_regions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 #include <utility>
@@ -12,7 +13,8 @@
 namespace phi {
 namespace {
 
-// Blobs of a few grey levels, finer to the right: many regions of all sizes, some across all rows.
+// Blobs of a few grey levels, finer to the right: many regions of all sizes, some across all rows. Noise of less than one
+// grey level, so that a step is 4 / 3 of one.
 GrayImage Blobs(int width, int height) {
   GrayImage image(width, height);
   std::uint32_t state = 1;
@@ -151,16 +153,26 @@ TEST(ImageRegions, AFadingEdgeStillParts) {
 }
 
 TEST(ImageRegions, NoiseDoesNotBreakThem) {
-  GrayImage image(200, 150);
-  std::mt19937 generator(1);
-  std::normal_distribution<double> noise(0, 4);
-  for (auto& pixel : image) pixel = static_cast<std::uint8_t>(std::clamp(120 + noise(generator), 0.0, 255.0));
-  const ImageRegions regions = FindRegions(image);
-  std::vector<int> sizes(regions.num_regions, 0);
-  for (const std::int32_t region : regions.region) {
-    if (region >= 0) ++sizes[region];
+  for (const double deviation : {2, 4, 8, 12}) {
+    // Two walls side by side, which stay apart.
+    GrayImage image(400, 150);
+    std::mt19937 generator(1);
+    std::normal_distribution<double> noise(0, deviation);
+    for (int y = 0; y < 150; ++y) {
+      for (int x = 0; x < 400; ++x) {
+        const double value = (x < 200 ? 90 : 140) + noise(generator);
+        image(x, y) = static_cast<std::uint8_t>(std::clamp(std::round(value), 0.0, 255.0));
+      }
+    }
+    const ImageRegions regions = FindRegions(image);
+    std::vector<int> sizes(regions.num_regions, 0);
+    for (const std::int32_t region : regions.region) {
+      if (region >= 0) ++sizes[region];
+    }
+    std::sort(sizes.rbegin(), sizes.rend());
+    EXPECT_GT(sizes[1], 0.9 * 200 * 150) << deviation;
+    EXPECT_LT(sizes[0], 1.02 * 200 * 150) << deviation;
   }
-  EXPECT_GT(*std::max_element(sizes.begin(), sizes.end()), 0.9 * 200 * 150);
 }
 
 TEST(ImageRegions, DoNotDependOnThreads) {
