@@ -45,20 +45,40 @@ Mask FindEven(const BrightnessSums& sums, int max_step) {
   return even;
 }
 
-// Where all pixels up to kMargin away are even.
-Mask FindInside(const Mask& even) {
-  const int width = even.width(), height = even.height();
-  Mask inside(width, height);
+// Of each pixel and its neighbours up to `radius` away along both axes, the values joined: columns first, then rows, in
+// loops that become vector instructions.
+template <class Join>
+Mask JoinSquares(const Mask& mask, int radius, const Join& join) {
+  const int width = mask.width(), height = mask.height();
+  Mask columns(width, height), squares(width, height);
   tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      std::uint8_t all = 255;
-      for (int v = std::max(y - kMargin, 0); v <= std::min(y + kMargin, height - 1); ++v) {
-        for (int u = std::max(x - kMargin, 0); u <= std::min(x + kMargin, width - 1); ++u) all &= even(u, v);
-      }
-      inside(x, y) = all;
+    std::uint8_t* joined = &columns(0, y);
+    std::copy_n(&mask(0, y), width, joined);
+    for (int v = std::max(y - radius, 0); v <= std::min(y + radius, height - 1); ++v) {
+      const std::uint8_t* row = &mask(0, v);
+      for (int x = 0; x < width; ++x) joined[x] = join(joined[x], row[x]);
     }
   });
-  return inside;
+  tbb::parallel_for(0, height, [&](int y) {
+    const std::uint8_t* row = &columns(0, y);
+    std::uint8_t* joined = &squares(0, y);
+    std::copy_n(row, width, joined);
+    for (int u = -radius; u <= radius; ++u) {
+      const int end = std::min(width, width - u);
+      for (int x = std::max(0, -u); x < end; ++x) joined[x] = join(joined[x], row[x + u]);
+    }
+  });
+  return squares;
+}
+
+// Where all pixels up to kMargin away are even.
+Mask FindInside(const Mask& even) {
+  return JoinSquares(even, kMargin, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; });
+}
+
+// Where one pixel or more up to kReach away is inside a region.
+Mask FindNear(const Mask& inside) {
+  return JoinSquares(inside, kReach, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; });
 }
 
 class RegionLabelling {
@@ -206,8 +226,9 @@ ImageRegions FindRegions(const GrayImage& image) {
     });
   };
   for_pixels([](int, int, std::int32_t& region) { region = ~region; });
+  const Mask near = FindNear(inside);
   for_pixels([&](int x, int y, std::int32_t& region) {
-    if (inside(x, y) == 0) region = RegionBeside(sums, inside, regions.region, x, y);
+    if (inside(x, y) == 0 && near(x, y) != 0) region = RegionBeside(sums, inside, regions.region, x, y);
   });
   return regions;
 }
