@@ -45,40 +45,29 @@ Mask FindEven(const BrightnessSums& sums, int max_step) {
   return even;
 }
 
-// Of each pixel and its neighbours up to `radius` away along both axes, the values joined: columns first, then rows, in
-// loops that become vector instructions.
+// One row of a mask, each pixel joined with its neighbours up to `radius` away along both axes: columns first, then rows, in loops that
+// become vector instructions. Rows and not whole masks: fresh memory of an image's size costs more than the work.
 template <class Join>
-Mask JoinSquares(const Mask& mask, int radius, const Join& join) {
-  const int width = mask.width(), height = mask.height();
-  Mask columns(width, height), squares(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    std::uint8_t* joined = &columns(0, y);
-    std::copy_n(&mask(0, y), width, joined);
-    for (int v = std::max(y - radius, 0); v <= std::min(y + radius, height - 1); ++v) {
-      const std::uint8_t* row = &mask(0, v);
-      for (int x = 0; x < width; ++x) joined[x] = join(joined[x], row[x]);
-    }
-  });
-  tbb::parallel_for(0, height, [&](int y) {
-    const std::uint8_t* row = &columns(0, y);
-    std::uint8_t* joined = &squares(0, y);
-    std::copy_n(row, width, joined);
-    for (int u = -radius; u <= radius; ++u) {
-      const int end = std::min(width, width - u);
-      for (int x = std::max(0, -u); x < end; ++x) joined[x] = join(joined[x], row[x + u]);
-    }
-  });
-  return squares;
+void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uint8_t* joined) {
+  const int width = mask.width();
+  std::vector<std::uint8_t> columns(&mask(0, y), &mask(0, y) + width);
+  for (int v = std::max(y - radius, 0); v <= std::min(y + radius, mask.height() - 1); ++v) {
+    const std::uint8_t* row = &mask(0, v);
+    for (int x = 0; x < width; ++x) columns[x] = join(columns[x], row[x]);
+  }
+  std::copy(columns.begin(), columns.end(), joined);
+  for (int u = -radius; u <= radius; ++u) {
+    const int end = std::min(width, width - u);
+    for (int x = std::max(0, -u); x < end; ++x) joined[x] = join(joined[x], columns[x + u]);
+  }
 }
 
 // Where all pixels up to kMargin away are even.
 Mask FindInside(const Mask& even) {
-  return JoinSquares(even, kMargin, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; });
-}
-
-// Where one pixel or more up to kReach away is inside a region.
-Mask FindNear(const Mask& inside) {
-  return JoinSquares(inside, kReach, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; });
+  const auto both = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
+  Mask inside(even.width(), even.height());
+  tbb::parallel_for(0, even.height(), [&](int y) { JoinSquares(even, kMargin, y, both, &inside(0, y)); });
+  return inside;
 }
 
 class RegionLabelling {
@@ -215,20 +204,22 @@ std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const 
 }  // namespace
 
 ImageRegions FindRegions(const GrayImage& image) {
-  const BrightnessSums once = SumBoxes3x3(image.view());
-  const BrightnessSums sums = SumBoxes3x3(once.view());
+  const BrightnessSums sums = SumBoxes3x3Twice(image.view());
   const double max_step = std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
   const Mask inside = FindInside(FindEven(sums, static_cast<int>(kSumsPerGreyLevel * max_step)));
   ImageRegions regions = RegionLabelling(inside).Run();
-  const auto for_pixels = [&](const auto& function) {
-    tbb::parallel_for(0, image.height(), [&](int y) {
-      for (int x = 0; x < image.width(); ++x) function(x, y, regions.region(x, y));
-    });
-  };
-  for_pixels([](int, int, std::int32_t& region) { region = ~region; });
-  const Mask near = FindNear(inside);
-  for_pixels([&](int x, int y, std::int32_t& region) {
-    if (inside(x, y) == 0 && near(x, y) != 0) region = RegionBeside(sums, inside, regions.region, x, y);
+  const int width = image.width(), height = image.height();
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) regions.region(x, y) = ~regions.region(x, y);
+  });
+  const auto either = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; };
+  tbb::parallel_for(0, height, [&](int y) {
+    std::vector<std::uint8_t> near(width);  // a pixel inside a region is within reach
+    JoinSquares(inside, kReach, y, either, near.data());
+    for (int x = 0; x < width; ++x) {
+      if (inside(x, y) != 0 || near[x] == 0) continue;
+      regions.region(x, y) = RegionBeside(sums, inside, regions.region, x, y);
+    }
   });
   return regions;
 }
