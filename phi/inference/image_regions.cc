@@ -22,27 +22,25 @@ constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
 constexpr int kReach = 2;      // pixels beyond its inside to which a region goes on
-constexpr int kBandRows = 64;  // labelled by one thread
+constexpr int kBandRows = 64;  // done by one thread
 constexpr std::int32_t kNoRegion = -1;
 
 using BrightnessSums = Array2D<std::uint16_t>;
 
-// Where no step of brightness leads to a neighbour.
-Mask FindEven(const BrightnessSums& sums, int max_step) {
-  const int width = sums.width(), height = sums.height();
-  Mask even(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    const std::uint16_t* row = &sums(0, y);
-    const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
-                        *below = y + 1 < height ? &sums(0, y + 1) : row;
-    for (int x = 0; x < width; ++x) {
-      const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
-      const bool all_alike = alike(above[x]) && alike(below[x]) && alike(row[std::max(x - 1, 0)]) &&
-                             alike(row[std::min(x + 1, width - 1)]);
-      even(x, y) = all_alike ? 255 : 0;
-    }
-  });
-  return even;
+// Where no step of brightness leads to a neighbour, in row y.
+void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* even) {
+  const int width = sums.width();
+  const std::uint16_t* row = &sums(0, y);
+  const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
+                      *below = y + 1 < sums.height() ? &sums(0, y + 1) : row;
+  const auto find = [&](int x, int left, int right) {
+    const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
+    // No short circuit, so that the loop becomes vector instructions.
+    const bool all = alike(above[x]) & alike(below[x]) & alike(row[left]) & alike(row[right]);
+    even[x] = all ? 255 : 0;
+  };
+  for (int x = 1; x + 1 < width; ++x) find(x, x - 1, x + 1);
+  for (const int x : {0, width - 1}) find(x, std::max(x - 1, 0), std::min(x + 1, width - 1));
 }
 
 // One row of a mask, each pixel joined with its neighbours up to `radius` away along both axes: columns first, then rows, in loops that
@@ -63,10 +61,17 @@ void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uin
 }
 
 // Where all pixels up to kMargin away are even.
-Mask FindInside(const Mask& even) {
+Mask FindInside(const BrightnessSums& sums, int max_step) {
   const auto both = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
-  Mask inside(even.width(), even.height());
-  tbb::parallel_for(0, even.height(), [&](int y) { JoinSquares(even, kMargin, y, both, &inside(0, y)); });
+  const int width = sums.width(), height = sums.height(), num_bands = (height + kBandRows - 1) / kBandRows;
+  Mask inside(width, height);
+  tbb::parallel_for(0, num_bands, [&](int band) {
+    const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
+    const int first = std::max(begin - kMargin, 0), last = std::min(end + kMargin, height) - 1;
+    Mask even(width, last - first + 1);
+    for (int y = first; y <= last; ++y) FindEven(sums, max_step, y, &even(0, y - first));
+    for (int y = begin; y < end; ++y) JoinSquares(even, kMargin, y - first, both, &inside(0, y));
+  });
   return inside;
 }
 
@@ -206,7 +211,7 @@ std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const 
 ImageRegions FindRegions(const GrayImage& image) {
   const BrightnessSums sums = SumBoxes3x3Twice(image.view());
   const double max_step = std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
-  const Mask inside = FindInside(FindEven(sums, static_cast<int>(kSumsPerGreyLevel * max_step)));
+  const Mask inside = FindInside(sums, static_cast<int>(kSumsPerGreyLevel * max_step));
   ImageRegions regions = RegionLabelling(inside).Run();
   const int width = image.width(), height = image.height();
   tbb::parallel_for(0, height, [&](int y) {
