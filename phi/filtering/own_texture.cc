@@ -11,7 +11,9 @@
 namespace phi {
 namespace {
 
-// `sums`: nine times the smoothed image. `min_variance`: of the sums.
+constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
+
+// `min_variance`: of the sums.
 bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int x, int y) {
   const int x0 = std::max(x - kOwnTextureRadius, 0), x1 = std::min(x + kOwnTextureRadius, sums.width() - 1);
   const int y0 = std::max(y - kOwnTextureRadius, 0), y1 = std::min(y + kOwnTextureRadius, sums.height() - 1);
@@ -32,7 +34,8 @@ bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int 
 void DropPlainPixels(const GrayImage& image, PlaneMap* map) {
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   const double noise = NoiseDeviation(image.view());
-  const double min_variance = 81 * std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
+  const double min_variance = kSumsPerGreyLevel * kSumsPerGreyLevel *
+                              std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
       PlaneHypothesis& h = (*map)(x, y);

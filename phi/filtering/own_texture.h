@@ -13,12 +13,12 @@ inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pi
 // Squared grey levels, of the image smoothed by 3 x 3 pixels. A sensor's noise loses nearly all of its variance in the
 // smoothing, the faint texture of a sharp or of an enlarged photo does not.
 inline constexpr double kMinOwnVariance = 0.25;
-// At least so many times the variance that the image's noise keeps in the smoothing, a ninth. Twice that drops two thirds more of a
-// plain wall's pixels, but too much of a facade's faint texture.
+// At least so many times the variance that the image's noise keeps in the smoothing, a ninth. That leaves a third of a
+// plain wall's pixels; twice as much leaves hardly any, and drops too much of a facade's faint texture.
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
-// Takes the depth from the pixels around which the smoothed image varies by less than kMinOwnVariance or than its noise lets it
-// vary. The map has the image's size.
+// Takes the depth from the pixels around which the smoothed image varies by less than kMinOwnVariance or than its noise
+// lets it vary. The map has the image's size.
 void DropPlainPixels(const GrayImage& image, PlaneMap* map);
 
 }  // namespace phi

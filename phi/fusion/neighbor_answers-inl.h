@@ -134,24 +134,24 @@ HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, 
                 hn::Mul(hn::Mul(Set(kMaxCoarsening * neighbor.view.source.fx), part.depth), their_slant));
 }
 
+// Of colours and flags as in FusionPixel.
+HWY_INLINE Mask HasFlag(VW color, std::uint8_t flag) {
+  return hn::RebindMask(Floats(), hn::TestBit(color, hn::Set(Words(), std::uint32_t{flag} << 24)));
+}
+
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
                             const Sighting& s, VF reproj_error, VW color, Mask compared) {
   const Mask close = hn::Le(reproj_error, Set(kCoverFactor * gates.max_reproj_error));
-  const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kEmitted} << 24);
-  const Mask emitted = hn::RebindMask(Floats(), hn::TestBit(color, flag));
-  const Mask candidates = hn::And(compared, hn::And(close, emitted));
+  const Mask candidates = hn::And(compared, hn::And(close, HasFlag(color, FusionPixel::kEmitted)));
   if (hn::AllFalse(Floats(), candidates)) return candidates;
   return hn::And(candidates, SamplesFinely(neighbor, part, s));
 }
 
-// Which of the pixels `beyond` the neighbour sees through: those where it measured a surface. An inferred one
-// behind a point is more often wrong than the point before it.
-HWY_INLINE Mask SeesThrough(const std::uint32_t* words, const Sighting& s, Mask beyond) {
-  if (hn::AllFalse(Floats(), beyond)) return beyond;
-  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
-  const VW flag = hn::Set(Words(), std::uint32_t{FusionPixel::kInferred} << 24);
-  return hn::AndNot(hn::RebindMask(Floats(), hn::TestBit(color, flag)), beyond);
+// Counts the neighbour among those that see through the pixels `beyond` where it measured a surface. An inferred one behind
+// a point is more often wrong than the point before it.
+HWY_INLINE void CountSeenThrough(VW color, Mask beyond, int first, SupportRun* run) {
+  Count(hn::AndNot(HasFlag(color, FusionPixel::kInferred), beyond), run->num_seen_through + first);
 }
 
 // Asks the neighbour about the pixels `wanted`; see neighbor_lookup.h. Returns those that it covers.
@@ -171,15 +171,19 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const Mask beyond = hn::Gt(difference, tolerances(kSeenThroughFactor));
   const Mask near = hn::AndNot(hn::Gt(hn::Abs(difference), tolerances(kHopelessFactor)), has_depth);
   const int first = part.first;
+  const auto gather_color = [&]() HWY_ATTR {
+    return hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
+  };
   if (hn::AllFalse(df, near)) {
     Count(has_depth, run->num_depth + first);
-    Count(SeesThrough(words, s, hn::And(has_depth, beyond)), run->num_seen_through + first);
+    const Mask behind = hn::And(has_depth, beyond);
+    if (!hn::AllFalse(df, behind)) CountSeenThrough(gather_color(), behind, first, run);
     return none;
   }
 
   const Meeting m = Meet(neighbor, gates, part, s, words);
   const Mask compared = hn::And(near, m.meets);
-  const VW color = hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
+  const VW color = gather_color();
   const Mask covered =
       neighbor.earlier ? FindCovered(neighbor, gates, part, s, m.reproj_error, color, compared) : none;
   if (hn::AllFalse(df, hn::AndNot(covered, has_depth)))
@@ -190,8 +194,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
   const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
   Count(hn::AndNot(depth_agrees, has_depth), run->num_depth + first);
-  Count(SeesThrough(words, s, hn::And(hn::AndNot(compared, has_depth), beyond)),
-        run->num_seen_through + first);
+  CountSeenThrough(color, hn::And(hn::AndNot(compared, has_depth), beyond), first, run);
   Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
   Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
 

@@ -5,8 +5,8 @@
 // nearest pixel lies at quite another depth, and keeps every point on its own pixel's ray.
 //
 // An image answers, in the order of the tests: it does not see the point; it has no depth there; its surface lies
-// before the point, or beyond it (it sees through the point, if it measured that surface); the depths differ, the reprojection error is too large,
-// the normals differ; or it agrees.
+// before the point, or beyond it (it sees through the point, if it measured that surface); the depths differ, the
+// reprojection error is too large, the normals differ; or it agrees.
 #pragma once
 
 #include <cstddef>

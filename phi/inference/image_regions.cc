@@ -16,8 +16,8 @@
 namespace phi {
 namespace {
 
-// Between neighbours of one region, in grey levels of the image smoothed twice by 3 x 3 pixels; where the image is noisier, so many
-// times its noise. Steps of noise alone have a standard deviation of 0.13 times that of the noise.
+// Between neighbours of one region, in grey levels of the image smoothed twice by 3 x 3 pixels; where the image is
+// noisier, so many times its noise. Steps of noise alone have a standard deviation of 0.13 times that of the noise.
 constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
@@ -43,8 +43,9 @@ void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* eve
   for (const int x : {0, width - 1}) find(x, std::max(x - 1, 0), std::min(x + 1, width - 1));
 }
 
-// One row of a mask, each pixel joined with its neighbours up to `radius` away along both axes: columns first, then rows, in loops that
-// become vector instructions. Rows and not whole masks: fresh memory of an image's size costs more than the work.
+// One row of a mask, each pixel joined with its neighbours up to `radius` away along both axes: columns first, then rows,
+// in loops that become vector instructions. Rows and not whole masks: fresh memory of an image's size costs more than the
+// work.
 template <class Join>
 void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uint8_t* joined) {
   const int width = mask.width();

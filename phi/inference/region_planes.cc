@@ -18,8 +18,8 @@ namespace {
 constexpr int kMinSupports = 60;      // that a plane rests on
 constexpr double kMinShare = 0.15;    // of the region's supports not yet explained
 constexpr double kTolerance = 0.003;  // of an inlier, relative inverse depth
-constexpr double kMinApart =
-    0.02;  // relative inverse depth: a second plane nearer to the first is its supports' noise
+// Relative inverse depth: a second plane nearer to the first is noise of its supports.
+constexpr double kMinApart = 0.02;
 constexpr int kMaxDraws = 100;
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
 constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
@@ -49,7 +49,7 @@ std::uint32_t PixelHash(std::uint32_t pixel) {
 }
 
 bool IsInlier(const RegionPlane& plane, const Point& p) {
-  return std::abs(plane.a + plane.b * p.x + plane.c * p.y - p.w) < kTolerance * p.w;
+  return std::abs(plane.InverseDepth(p.x, p.y) - p.w) < kTolerance * p.w;
 }
 
 bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* plane) {
@@ -144,8 +144,8 @@ double Apart(const std::vector<Point>& points, const RegionPlane& first, const R
     x += p.x, y += p.y, ++n;
   }
   x /= n, y /= n;  // Refine found inliers
-  const double w1 = first.a + first.b * x + first.c * y, w2 = second.a + second.b * x + second.c * y;
-  return std::abs(w1 - w2) / w2;
+  const double w = second.InverseDepth(x, y);
+  return std::abs(first.InverseDepth(x, y) - w) / w;
 }
 
 std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, RandomKey key,

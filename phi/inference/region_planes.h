@@ -25,10 +25,13 @@ struct RegionPlane {
   double a = 0, b = 0, c = 0;
   int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
 
+  // Anywhere on the plane.
+  double InverseDepth(double x, double y) const { return a + b * x + c * y; }
+
   // 0 outside the box.
   float At(int x, int y) const {
     if (x < x0 || y < y0 || x > x1 || y > y1) return 0;
-    const double w = a + b * x + c * y;
+    const double w = InverseDepth(x, y);
     return w > 0 ? static_cast<float>(w) : 0;
   }
 };
