@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/matching/cost_aggregation.h"
 
@@ -24,6 +25,22 @@ std::vector<std::size_t> FilterOrder(const ImageJob& job) {
             [&](std::size_t a, std::size_t b) { return job.sources[a] < job.sources[b]; });
   if (job.image % 2 == 1) std::reverse(order.begin(), order.end());
   return order;
+}
+
+std::int64_t CountValue(const phi::Mask& mask, std::uint8_t value) {
+  return phi::CountIf(mask, [value](std::uint8_t v) { return v == value; });
+}
+
+// The inferred pixels that a filter left their depth.
+phi::Mask KeptInferred(const phi::Mask& inferred, const phi::PlaneMap& filtered) {
+  phi::Mask kept = phi::Mask::Uninitialized(inferred.width(), inferred.height());
+  phi::ForParts(kept.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool is_kept = inferred.data()[i] != phi::kMeasuredPixel && filtered.data()[i].depth > 0;
+      kept.data()[i] = is_kept ? phi::kInferredConfirmed : phi::kMeasuredPixel;
+    }
+  });
+  return kept;
 }
 
 }  // namespace
@@ -99,12 +116,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   StageResult result;
   result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered));
   if (after_inference) {
-    phi::Mask filled = *input.filled;
-    for (std::size_t i = 0; i < filled.size(); ++i) {
-      const bool kept = filled.data()[i] != phi::kMeasuredPixel && result.map->data()[i].depth > 0;
-      filled.data()[i] = kept ? phi::kInferredConfirmed : phi::kMeasuredPixel;
-    }
-    const std::int64_t num_kept = std::count(filled.begin(), filled.end(), phi::kInferredConfirmed);
+    phi::Mask filled = KeptInferred(*input.filled, *result.map);
+    const std::int64_t num_kept = CountValue(filled, phi::kInferredConfirmed);
     result.filled = std::make_shared<const phi::Mask>(std::move(filled));
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;
@@ -133,10 +146,9 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
 
 void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const {
   const auto has_no_depth = [](const phi::PlaneHypothesis& h) { return !(h.depth > 0); };
-  const std::int64_t num_holes = std::count_if(measured.begin(), measured.end(), has_no_depth);
-  const phi::Mask& filled = inferred.filled;
-  const std::int64_t num_confirmed = std::count(filled.begin(), filled.end(), phi::kInferredConfirmed);
-  const std::int64_t num_alone = std::count(filled.begin(), filled.end(), phi::kInferredAlone);
+  const std::int64_t num_holes = phi::CountIf(measured, has_no_depth);
+  const std::int64_t num_confirmed = CountValue(inferred.filled, phi::kInferredConfirmed);
+  const std::int64_t num_alone = CountValue(inferred.filled, phi::kInferredAlone);
   const phi::FieldStatistics& one = inferred.statistics;
   std::lock_guard<std::mutex> lock(mutex_);
   inference_.num_holes += num_holes;

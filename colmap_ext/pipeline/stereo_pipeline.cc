@@ -9,6 +9,7 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "phi/base/whole_array.h"
 
 namespace colmap_ext {
 namespace {
@@ -222,7 +223,7 @@ void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int 
   record.peak_memory_bytes = PeakHostBytes();
   Save(stage, job, result, record);
   const auto has_depth = [](const phi::PlaneHypothesis& h) { return h.depth > 0; };
-  const std::int64_t num_with_depth = std::count_if(result.map->begin(), result.map->end(), has_depth);
+  const std::int64_t num_with_depth = phi::CountIf(*result.map, has_depth);
   std::lock_guard<std::mutex> lock(mutex_);
   made_.emplace(stage, job);
   const bool last = stage + 1 == static_cast<int>(stages_.size());

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
+#include "phi/base/array_memory.h"
 #include "phi/base/hd.h"
 
 namespace phi {
@@ -28,6 +30,16 @@ class Array2D {
   Array2D(int width, int height, const T& value = T())
       : width_(width), height_(height), data_(static_cast<std::size_t>(width) * height, value) {}
 
+  // Without a value, and without a first touch of the memory: for arrays that will be written whole.
+  static Array2D Uninitialized(int width, int height) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    Array2D array;
+    array.width_ = width;
+    array.height_ = height;
+    array.data_ = std::vector<T, ArrayAllocator<T>>(static_cast<std::size_t>(width) * height);
+    return array;
+  }
+
   int width() const { return width_; }
   int height() const { return height_; }
   bool empty() const { return data_.empty(); }
@@ -49,7 +61,7 @@ class Array2D {
  private:
   int width_ = 0;
   int height_ = 0;
-  std::vector<T> data_;
+  std::vector<T, ArrayAllocator<T>> data_;
 };
 
 }  // namespace phi

@@ -34,7 +34,7 @@ void SumRow(ArrayView2D<const std::uint8_t> image, int y, Row* columns, std::uin
 }  // namespace
 
 Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image) {
-  Array2D<std::uint16_t> result(image.width, image.height);
+  auto result = Array2D<std::uint16_t>::Uninitialized(image.width, image.height);
   tbb::parallel_for(0, image.height, [&](int y) {
     Row columns(image.width + 2);
     SumRow(image, y, &columns, &result(0, y));
@@ -44,7 +44,7 @@ Array2D<std::uint16_t> SumBoxes3x3(ArrayView2D<const std::uint8_t> image) {
 
 // Rows of the first sums are made three times over: cheaper than to keep them all.
 Array2D<std::uint16_t> SumBoxes3x3Twice(ArrayView2D<const std::uint8_t> image) {
-  Array2D<std::uint16_t> result(image.width, image.height);
+  auto result = Array2D<std::uint16_t>::Uninitialized(image.width, image.height);
   tbb::parallel_for(0, image.height, [&](int y) {
     Row columns(image.width + 2);
     std::array<Row, 3> once;

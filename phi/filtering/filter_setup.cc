@@ -43,11 +43,11 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
 }
 
 PlaneMap KeptPixels(const PlaneMap& map, const std::uint8_t* keep) {
-  PlaneMap kept(map.width(), map.height());
+  PlaneMap kept = PlaneMap::Uninitialized(map.width(), map.height());
   const ArrayView2D<const std::uint8_t> keep_view{keep, map.width(), map.height()};
   tbb::parallel_for(0, map.height(), [&](int y) {
     for (int x = 0; x < map.width(); ++x) {
-      if (keep_view(x, y) != 0) kept(x, y) = map(x, y);
+      kept(x, y) = keep_view(x, y) != 0 ? map(x, y) : PlaneHypothesis();
     }
   });
   return kept;

@@ -20,11 +20,7 @@ struct alignas(16) PlaneHypothesis {
 using PlaneMap = Array2D<PlaneHypothesis>;
 using DepthMap = Array2D<float>;  // a plane map's depths alone, a quarter of its bytes
 
-inline DepthMap DepthsOf(const PlaneMap& map) {
-  DepthMap depths(map.width(), map.height());
-  for (std::size_t i = 0; i < map.size(); ++i) depths.data()[i] = map.data()[i].depth;
-  return depths;
-}
+DepthMap DepthsOf(const PlaneMap& map);
 
 // Steeper hypotheses than about 85 degrees have windows of a fraction of a pixel in depth: never a
 // measurement.

@@ -65,7 +65,7 @@ void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uin
 Mask FindInside(const BrightnessSums& sums, int max_step) {
   const auto both = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
   const int width = sums.width(), height = sums.height(), num_bands = (height + kBandRows - 1) / kBandRows;
-  Mask inside(width, height);
+  Mask inside = Mask::Uninitialized(width, height);
   tbb::parallel_for(0, num_bands, [&](int band) {
     const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
     const int first = std::max(begin - kMargin, 0), last = std::min(end + kMargin, height) - 1;
@@ -83,7 +83,7 @@ class RegionLabelling {
         height_(inside.height()),
         num_bands_((height_ + kBandRows - 1) / kBandRows),
         inside_(inside.data()),
-        regions_(width_, height_),
+        regions_(Array2D<std::int32_t>::Uninitialized(width_, height_)),
         labels_(regions_.data()) {}
 
   // Pixels hold ~n for the region n.

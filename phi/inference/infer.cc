@@ -24,10 +24,11 @@ using InverseDepthMap = Array2D<float>;
 // Each hole's hypothesis of lowest cost, at full size (the paper's PHI-MVS/M).
 InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatcher& matcher) {
   const HypothesisMaps maps = hypotheses.maps();
-  InverseDepthMap result(maps.inverse_depth[0].width, maps.inverse_depth[0].height, 0.0f);
+  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
   tbb::parallel_for(0, result.height(), [&](int y) {
     HypothesisMatcher::Scratch scratch;
     for (int x = 0; x < result.width(); ++x) {
+      result(x, y) = 0;
       if (hypotheses.measured(x, y)) continue;
       const int best = matcher.Costs(x, y, &scratch).Cheapest();
       if (best >= 0) result(x, y) = maps.inverse_depth[best](x, y);
@@ -52,10 +53,10 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
 
   const Array2D<float> chosen = field.ChosenInverseDepth(solution.labels);
   const HypothesisMaps maps = hypotheses.maps();
-  InverseDepthMap result(maps.inverse_depth[0].width, maps.inverse_depth[0].height, 0.0f);
+  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
   tbb::parallel_for(0, result.height(), [&](int y) {
     for (int x = 0; x < result.width(); ++x) {
-      if (!hypotheses.measured(x, y)) result(x, y) = UpsampleHypothesis(maps, chosen.view(), x, y);
+      result(x, y) = hypotheses.measured(x, y) ? 0 : UpsampleHypothesis(maps, chosen.view(), x, y);
     }
   });
   return result;
@@ -69,9 +70,10 @@ std::uint8_t FilledValue(const HypothesisMatcher& matcher, Formulas formulas, in
 
 // Drops the inferred depths that other views see through, and marks the others.
 Mask MarkInferred(const HypothesisMatcher& matcher, Formulas formulas, InverseDepthMap* inferred) {
-  Mask filled(inferred->width(), inferred->height(), 0);
+  Mask filled = Mask::Uninitialized(inferred->width(), inferred->height());
   tbb::parallel_for(0, filled.height(), [&](int y) {
     for (int x = 0; x < filled.width(); ++x) {
+      filled(x, y) = 0;
       float& w = (*inferred)(x, y);
       if (!(w > 0)) continue;
       filled(x, y) = FilledValue(matcher, formulas, x, y, w);
@@ -84,19 +86,23 @@ Mask MarkInferred(const HypothesisMatcher& matcher, Formulas formulas, InverseDe
 // The measured map with the inferred depths and their normals.
 PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
                  Formulas formulas) {
-  PlaneMap result = measured;
-  InverseDepthMap all = inferred;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const float depth = measured.data()[i].depth;
-    if (depth > 0) all.data()[i] = 1 / depth;
-  }
+  const int width = measured.width(), height = measured.height();
+  auto all = InverseDepthMap::Uninitialized(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const float depth = measured(x, y).depth;
+      all(x, y) = depth > 0 ? 1 / depth : inferred(x, y);
+    }
+  });
   const ArrayView2D<const float> all_view = std::as_const(all).view();
-  tbb::parallel_for(0, all.height(), [&](int y) {
-    for (int x = 0; x < all.width(); ++x) {
+  auto result = PlaneMap::Uninitialized(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      PlaneHypothesis& h = result(x, y) = measured(x, y);
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
-      result(x, y).normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
-      result(x, y).depth = 1 / w;
+      h.normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
+      h.depth = 1 / w;
     }
   });
   return result;

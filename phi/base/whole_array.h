@@ -1,0 +1,52 @@
+// Loops over whole arrays of an image's size by all threads. Fresh memory is touched first by those that write it.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include "phi/base/array2d.h"
+
+namespace phi {
+
+inline constexpr std::size_t kWholeArrayGrain = std::size_t{1} << 16;  // elements: enough to be worth a task
+
+// Calls function(begin, end) for parts of [0, size).
+template <typename Function>
+void ForParts(std::size_t size, const Function& function) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, kWholeArrayGrain),
+                    [&](const auto& part) { function(part.begin(), part.end()); });
+}
+
+template <typename T>
+void CopyAll(const T* from, std::size_t size, T* to) {
+  ForParts(size,
+           [&](std::size_t begin, std::size_t end) { std::copy(from + begin, from + end, to + begin); });
+}
+
+// function(element) for each.
+template <typename T, typename Function>
+auto Transformed(const Array2D<T>& array, const Function& function) {
+  auto result = Array2D<decltype(function(array.data()[0]))>::Uninitialized(array.width(), array.height());
+  ForParts(array.size(), [&](std::size_t begin, std::size_t end) {
+    std::transform(array.data() + begin, array.data() + end, result.data() + begin, function);
+  });
+  return result;
+}
+
+template <typename T, typename Predicate>
+std::int64_t CountIf(const Array2D<T>& array, const Predicate& predicate) {
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, array.size(), kWholeArrayGrain), std::int64_t{0},
+      [&](const auto& part, std::int64_t count) {
+        return count + std::count_if(array.data() + part.begin(), array.data() + part.end(), predicate);
+      },
+      std::plus<>());
+}
+
+}  // namespace phi
