@@ -3,13 +3,17 @@
 // Tiles on one anti-diagonal depend only on the diagonals before it, so a diagonal is one launch; inside a tile a warp
 // goes over the nodes' anti-diagonals, one row a lane. Every node sees its neighbours in the state that the
 // sequential raster order gives them.
+//
+// That is a chain of thousands of steps, whose latency is the sweep's time. All that a step needs is therefore in shared
+// memory (cuda/trws_tile.cuh), and what does not depend on other steps is worked out before by a whole block.
 #include "cuda/inference_kernels.h"
+#include "cuda/trws_tile.cuh"
 
 namespace phi::gpu {
 namespace {
 
-constexpr int kTile = 32;  // nodes on a side; as many lanes as rows
 constexpr int kBlock = 256;
+constexpr int kEnergyTile = 32;  // nodes on a side
 
 __device__ __forceinline__ void AddTotal(const FieldLaunch& field, FieldTotal total, std::int64_t value) {
   // Two's complement: the unsigned sum has the same bits.
@@ -19,32 +23,35 @@ __device__ __forceinline__ void AddTotal(const FieldLaunch& field, FieldTotal to
 
 // Tile `first_row + blockIdx.x` of the diagonal.
 template <bool kForward>
-__global__ void SweepKernel(const __grid_constant__ FieldLaunch field, int diagonal, int first_row) {
+__global__ void __launch_bounds__(kBlock)
+    SweepKernel(const __grid_constant__ FieldLaunch field, int diagonal, int first_row) {
+  extern __shared__ int4 memory[];
   const FieldView& view = field.view;
   const int tile_row = first_row + blockIdx.x;
-  const int x0 = (diagonal - tile_row) * kTile, y = tile_row * kTile + threadIdx.x;
-  std::int64_t bound = 0;
-  for (int step = 0; step < 2 * kTile - 1; ++step) {
-    const int column = (kForward ? step : 2 * kTile - 2 - step) - static_cast<int>(threadIdx.x);
-    const int x = x0 + column;
-    if (column >= 0 && column < kTile && x < view.width && y < view.height) {
-      if (!kForward) DecodeNode(view, x, y);
-      bound += UpdateNode(view, x, y, kForward);
-    }
-    __syncwarp();  // orders the lanes' memory accesses, too
+  const FieldTile tile(memory, view, (diagonal - tile_row) * kTileColumns, tile_row * kTileRows);
+  if (!tile.LoadAllowed(view)) return;
+  tile.Load(view);
+  __syncthreads();
+  if (threadIdx.x < kTileRows) {
+    const std::int64_t bound = SweepTile<kForward>(tile, threadIdx.x);
+    if (!kForward && bound != 0) AddTotal(field, kLowerBound, bound);
   }
-  if (!kForward && bound != 0) AddTotal(field, kLowerBound, bound);
+  __syncthreads();
+  tile.Store<kForward>(view);
 }
 
 template <bool kForward>
 void LaunchSweep(const FieldLaunch& field, cudaStream_t stream, const Task& task) {
-  const int columns = (field.view.width + kTile - 1) / kTile, rows = (field.view.height + kTile - 1) / kTile;
+  Check(cudaFuncSetAttribute(SweepKernel<kForward>, cudaFuncAttributeMaxDynamicSharedMemorySize, kTileBytes),
+        "cudaFuncSetAttribute", task);
+  const int columns = (field.view.width + kTileColumns - 1) / kTileColumns,
+            rows = (field.view.height + kTileRows - 1) / kTileRows;
   const int num_diagonals = columns + rows - 1;
   for (int i = 0; i < num_diagonals; ++i) {
     const int diagonal = kForward ? i : num_diagonals - 1 - i;
     const int first = diagonal - columns + 1 > 0 ? diagonal - columns + 1 : 0;
     const int last = diagonal < rows - 1 ? diagonal : rows - 1;
-    SweepKernel<kForward><<<last - first + 1, kTile, 0, stream>>>(field, diagonal, first);
+    SweepKernel<kForward><<<last - first + 1, kBlock, kTileBytes, stream>>>(field, diagonal, first);
     CheckLaunch("SweepKernel", task);
   }
 }
@@ -60,11 +67,11 @@ __global__ void MinUnaryKernel(const __grid_constant__ FieldLaunch field, std::i
 
 // Adds the energy of the labels to totals[total], and, where asked, counts the nodes.
 __global__ void EnergyKernel(const __grid_constant__ FieldLaunch field, FieldTotal total, bool count_nodes) {
-  const int x = blockIdx.x * kTile + threadIdx.x % kTile;
+  const int x = blockIdx.x * kEnergyTile + threadIdx.x % kEnergyTile;
   std::int64_t energy = 0;
   int count = 0;
-  for (int row = threadIdx.x / kTile; row < kTile; row += kBlock / kTile) {
-    const int y = blockIdx.y * kTile + row;
+  for (int row = threadIdx.x / kEnergyTile; row < kEnergyTile; row += kBlock / kEnergyTile) {
+    const int y = blockIdx.y * kEnergyTile + row;
     if (x >= field.view.width || y >= field.view.height) continue;
     energy += NodeEnergy(field.view, x, y);
     count += field.view.allowed[NodeIndex(field.view, x, y)] != 0;
@@ -75,7 +82,8 @@ __global__ void EnergyKernel(const __grid_constant__ FieldLaunch field, FieldTot
 
 void LaunchEnergy(const FieldLaunch& field, FieldTotal total, bool count_nodes, cudaStream_t stream,
                   const Task& task) {
-  const dim3 tiles((field.view.width + kTile - 1) / kTile, (field.view.height + kTile - 1) / kTile);
+  const dim3 tiles((field.view.width + kEnergyTile - 1) / kEnergyTile,
+                   (field.view.height + kEnergyTile - 1) / kEnergyTile);
   EnergyKernel<<<tiles, kBlock, 0, stream>>>(field, total, count_nodes);
   CheckLaunch("EnergyKernel", task);
 }

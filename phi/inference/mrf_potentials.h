@@ -29,12 +29,17 @@ PHI_HD std::int32_t UnaryEnergy(const PotentialView& potentials, float cost) {
   return potentials.unary[static_cast<int>(rintf(clamped * kPotentialSteps))];
 }
 
-// Energy of two neighbouring nodes' depths or, equally, inverse depths (> 0): of their difference relative to the smaller one.
-PHI_HD std::int32_t PairwiseEnergy(const PotentialView& potentials, float depth1, float depth2) {
+// The entry of the table for two neighbouring nodes' depths or, equally, inverse depths (> 0): their difference relative to
+// the smaller one.
+PHI_HD int PairwiseStep(float depth1, float depth2) {
   const float lo = depth1 < depth2 ? depth1 : depth2, hi = depth1 < depth2 ? depth2 : depth1;
   const float relative = (hi - lo) / lo;
   const float clamped = relative < 1 ? relative : 1.0f;
-  return potentials.pairwise[static_cast<int>(rintf(clamped * kPotentialSteps))];
+  return static_cast<int>(rintf(clamped * kPotentialSteps));
+}
+
+PHI_HD std::int32_t PairwiseEnergy(const PotentialView& potentials, float depth1, float depth2) {
+  return potentials.pairwise[PairwiseStep(depth1, depth2)];
 }
 
 }  // namespace phi

@@ -15,7 +15,8 @@ namespace phi {
 
 inline constexpr int kMaxLabels = 4;
 
-// Arrays of one entry, or kMaxLabels entries, per node; node (x, y) has index y * width + x.
+// Arrays of one entry, or kMaxLabels entries, per node; node (x, y) has index y * width + x. The functions below take any
+// type with these members but for potentials and inverse_depth, which EdgeEnergy hides.
 struct FieldView {
   int width = 0, height = 0;
   PotentialView potentials;
@@ -27,50 +28,72 @@ struct FieldView {
   std::int32_t* horizontal = nullptr;  // per label of the receiving node
   std::int32_t* vertical = nullptr;
   std::uint8_t* label = nullptr;  // of the last decoding; kNoLabel outside the field
+
+  // Of label i of node `from` beside label j of its neighbour `to`; some number where one of them is not allowed.
+  PHI_HD std::int32_t EdgeEnergy(std::int64_t from, int i, std::int64_t to, int j) const {
+    return PairwiseEnergy(potentials, inverse_depth[kMaxLabels * from + i],
+                          inverse_depth[kMaxLabels * to + j]);
+  }
+  // Whether a branch is cheaper than the energy of an edge.
+  static constexpr bool kSkipsForbidden = true;
 };
 
 inline constexpr std::uint8_t kNoLabel = 255;
 
-PHI_HD std::int64_t NodeIndex(const FieldView& f, int x, int y) {
+template <typename Field>
+PHI_HD std::int64_t NodeIndex(const Field& f, int x, int y) {
   return static_cast<std::int64_t>(y) * f.width + x;
 }
-PHI_HD bool InField(const FieldView& f, int x, int y) {
+template <typename Field>
+PHI_HD bool InField(const Field& f, int x, int y) {
   return x >= 0 && y >= 0 && x < f.width && y < f.height && f.allowed[NodeIndex(f, x, y)] != 0;
 }
 
+inline constexpr std::int32_t kNoEnergy = 0x7FFFFFFF;  // above that of any label
+
 // The message that node `from` with the energies `energy` (its share less what came from `to`) sends to node `to`.
-PHI_HD void SendMessage(const FieldView& f, std::int64_t from, std::int64_t to, const std::int32_t* energy,
+template <typename Field>
+PHI_HD void SendMessage(const Field& f, std::int64_t from, std::int64_t to, const std::int32_t* energy,
                         std::int32_t* message) {
+  const std::uint8_t allowed = f.allowed[from], allowed_to = f.allowed[to];
+  std::int32_t sent[kMaxLabels];  // stored when all reads are done, so that they need not wait for each other
   for (int j = 0; j < kMaxLabels; ++j) {
-    std::int32_t best = 0;
-    if (f.allowed[to] >> j & 1) {
-      bool first = true;
-      for (int i = 0; i < kMaxLabels; ++i) {
-        if (!(f.allowed[from] >> i & 1)) continue;
-        const std::int32_t e =
-            energy[i] + PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * from + i],
-                                       f.inverse_depth[kMaxLabels * to + j]);
-        if (first || e < best) best = e;
-        first = false;
-      }
+    std::int32_t best = kNoEnergy;
+    for (int i = 0; i < kMaxLabels; ++i) {
+      if (Field::kSkipsForbidden && !(allowed >> i & allowed_to >> j & 1)) continue;
+      const std::int32_t e = energy[i] + f.EdgeEnergy(from, i, to, j);
+      best = (allowed >> i & 1) && e < best ? e : best;
     }
-    message[j] = best;
+    sent[j] = allowed_to >> j & 1 ? best : 0;
   }
+  for (int j = 0; j < kMaxLabels; ++j) message[j] = sent[j];
 }
 
 // Smallest of the allowed entries, and its lowest index.
 PHI_HD int ArgMin(const std::int32_t* energy, std::uint8_t allowed) {
   int best = -1;
+  std::int32_t least = kNoEnergy;
   for (int k = 0; k < kMaxLabels; ++k) {
-    if ((allowed >> k & 1) && (best < 0 || energy[k] < energy[best])) best = k;
+    const bool better = (allowed >> k & 1) && energy[k] < least;
+    best = better ? k : best;
+    least = better ? energy[k] : least;
   }
   return best;
+}
+
+PHI_HD std::int32_t Least(const std::int32_t* energy, std::uint8_t allowed) {
+  std::int32_t least = kNoEnergy;
+  for (int k = 0; k < kMaxLabels; ++k) {
+    least = (allowed >> k & 1) && energy[k] < least ? energy[k] : least;
+  }
+  return least;
 }
 
 // Averages the node's share of its row and column runs and sends messages ahead: right and down if forward, left and
 // up if not. Nodes must come in raster order (forward) or its reverse, or any order that keeps each node after its two
 // predecessors, such as anti-diagonals. Returns what the node adds to the lower bound of this sweep.
-PHI_HD std::int64_t UpdateNode(const FieldView& f, int x, int y, bool forward) {
+template <typename Field>
+PHI_HD std::int64_t UpdateNode(const Field& f, int x, int y, bool forward) {
   const std::int64_t node = NodeIndex(f, x, y);
   const std::uint8_t allowed = f.allowed[node];
   if (allowed == 0) return 0;
@@ -83,7 +106,6 @@ PHI_HD std::int64_t UpdateNode(const FieldView& f, int x, int y, bool forward) {
   const bool in_row = left || right, in_column = up || down;
   std::int32_t row[kMaxLabels] = {}, column[kMaxLabels] = {};
   for (int k = 0; k < kMaxLabels; ++k) {
-    if (!(allowed >> k & 1)) continue;
     std::int32_t sum = f.unary[kMaxLabels * node + k];
     if (left) sum += to_left[k];
     if (right) sum += to_right[k];
@@ -94,8 +116,8 @@ PHI_HD std::int64_t UpdateNode(const FieldView& f, int x, int y, bool forward) {
   }
   const bool row_goes_on = forward ? right : left, column_goes_on = forward ? down : up;
   std::int64_t bound = 0;
-  if (in_row && !row_goes_on) bound += row[ArgMin(row, allowed)];
-  if ((in_column && !column_goes_on) || (!in_row && !in_column)) bound += column[ArgMin(column, allowed)];
+  if (in_row && !row_goes_on) bound += Least(row, allowed);
+  if ((in_column && !column_goes_on) || (!in_row && !in_column)) bound += Least(column, allowed);
   if (row_goes_on) {
     std::int32_t* message = forward ? to_right : to_left;
     for (int k = 0; k < kMaxLabels; ++k) row[k] -= message[k];
@@ -109,14 +131,15 @@ PHI_HD std::int64_t UpdateNode(const FieldView& f, int x, int y, bool forward) {
   return bound;
 }
 
-PHI_HD std::int32_t LabelEnergy(const FieldView& f, std::int64_t node, int k, std::int64_t neighbour) {
-  return PairwiseEnergy(f.potentials, f.inverse_depth[kMaxLabels * node + k],
-                        f.inverse_depth[kMaxLabels * neighbour + f.label[neighbour]]);
+template <typename Field>
+PHI_HD std::int32_t LabelEnergy(const Field& f, std::int64_t node, int k, std::int64_t neighbour) {
+  return f.EdgeEnergy(node, k, neighbour, f.label[neighbour]);
 }
 
 // Chooses the node's label in the backward sweep, before UpdateNode: right and lower neighbours have theirs, the
 // others speak through their forward messages. Ties go to the lowest label.
-PHI_HD void DecodeNode(const FieldView& f, int x, int y) {
+template <typename Field>
+PHI_HD void DecodeNode(const Field& f, int x, int y) {
   const std::int64_t node = NodeIndex(f, x, y);
   const std::uint8_t allowed = f.allowed[node];
   if (allowed == 0) {
@@ -127,7 +150,7 @@ PHI_HD void DecodeNode(const FieldView& f, int x, int y) {
   const bool up = InField(f, x, y - 1), down = InField(f, x, y + 1);
   std::int32_t energy[kMaxLabels] = {};
   for (int k = 0; k < kMaxLabels; ++k) {
-    if (!(allowed >> k & 1)) continue;
+    if (Field::kSkipsForbidden && !(allowed >> k & 1)) continue;
     energy[k] = f.unary[kMaxLabels * node + k];
     if (left) energy[k] += f.horizontal[kMaxLabels * (node - 1) + k];
     if (up) energy[k] += f.vertical[kMaxLabels * (node - f.width) + k];
@@ -138,7 +161,8 @@ PHI_HD void DecodeNode(const FieldView& f, int x, int y) {
 }
 
 // Energy of the node and of its edges to the right and down, for the labels in f.label.
-PHI_HD std::int64_t NodeEnergy(const FieldView& f, int x, int y) {
+template <typename Field>
+PHI_HD std::int64_t NodeEnergy(const Field& f, int x, int y) {
   const std::int64_t node = NodeIndex(f, x, y);
   if (f.allowed[node] == 0) return 0;
   const int k = f.label[node];
