@@ -1,6 +1,5 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 #include "phi/inference/pooled_supports.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_planes.h"
@@ -78,6 +78,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
   // Needed before anything is inferred, and no longer then: they share the memory.
+  launch->support_values = launch->inferred;
   launch->region_planes[0] = launch->inferred;
   launch->region_planes[1] = launch->filled_and_measured;
   launch->result = scratch->plane.View(width, height);  // the measured map until the composition
@@ -87,6 +88,25 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   if (!launch->paper) launch->from_region = launch->filled;
 }
 
+// By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
+void UploadMeasured(const PlaneMap& measured, Scratch* scratch, const Task& task) {
+  const std::int64_t n = static_cast<std::int64_t>(measured.size());
+  scratch->host_plane.Reserve(n, task);
+  CopyAll(measured.data(), measured.size(), scratch->host_plane.data());
+  scratch->plane.Upload(scratch->host_plane.data(), n, scratch->stream.get(), task);
+}
+
+// Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
+struct RegionBuffers {
+  float *support_values, *planes;
+
+  RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
+      : support_values(reinterpret_cast<float*>(scratch->host_plane.data())),
+        planes(support_values + num_pixels) {
+    static_assert(sizeof(PlaneHypothesis) >= (1 + kPlanesPerRegion) * sizeof(float));
+  }
+};
+
 // Regions are found on the host; the scanlines run meanwhile, and the supports while other views' are pooled.
 void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                      const Event& supports_ready, const Task& task) {
@@ -95,10 +115,10 @@ void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const Infere
   InferenceScratch& buffers = scratch->inference;
   const std::vector<PooledSupport> pooled = PoolSupports(input);
   supports_ready.Wait(task);
-  const RegionPlanes planes(*input.reference.image, {buffers.host_supports.data(), width, height},
+  const RegionBuffers host_buffers(scratch, n);
+  const RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
                             input.reference.view->image_id, pooled);
-  buffers.host_region_planes.Reserve(kPlanesPerRegion * n, task);
-  float* host = buffers.host_region_planes.data();
+  float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const auto& region = planes.At(x, y);
@@ -112,14 +132,20 @@ void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const Infere
   LaunchRegionPlanes(launch, stream, task);
 }
 
+void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t stream, const Task& task) {
+  Check(cudaMemcpyAsync(host, device.data, static_cast<std::size_t>(device.size()) * sizeof(float),
+                        cudaMemcpyDeviceToHost, stream),
+        "cudaMemcpyAsync to the host", task);
+}
+
 void MakeHypotheses(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                     const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchSupports(launch, stream, task);
   if (launch.paper) return LaunchScanlines(launch, stream, task);
   const Event supports_ready(Event::Timing::kOff, task);
-  scratch->inference.host_supports.Download(scratch->inference.supports, launch.supports.size(), stream,
-                                            task);
+  CopyToHost(launch.support_values, RegionBuffers(scratch, launch.supports.size()).support_values, stream,
+             task);
   supports_ready.Record(stream, task);
   LaunchScanlines(launch, stream, task);
   AddRegionPlanes(input, scratch, launch, supports_ready, task);
@@ -177,8 +203,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   CheckInput(input);
   const int width = input.measured->width(), height = input.measured->height();
   const Task task{"plane inference", input.reference.view->name, width, height};
-  InferenceResult result{*input.measured, Mask(width, height), {}};
-  if (options.mode == InferenceMode::kOff) return result;
+  if (options.mode == InferenceMode::kOff) return {*input.measured, Mask(width, height), {}};
 
   const std::int64_t bytes = PlanInference(input, device->budget.bytes(), task);
   const MemoryBudget::Lease lease(&device->budget, bytes);
@@ -194,7 +219,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   launch.paper = options.formulas == Formulas::kPaper;
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
-  scratch->plane.Upload(input.measured->data(), launch.result.size(), stream, task);
+  UploadMeasured(*input.measured, scratch.get(), task);
   const bool solves_field = options.mode == InferenceMode::kMrf;
   const PotentialTables tables(options);
 
@@ -219,8 +244,9 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   scratch->stream.Synchronize(task);
 
   device->times.Add(DeviceTimes::kInference, scratch->begin, scratch->end, 0, task);
-  std::memcpy(result.map.data(), scratch->host_plane.data(), result.map.bytes());
-  std::memcpy(result.filled.data(), scratch->host_mask.data(), result.filled.bytes());
+  InferenceResult result{PlaneMap::Uninitialized(width, height), Mask::Uninitialized(width, height), {}};
+  CopyAll(scratch->host_plane.data(), result.map.size(), result.map.data());
+  CopyAll(scratch->host_mask.data(), result.filled.size(), result.filled.data());
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

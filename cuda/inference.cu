@@ -33,7 +33,9 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.supports.Contains(x, y)) return;
-  launch.supports(x, y) = MakeSupport(launch.measured_inverse_depth, x, y, options);
+  const Support support = MakeSupport(launch.measured_inverse_depth, x, y, options);
+  launch.supports(x, y) = support;
+  launch.support_values(x, y) = support.value;
 }
 
 // One thread a scanline; blockIdx.y is the direction.

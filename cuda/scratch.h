@@ -34,8 +34,6 @@ struct InferenceScratch {
   DeviceBuffer<std::int32_t> node_integers, tables;
   DeviceBuffer<std::int64_t> totals;
   PinnedBuffer<std::int64_t> host_totals;
-  PinnedBuffer<Support> host_supports;
-  PinnedBuffer<float> host_region_planes;
 
   void FreeDeviceMaps() {
     supports.Free();

@@ -4,15 +4,13 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/base/whole_array.h"
+
 namespace phi {
 namespace {
 
 Array2D<float> InverseDepth(const PlaneMap& map) {
-  Array2D<float> result(map.width(), map.height(), 0.0f);
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (map.data()[i].depth > 0) result.data()[i] = 1 / map.data()[i].depth;
-  }
-  return result;
+  return Transformed(map, [](const PlaneHypothesis& h) { return h.depth > 0 ? 1 / h.depth : 0.0f; });
 }
 
 }  // namespace
@@ -24,20 +22,20 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
   LineOptions options;
   options.literal = formulas == Formulas::kPaper;
   const ArrayView2D<const float> inverse_depth = std::as_const(measured_inverse_depth_).view();
-  Array2D<Support> supports(width, height);
+  auto supports = Array2D<Support>::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) supports(x, y) = MakeSupport(inverse_depth, x, y, options);
   });
   const Array2D<Support>& const_supports = supports;
   for (int direction = 0; direction < kNumDirections; ++direction) {
-    inverse_depth_[direction] = measured_inverse_depth_;
+    inverse_depth_[direction] = Transformed(measured_inverse_depth_, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
       FillScanline(MakeScanline(direction, index, width, height), const_supports.view(), options,
                    inverse_depth_[direction].view());
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    ReplaceDiagonals(RegionPlanes(*image, const_supports.view(), image_id, pooled));
+    ReplaceDiagonals(RegionPlanes(*image, ValuesOf(const_supports.view()), image_id, pooled));
     RemoveOverexposed(*image);
   }
 }
@@ -61,11 +59,12 @@ void Hypotheses::ReplaceDiagonals(const RegionPlanes& planes) {
 
 void Hypotheses::RemoveOverexposed(const GrayImage& image) {
   constexpr int kOverexposed = 250;
-  for (Array2D<float>& map : inverse_depth_) {
-    for (std::size_t i = 0; i < map.size(); ++i) {
-      if (image.data()[i] >= kOverexposed && !(measured_inverse_depth_.data()[i] > 0)) map.data()[i] = 0;
+  ForParts(image.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (image.data()[i] < kOverexposed || measured_inverse_depth_.data()[i] > 0) continue;
+      for (Array2D<float>& map : inverse_depth_) map.data()[i] = 0;
     }
-  }
+  });
 }
 
 HypothesisMaps Hypotheses::maps() const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
@@ -28,6 +29,21 @@ struct LineOptions {
 struct Support {
   float value = 0, slope_x = 0, slope_y = 0;
 };
+
+// The supports' values alone, `stride` apart in memory.
+struct SupportValues {
+  const float* data = nullptr;
+  int width = 0, height = 0, stride = 1;
+
+  PHI_HD float operator()(int x, int y) const {
+    return data[(static_cast<std::int64_t>(y) * width + x) * stride];
+  }
+};
+
+inline SupportValues ValuesOf(ArrayView2D<const Support> supports) {
+  static_assert(sizeof(Support) % sizeof(float) == 0);
+  return {&supports.data->value, supports.width, supports.height, sizeof(Support) / sizeof(float)};
+}
 
 // The pixels (x0 + t * dx, y0 + t * dy), 0 <= t < length.
 struct Scanline {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -36,18 +37,18 @@ class SourcePool {
         reference_image_(*input.reference.image),
         source_image_(*source.image),
         depths_(depths),
+        step_(SamplingStep(depths.width(), depths.height())),
         source_id_(source.view->image_id),
         source_rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
 
-  void AppendTo(std::vector<PooledSupport>* pooled) const {
-    const int step = SamplingStep(depths_.width(), depths_.height());
-    std::vector<std::vector<PooledSupport>> rows((depths_.height() + step - 1) / step);
-    tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t row) {
-      const int y = static_cast<int>(row) * step;
-      for (int x = 0; x < depths_.width(); x += step) AddPixel(x, y, &rows[row]);
-    });
-    for (const auto& row : rows) pooled->insert(pooled->end(), row.begin(), row.end());
+  int NumRows() const { return (depths_.height() + step_ - 1) / step_; }
+
+  // Sampled row `row`.
+  std::vector<PooledSupport> Row(int row) const {
+    std::vector<PooledSupport> supports;
+    for (int x = 0; x < depths_.width(); x += step_) AddPixel(x, row * step_, &supports);
+    return supports;
   }
 
  private:
@@ -78,6 +79,7 @@ class SourcePool {
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
   const DepthMap& depths_;
+  int step_;
   std::uint32_t source_id_;
   RayModel source_rays_;
   RelativeView reference_from_source_;
@@ -86,13 +88,20 @@ class SourcePool {
 }  // namespace
 
 std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
-  std::vector<PooledSupport> pooled;
+  std::vector<SourcePool> sources;
+  std::vector<std::pair<std::size_t, int>> rows;  // of sources
   const std::size_t num_views =
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
-    SourcePool(input, input.sources[j], *input.source_depths[j]).AppendTo(&pooled);
+    sources.emplace_back(input, input.sources[j], *input.source_depths[j]);
+    for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
+  std::vector<std::vector<PooledSupport>> supports(rows.size());
+  tbb::parallel_for(std::size_t{0}, rows.size(),
+                    [&](std::size_t i) { supports[i] = sources[rows[i].first].Row(rows[i].second); });
+  std::vector<PooledSupport> pooled;
+  for (const auto& row : supports) pooled.insert(pooled.end(), row.begin(), row.end());
   return pooled;
 }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <tuple>
 
 #include <tbb/parallel_for.h>
@@ -36,6 +37,25 @@ struct Point {
 // By hash, which pixels of two views may share.
 bool Before(const Point& p, const Point& q) {
   return std::tie(p.hash, p.x, p.y, p.w) < std::tie(q.hash, q.x, q.y, q.w);
+}
+
+// In the order of Before. The hashes are uniform: of as many buckets as points each gets about one, and few are out of
+// place after that.
+std::vector<Point> Sorted(const std::vector<Point>& points) {
+  const std::uint64_t n = points.size();
+  const auto bucket = [n](const Point& p) { return static_cast<std::size_t>(p.hash * n >> 32); };
+  std::vector<std::uint32_t> next(n + 1, 0);  // place for a bucket's next point
+  for (const Point& p : points) ++next[bucket(p) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Point> sorted(n);
+  for (const Point& p : points) sorted[next[bucket(p)]++] = p;
+  for (std::size_t i = 1; i < n; ++i) {
+    const Point p = sorted[i];
+    std::size_t place = i;
+    for (; place > 0 && Before(p, sorted[place - 1]); --place) sorted[place] = sorted[place - 1];
+    sorted[place] = p;
+  }
+  return sorted;
 }
 
 // A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
@@ -111,6 +131,18 @@ const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
   return next == points.end() ? points.front() : *next;
 }
 
+// Of the first points; stops where they cannot be more than `needed`.
+std::size_t CountInliers(const std::vector<Point>& points, std::size_t num_points, const RegionPlane& plane,
+                         std::size_t needed) {
+  constexpr std::size_t kBatch = 128;
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin < num_points && count + num_points - begin > needed; begin += kBatch) {
+    const std::size_t end = std::min(begin + kBatch, num_points);
+    for (std::size_t i = begin; i < end; ++i) count += IsInlier(plane, points[i]);
+  }
+  return count;
+}
+
 // The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
 bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t region, std::uint32_t round,
               RegionPlane* best) {
@@ -124,8 +156,7 @@ bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t reg
                       PointAt(points, random.v[2]), &plane)) {
       continue;
     }
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < num_scored; ++i) count += IsInlier(plane, points[i]);
+    const std::size_t count = CountInliers(points, num_scored, plane, best_count);
     if (count <= best_count) continue;
     best_count = count;
     *best = plane;
@@ -166,7 +197,7 @@ std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
 }
 
 // Measured pixels and pooled supports of each region.
-std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D<const Support> supports,
+std::vector<std::int32_t> CountSupports(const ImageRegions& regions, SupportValues supports,
                                         std::span<const PooledSupport> pooled) {
   std::vector<std::int32_t> counts(regions.num_regions, 0);
   tbb::parallel_for(0, supports.height, [&](int y) {
@@ -179,7 +210,7 @@ std::vector<std::int32_t> CountSupports(const ImageRegions& regions, ArrayView2D
         run_region = region;
         run = 0;
       }
-      run += region >= 0 && supports(x, y).value > 0;
+      run += region >= 0 && supports(x, y) > 0;
     }
     if (run > 0) FetchAdd(&counts[run_region], run);
   });
@@ -213,9 +244,9 @@ std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& coun
   return list;
 }
 
-Point MeasuredPoint(ArrayView2D<const Support> supports, std::int32_t pixel) {
+Point MeasuredPoint(SupportValues supports, std::int32_t pixel) {
   const int x = pixel % supports.width, y = pixel / supports.width;
-  return {static_cast<float>(x), static_cast<float>(y), supports(x, y).value, PixelHash(PixelHash(pixel))};
+  return {static_cast<float>(x), static_cast<float>(y), supports(x, y), PixelHash(PixelHash(pixel))};
 }
 
 Point PooledPoint(const PooledSupport& support) {
@@ -224,8 +255,8 @@ Point PooledPoint(const PooledSupport& support) {
 
 }  // namespace
 
-RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports,
-                           std::uint32_t image_id, std::span<const PooledSupport> pooled) {
+RegionPlanes::RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
+                           std::span<const PooledSupport> pooled) {
   ImageRegions regions = FindRegions(image);
   std::int64_t num_places = 0;
   std::vector<SupportedRegion> supported =
@@ -242,7 +273,7 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
     for (int x = 0; x < supports.width; ++x) {
       std::int32_t& region = regions.region(x, y);
       if (region >= 0) region = index[region];
-      if (region < 0 || !(supports(x, y).value > 0)) continue;
+      if (region < 0 || !(supports(x, y) > 0)) continue;
       const std::int32_t pixel = y * supports.width + x;
       add_member(supported[region], PixelHash(pixel), pixel);
     }
@@ -262,8 +293,8 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const Support> su
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
       points.push_back(*member >= 0 ? MeasuredPoint(supports, *member) : PooledPoint(pooled[~*member]));
     }
-    std::sort(points.begin(), points.end(), Before);  // threads found them in any order
-    planes_[k] = FitPlanes(std::move(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
+    // Threads found them in any order.
+    planes_[k] = FitPlanes(Sorted(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
   });
 }
 

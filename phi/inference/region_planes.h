@@ -38,7 +38,7 @@ struct RegionPlane {
 
 class RegionPlanes {
  public:
-  RegionPlanes(const GrayImage& image, ArrayView2D<const Support> supports, std::uint32_t image_id,
+  RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
                std::span<const PooledSupport> pooled = {});
 
   // The planes of the pixel's region; those without support are 0 everywhere.

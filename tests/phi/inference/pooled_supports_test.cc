@@ -78,7 +78,7 @@ struct WallScene {
     for (std::size_t i = 0; i < supports.size(); ++i) {
       if (measured->data()[i].depth > 0) supports.data()[i].value = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(*reference_image, std::as_const(supports).view(), 7, pooled);
+    return RegionPlanes(*reference_image, ValuesOf(std::as_const(supports).view()), 7, pooled);
   }
 
   // Of the plane far from the reference's own supports, relative.

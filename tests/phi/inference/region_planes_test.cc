@@ -71,7 +71,7 @@ TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
         if (OnRim(x, y)) supports(x, y).value = LeftWall(x, y) / (1 + ((x + y) % 5 == 0 ? error : 0));
       }
     }
-    const RegionPlanes planes(plain, std::as_const(supports).view(), 3);
+    const RegionPlanes planes(plain, ValuesOf(std::as_const(supports).view()), 3);
     EXPECT_NEAR(planes.At(60, 60)[0].At(60, 60), LeftWall(60, 60), 1e-5f);
     const float second = error > 0.02f ? LeftWall(60, 60) / (1 + error) : 0;
     EXPECT_NEAR(planes.At(60, 60)[1].At(60, 60), second, 1e-5f) << error;
@@ -122,9 +122,9 @@ TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
     }
   }
   const GrayImage plain(width, height, 120);
-  const RegionPlanes many(plain, std::as_const(supports).view(), 3);
+  const RegionPlanes many(plain, ValuesOf(std::as_const(supports).view()), 3);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const RegionPlanes alone(plain, std::as_const(supports).view(), 3);
+  const RegionPlanes alone(plain, ValuesOf(std::as_const(supports).view()), 3);
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; x += 7) {
       const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
