@@ -20,11 +20,12 @@ struct FusionOptions {
   double max_depth_error = 0.01;
   // --StereoFusion.max_normal_error, degrees
   double max_normal_error = 10;
-  // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]
-  double min_support = 0.6;
+  // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]. Of
+  // measured pixels those with little support are as often right as others with as many images.
+  double min_support = 0;
   // --PhiFusion.min_support_inferred: the same for a pixel whose depth was inferred, if larger. Below 1 a single image
   // in close agreement is enough.
-  double min_support_inferred = 0.9;
+  double min_support_inferred = 0.4;
   // --PhiFusion.max_conflicts: images that see through the point, per image that supports it
   double max_conflicts = 0.5;
   std::string Check() const;

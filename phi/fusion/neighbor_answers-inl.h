@@ -134,11 +134,6 @@ HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, 
                 hn::Mul(hn::Mul(Set(kMaxCoarsening * neighbor.view.source.fx), part.depth), their_slant));
 }
 
-// Of colours and flags as in FusionPixel.
-HWY_INLINE Mask HasFlag(VW color, std::uint8_t flag) {
-  return hn::RebindMask(Floats(), hn::TestBit(color, hn::Set(Words(), std::uint32_t{flag} << 24)));
-}
-
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
                             const Sighting& s, VF reproj_error, VW color, Mask compared) {
@@ -198,8 +193,8 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
   Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
 
-  const VF agreement = hn::Mul(SoftAgreement(m.reproj_error, gates.max_reproj_error),
-                               SoftAgreement(hn::Sub(Set(1), cosine), 1 - gates.min_normal_cosine));
+  const VF agreement = hn::Mul(SoftAgreement(m.reproj_error, Set(gates.max_reproj_error)),
+                               SoftAgreement(hn::Sub(Set(1), cosine), Set(1 - gates.min_normal_cosine)));
   answer->agrees |= ToBits(agrees, first);
   Store(m.relative_depth, answer->relative_depth + first);
   Store(agreement, answer->agreement + first);

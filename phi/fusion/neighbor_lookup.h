@@ -22,7 +22,7 @@ struct FusionGates {
   float max_reproj_error = 2;
   float max_depth_error = 0.01f;
   float min_normal_cosine = 0.866f;
-  float min_support = 0.6f, min_support_inferred = 0.9f;
+  float min_support = 0, min_support_inferred = 0.4f;
   float max_conflicts = 0.5f;
   int min_num_views = 2;
   int max_num_views = 10000;
@@ -43,6 +43,9 @@ struct FusionNeighbor {
 
 // Least cosine between a ray and a neighbour's surface for their intersection to mean anything (87 degrees).
 inline constexpr float kMinRayCosine = 0.05f;
+// A pixel whose depth was inferred asks for depths this much closer to the consensus, in depth tolerances: inferred
+// planes that are wrong agree by chance, and then by any difference alike, right ones by small differences.
+inline constexpr float kInferredDepthTolerance = 0.25f;
 // A neighbour sees through a point when its own surface lies beyond it by this many depth tolerances.
 inline constexpr float kSeenThroughFactor = 3;
 // Beyond this many depth tolerances no slant within a pixel explains the difference: spares the intersection.

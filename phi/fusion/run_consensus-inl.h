@@ -66,13 +66,26 @@ HWY_INLINE Sums ZeroSums() {
   return {f, {f, f, f}, i, i, i, i, i};
 }
 
-// Drops the image where it is outside the depth tolerance around the median, and adds it elsewhere.
-HWY_INLINE void AddView(const FusionGates& gates, int first, VF median, bool is_reference, RunAnswer* answer,
+// The point that the images agree on, and how far from it a depth may lie; both over the reference depth.
+struct Consensus {
+  VF median, tolerance;
+};
+
+HWY_INLINE Consensus MakeConsensus(const FusionGates& gates, int first, SupportRun* run) {
+  const VF median = Median(gates, first, run);
+  const Mask inferred = HasFlag(hn::Load(Words(), run->reference.color + first), FusionPixel::kInferred);
+  const VF measured_tolerance = Set(gates.max_depth_error);
+  const VF inferred_tolerance = Set(kInferredDepthTolerance * gates.max_depth_error);
+  return {median, hn::IfThenElse(inferred, inferred_tolerance, measured_tolerance)};
+}
+
+// Drops the image where it is outside the tolerance around the median, and adds it elsewhere.
+HWY_INLINE void AddView(const Consensus& consensus, int first, bool is_reference, RunAnswer* answer,
                         Sums* sums) {
   const Floats df;
   const Ints di;
   const VF relative_depth = Load(answer->relative_depth + first), agreement = Load(answer->agreement + first);
-  const VF near = SoftAgreement(hn::Abs(hn::Sub(relative_depth, median)), gates.max_depth_error);
+  const VF near = SoftAgreement(hn::Abs(hn::Sub(relative_depth, consensus.median)), consensus.tolerance);
   const Mask kept = hn::And(FromBits(answer->agrees, first), hn::Gt(near, hn::Zero(df)));
   answer->agrees &= ~ToBits(hn::Not(kept), first);
   const auto add = [&](VF value, VF* sum) HWY_ATTR { *sum = hn::Add(*sum, hn::IfThenElseZero(kept, value)); };
@@ -96,11 +109,11 @@ HWY_INLINE void AddView(const FusionGates& gates, int first, VF median, bool is_
 
 HWY_INLINE void FindConsensus(const FusionGates& gates, int first, SupportRun* run) {
   const Ints di;
-  const VF median = Median(gates, first, run);
+  const Consensus consensus = MakeConsensus(gates, first, run);
   Sums sums = ZeroSums();
-  AddView(gates, first, median, true, &run->reference, &sums);
-  for (const std::uint32_t k : run->agreeing) AddView(gates, first, median, false, &run->answers[k], &sums);
-  Store(median, run->relative_depth + first);
+  AddView(consensus, first, true, &run->reference, &sums);
+  for (const std::uint32_t k : run->agreeing) AddView(consensus, first, false, &run->answers[k], &sums);
+  Store(consensus.median, run->relative_depth + first);
   Store(sums.support, run->support + first);
   Store(sums.normal.x, run->normal_sum[0] + first);
   Store(sums.normal.y, run->normal_sum[1] + first);

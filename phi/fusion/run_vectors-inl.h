@@ -101,9 +101,14 @@ HWY_INLINE Vectors3 Unpack(VW packed) {
 }
 
 // 1 at no error, 0 at the gate and beyond; smooth, so that a small change of a map changes the support little.
-HWY_INLINE VF SoftAgreement(VF error, float gate) {
-  const VF r = hn::Div(error, Set(gate));
+HWY_INLINE VF SoftAgreement(VF error, VF gate) {
+  const VF r = hn::Div(error, gate);
   return hn::IfThenElseZero(hn::Lt(r, Set(1)), hn::Sub(Set(1), hn::Mul(r, r)));
+}
+
+// Of colours and flags as in FusionPixel.
+HWY_INLINE Mask HasFlag(VW color, std::uint8_t flag) {
+  return hn::RebindMask(Floats(), hn::TestBit(color, hn::Set(Words(), std::uint32_t{flag} << 24)));
 }
 
 struct Projection {
