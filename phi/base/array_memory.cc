@@ -2,30 +2,57 @@
 
 #include <sys/mman.h>
 
+#include <cstdint>
 #include <cstdlib>
 
 namespace phi {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;  // bytes
-constexpr std::size_t kCacheLine = 64;
-constexpr std::size_t kLarge = 2 * kHugePage;  // from here on; rounding up then wastes a third at most
+// From here on arrays get their own mapping. The heap keeps smaller ones for the next that asks, and that is faster than
+// fresh memory of any kind; larger ones it never keeps.
+constexpr std::size_t kLarge = (std::size_t{32} << 20) + 1;
+constexpr std::size_t kMappingUnit = std::size_t{64} << 10;  // a multiple of every usual page size
 
-std::size_t RoundUp(std::size_t size, std::size_t unit) { return (size + unit - 1) / unit * unit; }
+bool IsLarge(std::size_t num_bytes) { return num_bytes >= kLarge; }
 
-}  // namespace
+std::uintptr_t RoundUp(std::uintptr_t value, std::size_t unit) { return (value + unit - 1) / unit * unit; }
 
-void* AllocateArray(std::size_t num_bytes) {
-  const bool large = num_bytes >= kLarge;
-  const std::size_t unit = large ? kHugePage : kCacheLine, size = RoundUp(num_bytes, unit);
-  void* memory = size >= num_bytes ? std::aligned_alloc(unit, size) : nullptr;
-  if (memory == nullptr) throw std::bad_alloc();
+void Unmap(std::uintptr_t begin, std::uintptr_t end) {
+  if (begin < end) munmap(reinterpret_cast<void*>(begin), end - begin);
+}
+
+// Begins at a huge page.
+void* Map(std::size_t num_bytes) {
+  const std::size_t size = RoundUp(num_bytes, kMappingUnit);
+  void* mapping = mmap(nullptr, size + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapping == MAP_FAILED) return nullptr;
+  const auto first = reinterpret_cast<std::uintptr_t>(mapping);
+  const std::uintptr_t begin = RoundUp(first, kHugePage);
+  Unmap(first, begin);
+  Unmap(begin + size, first + size + kHugePage);
+  void* memory = reinterpret_cast<void*>(begin);
 #ifdef MADV_HUGEPAGE
-  if (large) madvise(memory, size, MADV_HUGEPAGE);  // a wish: without huge pages it is slower
+  // A wish: without huge pages it is slower. The last one may be larger than what is left.
+  madvise(memory, size / kHugePage * kHugePage, MADV_HUGEPAGE);
 #endif
   return memory;
 }
 
-void FreeArray(void* memory) { std::free(memory); }
+}  // namespace
+
+void* AllocateArray(std::size_t num_bytes) {
+  void* memory = IsLarge(num_bytes) ? Map(num_bytes) : std::malloc(num_bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+void FreeArray(void* memory, std::size_t num_bytes) {
+  if (IsLarge(num_bytes)) {
+    munmap(memory, RoundUp(num_bytes, kMappingUnit));
+  } else {
+    std::free(memory);
+  }
+}
 
 }  // namespace phi

@@ -14,7 +14,7 @@ namespace phi {
 
 // Throws std::bad_alloc.
 void* AllocateArray(std::size_t num_bytes);
-void FreeArray(void* memory);
+void FreeArray(void* memory, std::size_t num_bytes);
 
 // For std::vector: plain elements without a value stay uninitialised.
 template <typename T>
@@ -26,7 +26,7 @@ struct ArrayAllocator {
   ArrayAllocator(const ArrayAllocator<U>&) {}
 
   T* allocate(std::size_t size) { return static_cast<T*>(AllocateArray(size * sizeof(T))); }
-  void deallocate(T* memory, std::size_t) { FreeArray(memory); }
+  void deallocate(T* memory, std::size_t size) { FreeArray(memory, size * sizeof(T)); }
 
   template <typename U>
   void construct(U* element) {

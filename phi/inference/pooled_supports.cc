@@ -48,6 +48,7 @@ class SourcePool {
   std::vector<PooledSupport> Row(int row) const {
     std::vector<PooledSupport> supports;
     for (int x = 0; x < depths_.width(); x += step_) AddPixel(x, row * step_, &supports);
+    supports.shrink_to_fit();  // all rows wait for each other
     return supports;
   }
 
@@ -100,8 +101,14 @@ std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
   std::vector<std::vector<PooledSupport>> supports(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
                     [&](std::size_t i) { supports[i] = sources[rows[i].first].Row(rows[i].second); });
+  std::size_t num_supports = 0;
+  for (const auto& row : supports) num_supports += row.size();
   std::vector<PooledSupport> pooled;
-  for (const auto& row : supports) pooled.insert(pooled.end(), row.begin(), row.end());
+  pooled.reserve(num_supports);
+  for (auto& row : supports) {
+    pooled.insert(pooled.end(), row.begin(), row.end());
+    row = {};
+  }
   return pooled;
 }
 

@@ -33,18 +33,19 @@ TEST(WholeArray, CopiesAll) {
 }
 
 TEST(WholeArray, CountsWhatIsAskedFor) {
-  EXPECT_EQ(CountIf(Ramp(), [](float value) { return static_cast<int>(value) % 7 == 3; }), 75408);  // 527857 / 7
+  EXPECT_EQ(CountIf(Ramp(), [](float value) { return static_cast<int>(value) % 7 == 3; }),
+            75408);  // 527857 / 7
   EXPECT_EQ(CountIf(Array2D<float>(), [](float) { return true; }), 0);
 }
 
 TEST(Array2D, LargeOnesKeepTheirValues) {
-  Array2D<std::uint16_t> large(3001, 2003, 7);  // 12 MB: beyond what takes huge pages
-  large(3000, 2002) = 9;
+  Array2D<std::uint16_t> large(6001, 4003, 7);  // 48 MB: beyond what the heap holds
+  large(6000, 4002) = 9;
   const Array2D<std::uint16_t> copy = large;
   large = Array2D<std::uint16_t>(2, 2, 1);
   EXPECT_EQ(copy(0, 0), 7);
-  EXPECT_EQ(copy(2999, 2002), 7);
-  EXPECT_EQ(copy(3000, 2002), 9);
+  EXPECT_EQ(copy(5999, 4002), 7);
+  EXPECT_EQ(copy(6000, 4002), 9);
   EXPECT_EQ(large(1, 1), 1);
 }
 
