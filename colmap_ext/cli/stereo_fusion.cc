@@ -26,6 +26,8 @@ void LogReport(const SceneFusionReport& report, const std::filesystem::path& pat
   phi::LogInfo(path.string() + ": " + std::to_string(report.num_points) + " points from " +
                std::to_string(report.num_images) + " images, " + std::to_string(report.num_map_reads) +
                " maps read");
+  const std::string smoothing = DescribeSmoothing(report);
+  if (!smoothing.empty()) phi::LogInfo(smoothing);
   const std::string explanation = ExplainFewPoints(report);
   const std::string histogram = "what became of the pixels:\n" + OutcomeHistogram(report.outcomes);
   if (explanation.empty()) {

@@ -69,6 +69,18 @@ std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes) {
   return text;
 }
 
+std::string DescribeSmoothing(const SceneFusionReport& report) {
+  std::vector<double> noise = report.noise_of_smoothed_maps;
+  if (noise.empty()) return "";
+  std::sort(noise.begin(), noise.end());
+  char line[160];
+  std::snprintf(line, sizeof(line),
+                "%zu of %d maps are noisy from pixel to pixel (%.2f %% of the depth in the middle one) and "
+                "were smoothed",
+                noise.size(), report.num_images, 100 * noise[noise.size() / 2]);
+  return line;
+}
+
 std::string ExplainFewPoints(const SceneFusionReport& report) {
   const phi::OutcomeCounts& outcomes = report.outcomes;
   std::int64_t total = 0;

@@ -10,6 +10,9 @@ namespace colmap_ext {
 // One line a reason with its share of all pixels, most frequent first.
 std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes);
 
+// How many maps were smoothed, and how noisy they were; "" if none.
+std::string DescribeSmoothing(const SceneFusionReport& report);
+
 // Empty when the number of points is plausible; else one sentence with the likely cause and what to do.
 std::string ExplainFewPoints(const SceneFusionReport& report);
 

@@ -22,11 +22,14 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "phi/fusion/map_noise.h"
 
 namespace colmap_ext {
 namespace {
 
 constexpr int kRowsPerBlock = 16;
+// Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
+constexpr double kNegligibleNoise = 0.1;
 
 std::int64_t BudgetBytes(const SceneFusionOptions& options) {
   if (options.max_memory_gb > 0) return ByteCount(options.max_memory_gb * 1e9);
@@ -75,6 +78,7 @@ class SceneFuser {
       done_[Index(step.reference)] = true;
     }
     report_.num_map_reads = plan_.num_loads;
+    for (const auto& [position, noise] : noise_) report_.noise_of_smoothed_maps.push_back(noise);
     for (const auto& [position, message] : failures_) report_.failures.push_back(message);
     report_.num_images -= static_cast<int>(failures_.size());
     return report_;
@@ -143,11 +147,21 @@ class SceneFuser {
     try {
       return reader_.Read(images_[Index(position)]);
     } catch (const phi::InputError& error) {
-      std::lock_guard<std::mutex> lock(failures_mutex_);
+      std::lock_guard<std::mutex> lock(report_mutex_);
       if (failures_.emplace(position, error.what()).second) phi::LogError(error.what());
     }
     const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
     return phi::FusionMap(pinhole.width, pinhole.height);
+  }
+
+  // Maps with more noise from pixel to pixel than the depth tolerance leaves unnoticed.
+  void Smooth(int position, phi::FusionMap* map) {
+    const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
+    const float noise = phi::EstimateNoise(*map, pinhole);
+    if (noise <= kNegligibleNoise * options_.rule.max_depth_error) return;
+    phi::SmoothNoise(noise, pinhole, map);
+    std::lock_guard<std::mutex> lock(report_mutex_);
+    noise_[position] = noise;
   }
 
   std::int64_t NumPixels(std::size_t position) const {
@@ -191,6 +205,7 @@ class SceneFuser {
       phi::ThrowIfCancelled();
       tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
         phi::FusionMap map = ReadMap(positions[i]);
+        if (options_.rule.rule != phi::FusionRule::kPaper) Smooth(positions[i], &map);
         emitted_->Restore(positions[i], &map);
         maps_[Index(positions[i])] = std::move(map);
       });
@@ -241,8 +256,9 @@ class SceneFuser {
   std::unique_ptr<EmittedStore> emitted_;
   FusionPlan plan_;
   int num_concurrent_reads_ = 1;
-  std::mutex failures_mutex_;
+  std::mutex report_mutex_;              // of the two maps below
   std::map<int, std::string> failures_;  // by position: images that turned out damaged when they were read
+  std::map<int, double> noise_;          // by position: of maps that were smoothed
   SceneFusionReport report_;
 };
 

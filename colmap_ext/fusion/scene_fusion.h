@@ -29,7 +29,8 @@ struct SceneFusionReport {
   int num_images = 0, num_images_without_maps = 0;
   std::int64_t num_map_reads = 0;
   std::int64_t num_points = 0;
-  phi::OutcomeCounts outcomes;        // pixels
+  phi::OutcomeCounts outcomes;                 // pixels
+  std::vector<double> noise_of_smoothed_maps;  // standard deviation over depth, see map_noise.h
   std::vector<std::string> failures;  // why images with damaged files were left out, one message each
 };
 

@@ -1,0 +1,173 @@
+#include "phi/fusion/map_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "phi/fusion/neighbor_lookup.h"
+#include "phi/geometry/device_camera.h"
+
+namespace phi {
+namespace {
+
+// Pixels around the one that is smoothed, each way.
+constexpr int kRadius = 2;
+constexpr int kWindow = 2 * kRadius + 1;
+// Depths that differ by more standard deviations belong to another surface.
+constexpr float kMaxDeviations = 3;
+// About as many pixels are compared with their neighbours to estimate the noise, and at least so many.
+constexpr int kWantedSamples = 1 << 16, kFewestSamples = 100;
+
+// The inverse depth over the image around a pixel, by its plane.
+struct InverseDepth {
+  float value = 0;                 // 0: no depth
+  float slope_x = 0, slope_y = 0;  // for a pixel to the right, down
+};
+
+InverseDepth MakeInverseDepth(const FusionPixel& pixel, const RayModel& rays, int x, int y) {
+  if (!(pixel.depth > 0)) return {};
+  const Vec3f normal = UnpackNormal(pixel.normal);
+  const float facing = Dot(normal, rays.Ray(x + 0.5f, y + 0.5f));
+  InverseDepth d;
+  d.value = 1 / pixel.depth;
+  if (facing >= -kMinRayCosine) return d;
+  d.slope_x = d.value * normal.x / (facing * rays.fx);
+  d.slope_y = d.value * normal.y / (facing * rays.fy);
+  return d;
+}
+
+// What `other`, a step of (dx, dy) away, says of the inverse depth at `here`, less that one.
+float Difference(const InverseDepth& here, const InverseDepth& other, float dx, float dy) {
+  return other.value - here.value - 0.5f * dx * (here.slope_x + other.slope_x) -
+         0.5f * dy * (here.slope_y + other.slope_y);
+}
+
+bool IsMeasured(const FusionPixel& pixel) {
+  return pixel.depth > 0 && (pixel.flags & FusionPixel::kInferred) == 0;
+}
+
+// Deviations of pixels from the mean of the two beside them, over the depth.
+std::vector<float> SampleDeviations(const FusionMap& map, const RayModel& rays) {
+  const double per_sample = static_cast<double>(map.size()) / kWantedSamples;
+  const int stride = std::max(1, static_cast<int>(std::sqrt(per_sample)));
+  const auto at = [&](int x, int y) { return MakeInverseDepth(map(x, y), rays, x, y); };
+  std::vector<float> deviations;
+  for (int y = 1; y + 1 < map.height(); y += stride) {
+    for (int x = 1; x + 1 < map.width(); x += stride) {
+      if (!IsMeasured(map(x, y))) continue;
+      const InverseDepth here = at(x, y);
+      const auto add = [&](int dx, int dy) {
+        if (!IsMeasured(map(x - dx, y - dy)) || !IsMeasured(map(x + dx, y + dy))) return;
+        const float fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+        const float sum =
+            Difference(here, at(x + dx, y + dy), fx, fy) + Difference(here, at(x - dx, y - dy), -fx, -fy);
+        deviations.push_back(std::abs(0.5f * sum) * map(x, y).depth);
+      };
+      add(1, 0);
+      add(0, 1);
+    }
+  }
+  return deviations;
+}
+
+// A row of a map, with a border of pixels without depth; arrays for the compiler's vectors.
+struct InverseDepthRow {
+  std::vector<float> value, slope_x, slope_y;
+
+  explicit InverseDepthRow(int width) {
+    for (std::vector<float>* v : {&value, &slope_x, &slope_y})
+      v->assign(static_cast<std::size_t>(width + 2 * kRadius), 0.0f);
+  }
+  void Read(const FusionMap& map, const RayModel& rays, int y) {
+    for (int x = 0; x < map.width(); ++x) {
+      InverseDepth d;
+      if (y < map.height()) d = MakeInverseDepth(map(x, y), rays, x, y);
+      const std::size_t i = static_cast<std::size_t>(x + kRadius);
+      value[i] = d.value;
+      slope_x[i] = d.slope_x;
+      slope_y[i] = d.slope_y;
+    }
+  }
+};
+
+// Of the differences of the pixels around each pixel of a row.
+struct RowSums {
+  std::vector<float> count, sum, sum_of_squares;
+
+  explicit RowSums(int width) : count(static_cast<std::size_t>(width)), sum(count), sum_of_squares(count) {}
+  void Clear() {
+    for (std::vector<float>* v : {&count, &sum, &sum_of_squares}) std::fill(v->begin(), v->end(), 0.0f);
+  }
+};
+
+// `limit`: of a difference, over the inverse depth.
+void AddDifferences(const InverseDepthRow& row, const InverseDepthRow& other_row, int dx, int dy, float limit,
+                    RowSums* sums) {
+  const float half_x = 0.5f * static_cast<float>(dx), half_y = 0.5f * static_cast<float>(dy);
+  const float *value = &row.value[kRadius], *slope_x = &row.slope_x[kRadius],
+              *slope_y = &row.slope_y[kRadius];
+  const std::size_t shift = static_cast<std::size_t>(kRadius + dx);
+  const float *other = &other_row.value[shift], *other_x = &other_row.slope_x[shift],
+              *other_y = &other_row.slope_y[shift];
+  float *count = sums->count.data(), *sum = sums->sum.data(), *squares = sums->sum_of_squares.data();
+  const std::size_t width = sums->count.size();
+  for (std::size_t x = 0; x < width; ++x) {
+    const float difference =
+        other[x] - value[x] - half_x * (slope_x[x] + other_x[x]) - half_y * (slope_y[x] + other_y[x]);
+    const bool same = (other[x] > 0) & (std::abs(difference) <= limit * value[x]);
+    const float kept = same ? difference : 0.0f;
+    count[x] += same ? 1.0f : 0.0f;
+    sum[x] += kept;
+    squares[x] += kept * kept;
+  }
+}
+
+void SmoothRow(float noise, const InverseDepthRow& row, const RowSums& sums, int y, FusionMap* map) {
+  for (int x = 0; x < map->width(); ++x) {
+    FusionPixel& pixel = (*map)(x, y);
+    const std::size_t i = static_cast<std::size_t>(x);
+    if (!IsMeasured(pixel) || sums.count[i] < 1) continue;
+    const float value = row.value[i + kRadius], mean = sums.sum[i] / (sums.count[i] + 1);
+    const float variance = std::max(0.0f, sums.sum_of_squares[i] - sums.sum[i] * mean) / sums.count[i];
+    const float expected = noise * noise * value * value;
+    const float share = expected < variance ? expected / variance : 1.0f;
+    pixel.depth = 1 / (value + share * mean);
+  }
+}
+
+}  // namespace
+
+float EstimateNoise(const FusionMap& map, const Pinhole& pinhole) {
+  std::vector<float> deviations = SampleDeviations(map, MakeRayModel(pinhole));
+  if (deviations.size() < static_cast<std::size_t>(kFewestSamples)) return 0;
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
+  // Of a normal distribution the median is 0.6745 standard deviations; that of a pixel less the mean of two others is
+  // sqrt(1.5) times a pixel's.
+  return *middle / (0.6745f * std::sqrt(1.5f));
+}
+
+void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map) {
+  const RayModel rays = MakeRayModel(pinhole);
+  const float limit = kMaxDeviations * std::sqrt(2.0f) * noise;
+  // Rows as they were before smoothing: row y at y % kWindow, without depth where there is none.
+  std::vector<InverseDepthRow> rows(kWindow, InverseDepthRow(map->width()));
+  const auto row = [&](int y) -> InverseDepthRow& {
+    return rows[static_cast<std::size_t>((y + kWindow) % kWindow)];
+  };
+  for (int y = 0; y < kRadius; ++y) row(y).Read(*map, rays, y);
+  RowSums sums(map->width());
+  for (int y = 0; y < map->height(); ++y) {
+    row(y + kRadius).Read(*map, rays, y + kRadius);
+    sums.Clear();
+    for (int dy = -kRadius; dy <= kRadius; ++dy) {
+      for (int dx = -kRadius; dx <= kRadius; ++dx) {
+        if (dx != 0 || dy != 0) AddDifferences(row(y), row(y + dy), dx, dy, limit, &sums);
+      }
+    }
+    SmoothRow(noise, row(y), sums, y, map);
+  }
+}
+
+}  // namespace phi
