@@ -26,7 +26,8 @@ constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers o
 constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
 constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
-constexpr double kBoxMargin = 0.25;       // of the inliers' box's longer side
+// Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
+constexpr double kReach = 5;
 
 struct Point {
   float x, y;
@@ -83,21 +84,18 @@ bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* p
   return true;
 }
 
-// Least squares over the inliers; false when they do not carry a plane. Sets the box.
+// Least squares over the inliers; false when they do not carry a plane. Sets the ellipse.
 bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   const double cx = points[0].x, cy = points[0].y;  // relative coordinates keep the equations well scaled
-  float x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   int n = 0;
   for (const Point& p : points) {
     if (!IsInlier(*plane, p)) continue;
-    if (n++ == 0) x0 = x1 = p.x, y0 = y1 = p.y;
+    ++n;
     const Eigen::Vector3d row(1, p.x - cx, p.y - cy);
     normal += row * row.transpose();
     right += p.w * row;
-    x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
-    y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
   }
   if (n < kMinSupports) return false;
   const Eigen::Vector2d mean = normal.block<2, 1>(1, 0) / n;
@@ -108,11 +106,12 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   plane->b = solution(1);
   plane->c = solution(2);
   plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
-  const int margin = static_cast<int>(kBoxMargin * std::max(x1 - x0, y1 - y0));
-  plane->x0 = static_cast<int>(std::floor(x0)) - margin;
-  plane->y0 = static_cast<int>(std::floor(y0)) - margin;
-  plane->x1 = static_cast<int>(std::ceil(x1)) + margin;
-  plane->y1 = static_cast<int>(std::ceil(y1)) + margin;
+  const Eigen::Matrix2d ellipse = covariance.inverse() / (kReach * kReach);
+  plane->center_x = cx + mean.x();
+  plane->center_y = cy + mean.y();
+  plane->xx = ellipse(0, 0);
+  plane->xy = ellipse(0, 1);
+  plane->yy = ellipse(1, 1);
   return true;
 }
 

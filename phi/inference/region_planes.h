@@ -19,18 +19,20 @@ namespace phi {
 
 inline constexpr int kPlanesPerRegion = 2;
 
-// 1 / z = a + b * x + c * y at array indices (x, y), within the box; the box is the plane's inliers' and a margin, so
-// that a plane is not followed far beyond what carries it.
+// 1 / z = a + b * x + c * y at array indices (x, y), within an ellipse around what carries the plane: the sides of a
+// building carry one, and the sky that the building stands before is no part of it.
 struct RegionPlane {
   double a = 0, b = 0, c = 0;
-  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
+  // The ellipse: q = (x - center_x, y - center_y), xx * q.x^2 + 2 * xy * q.x * q.y + yy * q.y^2 <= 1.
+  double center_x = 0, center_y = 0, xx = 0, xy = 0, yy = 0;
 
   // Anywhere on the plane.
   double InverseDepth(double x, double y) const { return a + b * x + c * y; }
 
-  // 0 outside the box.
+  // 0 outside the ellipse.
   float At(int x, int y) const {
-    if (x < x0 || y < y0 || x > x1 || y > y1) return 0;
+    const double dx = x - center_x, dy = y - center_y;
+    if (xx * dx * dx + (2 * xy * dx + yy * dy) * dy > 1) return 0;
     const double w = InverseDepth(x, y);
     return w > 0 ? static_cast<float>(w) : 0;
   }

@@ -102,10 +102,26 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = x < 40 && y < 40 ? 1 / LeftWall(x, y) : 0;
   }
-  // The box of 40 pixels may grow by a quarter of its side, 9 pixels, and not farther.
+  // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
+  // the middle, (19.5, 19.5).
   const Hypotheses hypotheses(map, Formulas::kRobust, &plain);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](48, 48), 0);
-  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
+  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](58, 58), 0);
+  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](63, 63), 0);
+}
+
+// A roof's rim before an even sky: 16 rows carry a plane, standard deviation 16 / sqrt(12) = 4.6, that reaches 23 rows from
+// their middle. (The plane fit's window makes supports of up to three rows beside them; lines reach 12 rows.)
+TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
+  const GrayImage sky(kWidth, kHeight, 180);
+  PlaneMap map = RimOf(LeftWall);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
+  }
+  const Hypotheses hypotheses(map, Formulas::kRobust, &sky);
+  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
+  for (int k = 0; k < kNumDirections; ++k) {
+    EXPECT_EQ(hypotheses.maps().inverse_depth[k](80, kHeight - 16 - 20), 0);
+  }
 }
 
 TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
