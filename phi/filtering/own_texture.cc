@@ -13,25 +13,41 @@ namespace {
 
 constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
 
-// `min_variance`: of the sums.
+constexpr int kSide = 2 * kOwnTextureRadius + 1;
+
+// Whether the pixels around (x, y), at the border the nearest that many, differ from a plane of brightness by at least
+// `min_variance` (of the sums) in the mean square.
 bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int x, int y) {
-  const int x0 = std::max(x - kOwnTextureRadius, 0), x1 = std::min(x + kOwnTextureRadius, sums.width() - 1);
-  const int y0 = std::max(y - kOwnTextureRadius, 0), y1 = std::min(y + kOwnTextureRadius, sums.height() - 1);
-  std::int64_t sum = 0, squares = 0;
-  for (int v = y0; v <= y1; ++v) {
-    for (int u = x0; u <= x1; ++u) {
-      const std::int64_t value = sums(u, v);
-      sum += value;
+  const int x0 = std::clamp(x - kOwnTextureRadius, 0, sums.width() - kSide);
+  const int y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
+  std::int32_t sum = 0, squares = 0, across = 0,
+               down = 0;  // the last two: times the distance from the middle
+  for (int v = 0; v < kSide; ++v) {
+    const std::uint16_t* row = &sums(x0, y0 + v);
+    std::int32_t row_sum = 0;
+    for (int u = 0; u < kSide; ++u) {
+      const std::int32_t value = row[u];
+      row_sum += value;
       squares += value * value;
+      across += value * (u - kOwnTextureRadius);
     }
+    sum += row_sum;
+    down += row_sum * (v - kOwnTextureRadius);
   }
-  const std::int64_t n = static_cast<std::int64_t>(x1 - x0 + 1) * (y1 - y0 + 1);
-  return static_cast<double>(n * squares - sum * sum) >= min_variance * static_cast<double>(n * n);
+  // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to `spread`.
+  constexpr std::int64_t kCount = kSide * kSide;
+  constexpr std::int64_t kSpread = kCount * (kSide * kSide - 1) / 12;
+  static_assert(kSpread % kCount == 0);
+  const auto square = [](std::int64_t value) { return value * value; };
+  const std::int64_t residual =
+      kSpread * squares - kSpread / kCount * square(sum) - square(across) - square(down);
+  return static_cast<double>(residual) >= min_variance * static_cast<double>(kCount * kSpread);
 }
 
 }  // namespace
 
 void DropPlainPixels(const GrayImage& image, PlaneMap* map) {
+  if (image.width() < kSide || image.height() < kSide) return;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   const double noise = NoiseDeviation(image.view());
   const double min_variance = kSumsPerGreyLevel * kSumsPerGreyLevel *
