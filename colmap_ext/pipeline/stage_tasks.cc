@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/matching/cost_aggregation.h"
@@ -74,6 +75,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
                                  phi::Backend& backend, std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
   input.reference = ReadView(job.image);
+  input.noise = phi::NoiseDeviation(input.reference.image->view());
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);
   if (input.sources.empty()) {

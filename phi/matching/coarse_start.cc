@@ -70,6 +70,7 @@ PartInput::PartInput(const EstimationInput& input, const StereoOptions& options,
     point.u *= scale;
     point.v *= scale;
   }
+  input_.noise *= scale;  // halving takes the mean of four pixels
   options_.num_window_levels = std::min(options.num_window_levels, kMaxPyramidLevels - part.level);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "phi/base/error.h"
+#include "phi/matching/window_level.h"
 
 namespace phi {
 namespace {
@@ -73,8 +74,10 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.window.samples_per_side = options.SamplesPerSide();
   p.window.step = static_cast<float>(options.window_step);
   // One fixed window on request (one level), and in the paper's form.
-  if (options.num_window_levels > 1 && options.formulas == Formulas::kRobust && p.window.step > kNearStep)
+  if (options.num_window_levels > 1 && options.formulas == Formulas::kRobust && p.window.step > kNearStep) {
     p.window.near_step = kNearStep;
+    p.window.near_variance = NearWindowVariance(input.noise);
+  }
   constexpr float kDecay = 1.0f / (kHalfWeightDifference * kHalfWeightDifference);
   p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kDecay;
   p.key = {options.seed, input.reference.view->image_id};

@@ -2,7 +2,7 @@
 // is weak.
 //
 // Dilation buys texture at the price of detail: a wide window's samples lie on surfaces beside the pixel's own. Where a
-// narrow window, samples one pixel apart, has contrast enough, it is taken.
+// narrow window, samples one pixel apart, has contrast enough, it is taken. Noise decides what is enough.
 //
 // On a painted wall the contrast inside a 15 pixel window is about the sensor's noise and ZNCC ranks noise. Half the
 // resolution halves the noise and doubles the window; a pixel takes the finest level whose window has contrast well
@@ -22,8 +22,15 @@ inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 // variance that a window needs.
 inline constexpr float kWindowVariance = 3.0f;
 
-// Variance that the narrow window needs.
-inline constexpr float kNearWindowVariance = 10.0f;
+// Variance that the narrow window needs: ten times the noise's, within these limits.
+inline constexpr float kNearVarianceOverNoise = 10.0f;
+inline constexpr float kMinNearVariance = 1.0f, kMaxNearVariance = 10.0f;
+
+// `noise`: standard deviation, grey levels.
+inline float NearWindowVariance(double noise) {
+  return Clamp(kNearVarianceOverNoise * static_cast<float>(noise * noise), kMinNearVariance,
+               kMaxNearVariance);
+}
 
 struct WindowScale {
   std::uint8_t level = 0;  // of the pyramid
@@ -55,7 +62,8 @@ template <class Sampler>
 PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
                                      float u, float v) {
   WindowScale result;
-  result.near = window.near_step > 0 && WindowVariance(levels[0], window.Near(), u, v) >= kNearWindowVariance;
+  result.near =
+      window.near_step > 0 && WindowVariance(levels[0], window.Near(), u, v) >= window.near_variance;
   if (result.near) return result;
   float needed = kWindowVariance, scale = 1.0f;
   for (; result.level + 1 < num_levels; ++result.level) {

@@ -62,6 +62,21 @@ TEST(WindowLevel, RichTextureTakesTheNarrowWindow) {
   EXPECT_FALSE(Near(Sine(20, 10), 0));
 }
 
+// Ten times the noise's variance: with noise of 0.5 grey levels 2.5, which an amplitude of 4 (8) has and one of 2 (2) has not.
+TEST(WindowLevel, CleanImagesTakeTheNarrowWindowForFainterTexture) {
+  MatchingWindow window;
+  window.near_step = 1;
+  window.near_variance = NearWindowVariance(0.5);
+  const auto near = [&](const GrayImage& image) {
+    const GraySampler level = {image.view()};
+    return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
+  };
+  EXPECT_TRUE(near(Sine(4, 10)));
+  EXPECT_FALSE(near(Sine(2, 10)));
+  EXPECT_FLOAT_EQ(NearWindowVariance(0), 1);
+  EXPECT_FLOAT_EQ(NearWindowVariance(20), 10);
+}
+
 // Texture that only the wide window reaches does not make the narrow one good.
 TEST(WindowLevel, TextureBeyondTheNarrowWindowDoesNotCount) {
   GrayImage image(256, 256, 128);
