@@ -62,11 +62,11 @@ TEST(WindowLevel, RichTextureTakesTheNarrowWindow) {
   EXPECT_FALSE(Near(Sine(20, 10), 0));
 }
 
-// Ten times the noise's variance: with noise of 0.5 grey levels 2.5, which an amplitude of 4 (8) has and one of 2 (2) has not.
+// Ten times the noise's variance: with noise of 0.8 grey levels 6.4, which an amplitude of 4 (8) has and one of 2 (2) has not.
 TEST(WindowLevel, CleanImagesTakeTheNarrowWindowForFainterTexture) {
   MatchingWindow window;
   window.near_step = 1;
-  window.near_variance = NearWindowVariance(0.5);
+  window.near_variance = NearWindowVariance(0.8);
   const auto near = [&](const GrayImage& image) {
     const GraySampler level = {image.view()};
     return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
