@@ -12,7 +12,6 @@ namespace phi {
 namespace {
 
 constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
-
 constexpr int kSide = 2 * kOwnTextureRadius + 1;
 
 // Whether the pixels around (x, y), at the border the nearest that many, differ from a plane of brightness by at least
@@ -20,8 +19,8 @@ constexpr int kSide = 2 * kOwnTextureRadius + 1;
 bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int x, int y) {
   const int x0 = std::clamp(x - kOwnTextureRadius, 0, sums.width() - kSide);
   const int y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
-  std::int32_t sum = 0, squares = 0, across = 0,
-               down = 0;  // the last two: times the distance from the middle
+  std::int32_t sum = 0, squares = 0;
+  std::int32_t across = 0, down = 0;  // values times the distance from the middle column, row
   for (int v = 0; v < kSide; ++v) {
     const std::uint16_t* row = &sums(x0, y0 + v);
     std::int32_t row_sum = 0;
@@ -34,7 +33,7 @@ bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int 
     sum += row_sum;
     down += row_sum * (v - kOwnTextureRadius);
   }
-  // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to `spread`.
+  // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to kSpread.
   constexpr std::int64_t kCount = kSide * kSide;
   constexpr std::int64_t kSpread = kCount * (kSide * kSide - 1) / 12;
   static_assert(kSpread % kCount == 0);

@@ -2,8 +2,8 @@
 //
 // On a plain wall beside a sofa a window's only contrast is the sofa's edge. It matches at the sofa's depth, and it does so in
 // every view, so that the views confirm each other's error; and a wall's planes would rest on such pixels. Without them
-// the planes of what surely was measured decide about the wall (paper section E). Nor is shading texture: a plane of brightness
-// matches wherever it is laid.
+// the planes of what surely was measured decide about the wall (paper section E). Nor is shading texture: a plane of
+// brightness matches wherever it is laid.
 #pragma once
 
 #include "phi/backend.h"
@@ -11,15 +11,16 @@
 namespace phi {
 
 inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pixel's own surroundings
-// Squared grey levels that the image smoothed by 3 x 3 pixels differs from a plane of brightness. A sensor's noise loses nearly all of its variance in the
-// smoothing, the faint texture of a sharp or of an enlarged photo does not.
+// Mean squared difference of the image, smoothed by 3 x 3 pixels, from a plane of brightness; squared grey levels. A
+// sensor's noise loses nearly all of its variance in the smoothing, the faint texture of a sharp or of an enlarged photo
+// does not.
 inline constexpr double kMinOwnVariance = 0.125;
-// At least so many times the variance that the image's noise keeps in the smoothing, a ninth. Twice as much
-// drops too much of a facade's faint texture.
+// At least so many times the variance that the image's noise keeps in the smoothing, a ninth. Twice as much drops too much
+// of a facade's faint texture.
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
 // Takes the depth from the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
-// its noise lets it. The map has the image's size.
+// its noise lets it. The map has the image's size; images smaller than the surroundings keep all.
 void DropPlainPixels(const GrayImage& image, PlaneMap* map);
 
 }  // namespace phi
