@@ -3,9 +3,6 @@
 import math
 import random
 
-import bpy
-import numpy as np
-
 from blender_scene import *
 
 random.seed(3)
@@ -38,9 +35,8 @@ def house(x, y, w, d, h, rot, gable):
     z = hill(x, y) - 2
     wm = random.choice(walls)
     rm = random.choice(roofs)
-    o = box((x - w / 2, y - d / 2, z), (x + w / 2, y + d / 2, z + h + 1.5), wm, rot=rot)
+    box((x - w / 2, y - d / 2, z), (x + w / 2, y + d / 2, z + h + 1.5), wm, rot=rot)
     if gable:
-        me = bpy.data.meshes.new("r")
         g = d / 2 * 0.7
         t = z + h + 1.5
         e = 0.5
@@ -52,10 +48,7 @@ def house(x, y, w, d, h, rot, gable):
             (-w / 2 - e, 0, t + g),
             (w / 2 + e, 0, t + g),
         ]
-        me.from_pydata(v, [], [(0, 1, 5, 4), (2, 3, 4, 5), (1, 2, 5), (3, 0, 4), (3, 2, 1, 0)])
-        r = bpy.data.objects.new("r", me)
-        bpy.context.collection.objects.link(r)
-        me.materials.append(rm)
+        r = mesh(v, [(0, 1, 5, 4), (2, 3, 4, 5), (1, 2, 5), (3, 0, 4), (3, 2, 1, 0)], rm, smooth=False)
         r.location = (x, y, 0)
         r.rotation_euler = (0, 0, rot)
         box((x + 0.5, y + 0.3, t + g - 1.2), (x + 1.1, y + 0.9, t + g + 0.7), walls[3], rot=0)

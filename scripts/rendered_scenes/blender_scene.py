@@ -14,12 +14,11 @@ from mathutils import Vector
 def reset():
     """An empty scene."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    s = bpy.context.scene
-    s.render.engine = "CYCLES"
-    s.cycles.device = "CPU"
-    s.world = bpy.data.worlds.new("w")
-    s.world.use_nodes = True
-    return s
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.device = "CPU"
+    scene.world = bpy.data.worlds.new("w")
+    scene.world.use_nodes = True
 
 
 TEXTURES = {
@@ -51,7 +50,12 @@ def material(name, color=(0.8, 0.8, 0.8), rough=0.6, spec=0.3, tex=None, scale=5
     texture = tree.nodes.new(TEXTURES[tex])
     texture.inputs["Scale"].default_value = scale
     tree.links.new(place.outputs["Vector"], texture.inputs["Vector"])
-    mixed = {"brick": mix_bricks, "voronoi": mix_cells}.get(tex, mix_ramp)(tree, place, texture, first, second, scale, amount)
+    if tex == "brick":
+        mixed = mix_bricks(tree, place, texture, first, second, scale)
+    elif tex == "voronoi":
+        mixed = mix_cells(tree, texture, first, amount)
+    else:
+        mixed = mix_ramp(tree, texture, first, second)
     if "Detail" in texture.inputs:
         texture.inputs["Detail"].default_value = detail
     if tex == "wood":
@@ -63,7 +67,7 @@ def material(name, color=(0.8, 0.8, 0.8), rough=0.6, spec=0.3, tex=None, scale=5
     return result
 
 
-def mix_bricks(tree, place, texture, first, second, scale, _):
+def mix_bricks(tree, place, texture, first, second, scale):
     """Courses along z, with noise on the bricks."""
     place.inputs["Rotation"].default_value = (math.pi / 2, 0, 0)
     texture.inputs["Color1"].default_value = first
@@ -81,7 +85,7 @@ def mix_bricks(tree, place, texture, first, second, scale, _):
     return mix.outputs["Color"]
 
 
-def mix_cells(tree, _, texture, first, __, ___, amount):
+def mix_cells(tree, texture, first, amount):
     mix = tree.nodes.new("ShaderNodeMixRGB")
     mix.inputs["Fac"].default_value = amount
     mix.inputs["Color1"].default_value = first
@@ -89,13 +93,21 @@ def mix_cells(tree, _, texture, first, __, ___, amount):
     return mix.outputs["Color"]
 
 
-def mix_ramp(tree, _, texture, first, second, __, ___):
+def mix_ramp(tree, texture, first, second):
     ramp = tree.nodes.new("ShaderNodeValToRGB")
     for element, color, position in zip(ramp.color_ramp.elements, (first, second), (0.35, 0.65)):
         element.color = color
         element.position = position
     tree.links.new(texture.outputs["Fac" if "Fac" in texture.outputs else 0], ramp.inputs["Fac"])
     return ramp.outputs["Color"]
+
+
+def finish(m):
+    """Gives the object just added its material, and smooth shading."""
+    o = bpy.context.object
+    o.data.materials.append(m)
+    bpy.ops.object.shade_smooth()
+    return o
 
 
 def box(lo, hi, m, rot=0, bevel=0):
@@ -110,74 +122,67 @@ def box(lo, hi, m, rot=0, bevel=0):
         modifier = o.modifiers.new("bevel", "BEVEL")
         modifier.width = bevel
         modifier.segments = 3
-    return o
 
 
-def cylinder(center, r, h, m, axis="z", verts=96):
-    rot = {"z": (0, 0, 0), "x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0)}[axis]
-    bpy.ops.mesh.primitive_cylinder_add(radius=r, depth=h, location=center, rotation=rot, vertices=verts)
-    o = bpy.context.object
-    o.data.materials.append(m)
-    bpy.ops.object.shade_smooth()
-    mod = o.modifiers.new("e", "EDGE_SPLIT")
-    mod.split_angle = math.radians(40)
-    return o
+def cylinder(center, r, h, m, axis="z"):
+    rotation = {"z": (0, 0, 0), "y": (math.pi / 2, 0, 0)}[axis]
+    bpy.ops.mesh.primitive_cylinder_add(radius=r, depth=h, location=center, rotation=rotation, vertices=96)
+    finish(m).modifiers.new("rims", "EDGE_SPLIT").split_angle = math.radians(40)
 
 
-def sphere(center, r, m, sx=1, sy=1, sz=1):
+def sphere(center, r, m):
     bpy.ops.mesh.primitive_uv_sphere_add(radius=r, location=center, segments=128, ring_count=64)
-    o = bpy.context.object
-    o.scale = (sx, sy, sz)
-    o.data.materials.append(m)
-    bpy.ops.object.shade_smooth()
-    return o
+    finish(m)
 
 
 def cone(center, r1, r2, h, m):
     bpy.ops.mesh.primitive_cone_add(radius1=r1, radius2=r2, depth=h, location=center, vertices=96)
-    o = bpy.context.object
-    o.data.materials.append(m)
-    bpy.ops.object.shade_smooth()
+    finish(m)
+
+
+def mesh(vertices, faces, m, smooth=True):
+    data = bpy.data.meshes.new("mesh")
+    data.from_pydata(vertices, [], faces)
+    data.materials.append(m)
+    for polygon in data.polygons:
+        polygon.use_smooth = smooth
+    return link(data)
+
+
+def link(data):
+    """The scene's object that holds `data`."""
+    o = bpy.data.objects.new(data.name, data)
+    bpy.context.collection.objects.link(o)
     return o
 
 
 def grid_mesh(f, x0, x1, y0, y1, nx, ny, m):
     """The surface z = f(x, y)."""
-    xs = np.linspace(x0, x1, nx)
-    ys = np.linspace(y0, y1, ny)
-    v = [(x, y, f(x, y)) for y in ys for x in xs]
-    fc = [(j * nx + i, j * nx + i + 1, (j + 1) * nx + i + 1, (j + 1) * nx + i) for j in range(ny - 1) for i in range(nx - 1)]
-    me = bpy.data.meshes.new("g")
-    me.from_pydata(v, [], fc)
-    me.update()
-    o = bpy.data.objects.new("g", me)
-    bpy.context.collection.objects.link(o)
-    me.materials.append(m)
-    for p in me.polygons:
-        p.use_smooth = True
-    return o
+    vertices = [(x, y, f(x, y)) for y in np.linspace(y0, y1, ny) for x in np.linspace(x0, x1, nx)]
+    corners = [j * nx + i for j in range(ny - 1) for i in range(nx - 1)]
+    mesh(vertices, [(k, k + 1, k + nx + 1, k + nx) for k in corners], m)
 
 
-def area(loc, target, size, power, color=(1, 1, 1)):
-    l = bpy.data.lights.new("a", "AREA")
-    l.energy = power
-    l.size = size
-    l.color = color
-    o = bpy.data.objects.new("a", l)
-    bpy.context.collection.objects.link(o)
-    o.location = loc
-    o.rotation_euler = (Vector(target) - Vector(loc)).to_track_quat("-Z", "Y").to_euler()
-    return o
-
-
-def sun(direction, strength, angle=0.01):
-    l = bpy.data.lights.new("s", "SUN")
-    l.energy = strength
-    l.angle = angle
-    o = bpy.data.objects.new("s", l)
-    bpy.context.collection.objects.link(o)
+def look_along(o, direction):
+    """Turns a light or a camera."""
     o.rotation_euler = Vector(direction).to_track_quat("-Z", "Y").to_euler()
-    return o
+
+
+def area(place, target, size, power, color=(1, 1, 1)):
+    light = bpy.data.lights.new("area", "AREA")
+    light.energy = power
+    light.size = size
+    light.color = color
+    o = link(light)
+    o.location = place
+    look_along(o, Vector(target) - Vector(place))
+
+
+def sun(direction, strength):
+    light = bpy.data.lights.new("sun", "SUN")
+    light.energy = strength
+    light.angle = 0.01
+    look_along(link(light), direction)
 
 
 def world(color, strength):
@@ -200,14 +205,13 @@ def render(name, cameras, horizontal_view_degrees, samples):
     camera.sensor_fit = "HORIZONTAL"
     camera.angle = math.radians(horizontal_view_degrees)
     camera.clip_end = 2000
-    owner = bpy.data.objects.new(name, camera)
-    bpy.context.collection.objects.link(owner)
+    owner = link(camera)
     scene.camera = owner
     configure(scene, width, height)
     rotations, translations = [], []
     for i, (eye, target) in enumerate(cameras):
         owner.location = eye
-        owner.rotation_euler = (Vector(target) - Vector(eye)).to_track_quat("-Z", "Y").to_euler()
+        look_along(owner, Vector(target) - Vector(eye))
         bpy.context.view_layer.update()
         world_from_camera = np.array(owner.matrix_world)
         rotation = (world_from_camera[:3, :3] @ np.diag([1, -1, -1])).T
@@ -245,13 +249,7 @@ def render_colour(scene, samples, path):
     scene.cycles.denoiser = "OPENIMAGEDENOISE"
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
     scene.cycles.filter_width = 1.5
-    settings = scene.render.image_settings
-    settings.media_type = "IMAGE"
-    settings.file_format = "PNG"
-    settings.color_mode = "RGB"
-    settings.color_depth = "16"
-    scene.render.filepath = path
-    bpy.ops.render.render(write_still=True)
+    write(scene, path, "IMAGE", "PNG", "16")
 
 
 def render_depth(scene, path):
@@ -261,9 +259,13 @@ def render_depth(scene, path):
     scene.cycles.use_denoising = False
     scene.cycles.pixel_filter_type = "BOX"
     scene.cycles.filter_width = 0.01
+    write(scene, path, "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER", "32")
+
+
+def write(scene, path, media_type, file_format, bits):
     settings = scene.render.image_settings
-    settings.media_type = "MULTI_LAYER_IMAGE"
-    settings.file_format = "OPEN_EXR_MULTILAYER"
-    settings.color_depth = "32"
+    settings.media_type = media_type
+    settings.file_format = file_format
+    settings.color_depth = bits
     scene.render.filepath = path
     bpy.ops.render.render(write_still=True)

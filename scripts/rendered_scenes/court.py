@@ -3,9 +3,6 @@
 import math
 import random
 
-import bpy
-import numpy as np
-
 from blender_scene import *
 
 random.seed(2)

@@ -3,7 +3,6 @@
 import math
 import random
 
-import bpy
 import numpy as np
 
 from blender_scene import *
@@ -97,21 +96,12 @@ for x in (1.03, 1.47):
     for y in (0.23, 0.67):
         cylinder((x, y, 0.21), 0.015, 0.43, material("l2", (0.6, 0.6, 0.6)))
 # curtain beside the window
-cu = material("cur", (0.8, 0.78, 0.72), rough=0.9)
-xs = np.linspace(0, 0.9, 120)
-v = []
-fc = []
-for i, t in enumerate(xs):
-    v += [(W / 2 - 0.12 + 0.035 * math.sin(t * 42), 1.05 + t, 0.05), (W / 2 - 0.12 + 0.035 * math.sin(t * 42), 1.05 + t, 2.6)]
-for i in range(len(xs) - 1):
-    fc.append((2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2))
-me = bpy.data.meshes.new("cu")
-me.from_pydata(v, [], fc)
-o = bpy.data.objects.new("cu", me)
-bpy.context.collection.objects.link(o)
-me.materials.append(cu)
-for p in me.polygons:
-    p.use_smooth = True
+folds = [(W / 2 - 0.12 + 0.035 * math.sin(t * 42), 1.05 + t) for t in np.linspace(0, 0.9, 120)]
+mesh(
+    [(x, y, z) for x, y in folds for z in (0.05, 2.6)],
+    [(2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2) for i in range(len(folds) - 1)],
+    material("cur", (0.8, 0.78, 0.72), rough=0.9),
+)
 # door on the left wall
 box((-W / 2, 1.0, 0), (-W / 2 + 0.04, 1.9, 2.05), material("door", (0.88, 0.87, 0.84), rough=0.4))
 sphere((-W / 2 + 0.08, 1.1, 1.0), 0.03, material("kn", (0.6, 0.5, 0.3), metallic=1, rough=0.3))
