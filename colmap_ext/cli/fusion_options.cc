@@ -32,7 +32,9 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
       ->Add("StereoFusion.max_num_pixels", &fusion.rule.max_num_views,
             "Most measurements merged into a point")
       .ColmapDefault("10000");
-  parser->Add("StereoFusion.max_reproj_error", &fusion.rule.max_reproj_error, "Largest reprojection error")
+  parser
+      ->Add("StereoFusion.max_reproj_error", &fusion.rule.max_reproj_error,
+            "Largest reprojection error of a difference in depth")
       .Unit("pixels")
       .ColmapDefault("2");
   parser->Add("StereoFusion.max_depth_error", &fusion.rule.max_depth_error, "Largest difference over depth")
@@ -50,6 +52,10 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
   parser->AddChoice("PhiFusion.rule", &fusion.rule.rule,
                     {{"support", phi::FusionRule::kSupport}, {"paper", phi::FusionRule::kPaper}},
                     "Which measurements make a point");
+  parser
+      ->Add("PhiFusion.max_normal_error_in_holes", &fusion.rule.max_normal_error_in_holes,
+            "The same in holes of the cloud, if larger than max_normal_error")
+      .Unit("degrees");
   parser->Add("PhiFusion.min_support", &fusion.rule.min_support,
               "Least sum of the other images' agreements, each between 0 and 1");
   parser->Add("PhiFusion.min_support_inferred", &fusion.rule.min_support_inferred,

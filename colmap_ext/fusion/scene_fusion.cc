@@ -220,9 +220,16 @@ class SceneFuser {
   void Fuse(const FusionStep& step) {
     std::vector<phi::ImageFuser::Image> neighbors;
     for (const int p : step.neighbors) neighbors.push_back(MakeImage(p));
-    const phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule,
-                                options_.box ? &*options_.box : nullptr);
+    phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule,
+                          options_.box ? &*options_.box : nullptr);
     const int height = cameras_[Index(step.reference)].pinhole.height;
+    WriteBlocks(height, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+    WriteBlocks(height, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
+  }
+
+  // Blocks of rows, computed in parallel and written in their order.
+  template <typename Compute>
+  void WriteBlocks(int height, const Compute& compute) {
     int next_row = 0;
     const auto next_block = [&](tbb::flow_control& control) {
       const int begin = next_row;
@@ -230,19 +237,18 @@ class SceneFuser {
       next_row += kRowsPerBlock;
       return begin;
     };
-    const auto fuse = [&](int begin) {
-      return std::make_shared<phi::FusedBlock>(
-          fuser.FuseRows(begin, std::min(begin + kRowsPerBlock, height)));
+    using Block = std::shared_ptr<phi::FusedBlock>;
+    const auto compute_block = [&](int begin) {
+      return std::make_shared<phi::FusedBlock>(compute(begin, std::min(begin + kRowsPerBlock, height)));
     };
-    const auto write = [&](const std::shared_ptr<phi::FusedBlock>& block) {
+    const auto write = [&](const Block& block) {
       report_.num_points += static_cast<std::int64_t>(block->points.size());
       report_.outcomes += block->outcomes;
       writer_->Write(*block);
     };
-    using Block = std::shared_ptr<phi::FusedBlock>;
     tbb::parallel_pipeline(static_cast<std::size_t>(2 * tbb::this_task_arena::max_concurrency()),
                            tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, next_block) &
-                               tbb::make_filter<int, Block>(tbb::filter_mode::parallel, fuse) &
+                               tbb::make_filter<int, Block>(tbb::filter_mode::parallel, compute_block) &
                                tbb::make_filter<Block, void>(tbb::filter_mode::serial_in_order, write));
   }
 

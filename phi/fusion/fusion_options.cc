@@ -26,6 +26,8 @@ std::string FusionOptions::Check() const {
           "in (0, 0.5) (difference over depth)", &message);
   Require(max_normal_error > 0 && max_normal_error <= 90, "--StereoFusion.max_normal_error", max_normal_error,
           "in (0, 90] degrees", &message);
+  Require(max_normal_error_in_holes >= 0 && max_normal_error_in_holes <= 90,
+          "--PhiFusion.max_normal_error_in_holes", max_normal_error_in_holes, "in [0, 90] degrees", &message);
   Require(min_support >= 0, "--PhiFusion.min_support", min_support, "at least 0", &message);
   Require(min_support_inferred >= 0, "--PhiFusion.min_support_inferred", min_support_inferred, "at least 0",
           &message);

@@ -6,16 +6,24 @@
 #include <string>
 
 #include "phi/base/error.h"
+#include "phi/fusion/cloud_holes.h"
 #include "phi/fusion/paper_rule.h"
 
 namespace phi {
 namespace {
 
+// A pixel whose depth was inferred asks for depths this much closer to the consensus, in depth tolerances: inferred
+// planes that are wrong agree by chance, and then by any difference alike, right ones by small differences.
+constexpr float kInferredDepthTolerance = 0.25f;
+
+float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * M_PI / 180)); }
+
 FusionGates MakeGates(const FusionOptions& options) {
   FusionGates gates;
   gates.max_reproj_error = static_cast<float>(options.max_reproj_error);
   gates.max_depth_error = static_cast<float>(options.max_depth_error);
-  gates.min_normal_cosine = static_cast<float>(std::cos(options.max_normal_error * M_PI / 180));
+  gates.min_normal_cosine = CosineOfDegrees(options.max_normal_error);
+  gates.max_depth_error_inferred = kInferredDepthTolerance * gates.max_depth_error;
   gates.min_support = static_cast<float>(options.min_support);
   gates.min_support_inferred =
       static_cast<float>(std::max(options.min_support, options.min_support_inferred));
@@ -39,18 +47,17 @@ bool HasPixel(RunBits bits, int i) { return (bits >> i & 1u) != 0; }
 
 }  // namespace
 
-OutcomeCounts& OutcomeCounts::operator+=(const OutcomeCounts& other) {
-  for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
-  return *this;
-}
-
 ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbors,
                        const FusionOptions& options, const BoundingBox* box)
     : reference_(reference),
       rays_(MakeRayModel(reference.camera.pinhole)),
       rule_(options.rule),
       gates_(MakeGates(options)),
-      box_(box) {
+      hole_gates_(gates_),
+      box_(box),
+      outcomes_(reference.map->width(), reference.map->height(), PixelOutcome::kNoDepth) {
+  hole_gates_.min_normal_cosine =
+      std::min(gates_.min_normal_cosine, CosineOfDegrees(options.max_normal_error_in_holes));
   if (neighbors.size() > kMaxFusionNeighbors) {
     throw UsageError("fusion: an image has " + std::to_string(neighbors.size()) + " neighbours, at most " +
                      std::to_string(kMaxFusionNeighbors) +
@@ -71,7 +78,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
   }
 }
 
-FusedBlock ImageFuser::FuseRows(int begin, int end) const {
+FusedBlock ImageFuser::FuseRows(int begin, int end) {
   FusedBlock block;
   SupportRun run(neighbors_);
   for (int y = begin; y < end; ++y) {
@@ -84,50 +91,78 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) const {
   return block;
 }
 
-ReferenceRun ImageFuser::MakeRun(int x, int y, int count) const {
+FusedBlock ImageFuser::FillHoles(int begin, int end) {
+  FusedBlock block;
+  if (rule_ == FusionRule::kPaper || hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return block;
+  SupportRun run(neighbors_);
+  for (int y = begin; y < end; ++y) {
+    const std::vector<char> row = FindHoles(outcomes_, y);
+    for (int x = 0; x < outcomes_.width(); x += kRunLength) {
+      RunBits holes = 0;
+      for (int i = 0; i < std::min(kRunLength, outcomes_.width() - x); ++i)
+        holes |= static_cast<RunBits>(row[static_cast<std::size_t>(x + i)]) << i;
+      if (holes != 0) FillRun(x, y, holes, &run, &block);
+    }
+  }
+  return block;
+}
+
+void ImageFuser::FillRun(int x, int y, RunBits holes, SupportRun* run, FusedBlock* block) {
+  const ReferenceRun reference = MakeRun(x, y, holes);
+  DecideRun(neighbors_, hole_gates_, reference, run);
+  for (int i = 0; i < kRunLength; ++i) {
+    if (!HasPixel(run->has_depth & ~run->covered, i)) continue;
+    if (FusePixel(hole_gates_, reference, *run, i, block) != PixelOutcome::kFused) continue;
+    (*reference_.map)(x + i, y).flags |= FusionPixel::kEmitted;
+    --block->outcomes[outcomes_(x + i, y)];
+    ++block->outcomes[PixelOutcome::kFused];
+  }
+}
+
+ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   ReferenceRun reference;
   reference.fx = rays_.fx;
   reference.ray_y = rays_.Ray(0, y + 0.5f).y;
   const FusionPixel* pixels = &(*reference_.map)(x, y);
   for (int i = 0; i < kRunLength; ++i) {
-    const FusionPixel pixel = i < count ? pixels[i] : FusionPixel();
+    const FusionPixel pixel = HasPixel(wanted, i) ? pixels[i] : FusionPixel();
     std::uint32_t words[FusionPixel::kNumWords];
     std::memcpy(words, &pixel, sizeof(words));
     reference.depth[i] = pixel.depth;
     reference.normal[i] = words[FusionPixel::kNormalWord];
     reference.ray_x[i] = rays_.Ray(x + i + 0.5f, 0).x;
-
     reference.color[i] = words[FusionPixel::kColorWord];
   }
   return reference;
 }
 
-void ImageFuser::FuseRun(int x, int y, SupportRun* run, FusedBlock* block) const {
+void ImageFuser::FuseRun(int x, int y, SupportRun* run, FusedBlock* block) {
   const int count = std::min(kRunLength, reference_.map->width() - x);
-  const ReferenceRun reference = MakeRun(x, y, count);
+  const ReferenceRun reference = MakeRun(x, y, (RunBits{1} << count) - 1);
   DecideRun(neighbors_, gates_, reference, run);
   for (int i = 0; i < count; ++i) {
     PixelOutcome outcome = PixelOutcome::kNoDepth;
     if (HasPixel(run->covered, i)) {
       outcome = PixelOutcome::kCovered;
     } else if (HasPixel(run->has_depth, i)) {
-      outcome = FusePixel(reference, *run, i, block);
+      outcome = FusePixel(gates_, reference, *run, i, block);
     }
     if (outcome == PixelOutcome::kFused) (*reference_.map)(x + i, y).flags |= FusionPixel::kEmitted;
+    outcomes_(x + i, y) = outcome;
     ++block->outcomes[outcome];
   }
 }
 
-PixelOutcome ImageFuser::FusePixel(const ReferenceRun& reference, const SupportRun& run, int i,
-                                   FusedBlock* block) const {
-  if (run.num_agreeing[i] < gates_.min_num_views) return Diagnose(run, i, gates_.min_num_views);
+PixelOutcome ImageFuser::FusePixel(const FusionGates& gates, const ReferenceRun& reference,
+                                   const SupportRun& run, int i, FusedBlock* block) const {
+  if (run.num_agreeing[i] < gates.min_num_views) return Diagnose(run, i, gates.min_num_views);
   const int num_views = run.num_views[i];
-  if (num_views < gates_.min_num_views || !HasPixel(run.reference.agrees, i)) return PixelOutcome::kDepth;
+  if (num_views < gates.min_num_views || !HasPixel(run.reference.agrees, i)) return PixelOutcome::kDepth;
   const bool inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
-  const float min_support = inferred ? gates_.min_support_inferred : gates_.min_support;
-  if (gates_.min_num_views > 1 && run.support[i] < min_support) return PixelOutcome::kWeakSupport;
+  const float min_support = inferred ? gates.min_support_inferred : gates.min_support;
+  if (gates.min_num_views > 1 && run.support[i] < min_support) return PixelOutcome::kWeakSupport;
   const float num_conflicts = static_cast<float>(run.num_seen_through[i]);
-  if (num_conflicts > gates_.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
+  if (num_conflicts > gates.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
 
   Candidate candidate;
   const Vec3f ray = {reference.ray_x[i], reference.ray_y, 1.0f};
@@ -143,7 +178,7 @@ PixelOutcome ImageFuser::FusePixel(const ReferenceRun& reference, const SupportR
   return Emit(candidate, block);
 }
 
-void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) const {
+void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) {
   for (int x = 0; x < reference_.map->width(); ++x) {
     FusionPixel& pixel = (*reference_.map)(x, y);
     PixelOutcome outcome = PixelOutcome::kNoDepth;

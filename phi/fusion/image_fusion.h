@@ -4,43 +4,19 @@
 // agree on it, unless a pixel of an earlier image that gave one saw the same spot at a similar or finer
 // resolution. So every patch of surface has a point, about as densely as its finest image samples it: a pixel is
 // left out only for a point that is there, never for one that was left out itself, which would tear holes.
-// Within an image all pixels are independent, so that neither threads nor blocks of rows can change the result.
+// Then the holes that are left are filled on weaker evidence. In either step all pixels of an image are independent, so
+// that neither threads nor blocks of rows can change the result.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "phi/fusion/fusion_options.h"
+#include "phi/fusion/pixel_outcome.h"
 #include "phi/fusion/support_run.h"
 #include "phi/geometry/camera.h"
 
 namespace phi {
-
-// What became of a pixel.
-enum class PixelOutcome : std::uint8_t {
-  kFused,    // gave a point
-  kCovered,  // an earlier image's point covers it
-  kNoDepth,
-  kTooFewViews,   // too few images see the spot and have depth there
-  kDepth,         // too few agree on depth
-  kReprojection,  // too few of those agree within the reprojection error
-  kNormal,        // too few of those agree on the normal
-  kSeenThrough,   // images see through the point to something behind it
-  kWeakSupport,   // enough images agree, but only just
-  kOutsideBox,
-};
-inline constexpr int kNumPixelOutcomes = 10;
-
-class OutcomeCounts {
- public:
-  std::int64_t& operator[](PixelOutcome outcome) { return counts_[static_cast<std::size_t>(outcome)]; }
-  std::int64_t operator[](PixelOutcome outcome) const { return counts_[static_cast<std::size_t>(outcome)]; }
-  OutcomeCounts& operator+=(const OutcomeCounts& other);
-
- private:
-  std::array<std::int64_t, kNumPixelOutcomes> counts_{};
-};
 
 struct FusedPoint {
   double xyz[3] = {0, 0, 0};    // world
@@ -76,7 +52,11 @@ class ImageFuser {
              const BoundingBox* box);
 
   // Rows [begin, end). Safe to call concurrently for disjoint ranges.
-  FusedBlock FuseRows(int begin, int end) const;
+  FusedBlock FuseRows(int begin, int end);
+
+  // Points in the holes that are left in rows [begin, end) once FuseRows has done all rows; see cloud_holes.h. Safe to
+  // call concurrently for disjoint ranges. The outcomes are changes to those that FuseRows returned.
+  FusedBlock FillHoles(int begin, int end);
 
  private:
   // A point about to be written: position and normal in the reference frame, normal of any length.
@@ -87,11 +67,13 @@ class ImageFuser {
   };
 
   // The support rule for up to kRunLength pixels of row y, from x on.
-  void FuseRun(int x, int y, SupportRun* run, FusedBlock* block) const;
-  ReferenceRun MakeRun(int x, int y, int count) const;
-  PixelOutcome FusePixel(const ReferenceRun& reference, const SupportRun& run, int i,
-                         FusedBlock* block) const;
-  void FuseRowAsPaper(int y, FusedBlock* block) const;
+  void FuseRun(int x, int y, SupportRun* run, FusedBlock* block);
+  // The same for the pixels `holes`, with the gates of holes.
+  void FillRun(int x, int y, RunBits holes, SupportRun* run, FusedBlock* block);
+  ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
+  PixelOutcome FusePixel(const FusionGates& gates, const ReferenceRun& reference, const SupportRun& run,
+                         int i, FusedBlock* block) const;
+  void FuseRowAsPaper(int y, FusedBlock* block);
   PixelOutcome FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
   bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
               Vec3f ray) const;
@@ -103,7 +85,9 @@ class ImageFuser {
   std::vector<FusionNeighbor> neighbors_;  // earlier ones first: they may end a pixel's work
   FusionRule rule_;
   FusionGates gates_;
+  FusionGates hole_gates_;  // normals that differ by more
   const BoundingBox* box_;
+  Array2D<PixelOutcome> outcomes_;  // of the reference's pixels, as FuseRows left them
 };
 
 }  // namespace phi

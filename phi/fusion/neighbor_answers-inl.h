@@ -137,7 +137,7 @@ HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, 
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
                             const Sighting& s, VF reproj_error, VW color, Mask compared) {
-  const Mask close = hn::Le(reproj_error, Set(kCoverFactor * gates.max_reproj_error));
+  const Mask close = hn::Le(reproj_error, Set(gates.max_reproj_error));
   const Mask candidates = hn::And(compared, hn::And(close, HasFlag(color, FusionPixel::kEmitted)));
   if (hn::AllFalse(Floats(), candidates)) return candidates;
   return hn::And(candidates, SamplesFinely(neighbor, part, s));

@@ -19,10 +19,12 @@ namespace phi {
 
 // Thresholds in the units that the pixel's code compares; see FusionOptions.
 struct FusionGates {
-  float max_reproj_error = 2;
+  float max_reproj_error = 8;
   float max_depth_error = 0.01f;
-  float min_normal_cosine = 0.866f;
-  float min_support = 0, min_support_inferred = 0.4f;
+  float min_normal_cosine = 0.99f;
+  float max_depth_error_inferred =
+      0.0025f;  // of a reference pixel whose depth was inferred, from the consensus
+  float min_support = 0, min_support_inferred = 0.5f;
   float max_conflicts = 0.5f;
   int min_num_views = 2;
   int max_num_views = 10000;
@@ -43,15 +45,12 @@ struct FusionNeighbor {
 
 // Least cosine between a ray and a neighbour's surface for their intersection to mean anything (87 degrees).
 inline constexpr float kMinRayCosine = 0.05f;
-// A pixel whose depth was inferred asks for depths this much closer to the consensus, in depth tolerances: inferred
-// planes that are wrong agree by chance, and then by any difference alike, right ones by small differences.
-inline constexpr float kInferredDepthTolerance = 0.25f;
 // A neighbour sees through a point when its own surface lies beyond it by this many depth tolerances.
 inline constexpr float kSeenThroughFactor = 3;
 // Beyond this many depth tolerances no slant within a pixel explains the difference: spares the intersection.
 inline constexpr float kHopelessFactor = 20;
-// Noise puts pixels of one spot further apart than two that support each other may be. Covering them all the
-// same keeps the fringe of the noise out of the cloud.
+// Noise puts depths of one spot further apart than two that support each other may be. Covering them all the same keeps
+// the fringe of the noise out of the cloud. In depth tolerances.
 inline constexpr float kCoverFactor = 4;
 
 // A pixel is covered only by one whose steps along the surface are at most so many times its own: what an image sees

@@ -74,9 +74,7 @@ struct Consensus {
 HWY_INLINE Consensus MakeConsensus(const FusionGates& gates, int first, SupportRun* run) {
   const VF median = Median(gates, first, run);
   const Mask inferred = HasFlag(hn::Load(Words(), run->reference.color + first), FusionPixel::kInferred);
-  const VF measured_tolerance = Set(gates.max_depth_error);
-  const VF inferred_tolerance = Set(kInferredDepthTolerance * gates.max_depth_error);
-  return {median, hn::IfThenElse(inferred, inferred_tolerance, measured_tolerance)};
+  return {median, hn::IfThenElse(inferred, Set(gates.max_depth_error_inferred), Set(gates.max_depth_error))};
 }
 
 // Drops the image where it is outside the tolerance around the median, and adds it elsewhere.

@@ -9,54 +9,33 @@
 #include "phi/base/random.h"
 #include "phi/fusion/image_fusion.h"
 #include "tests/support/exact_scenes.h"
+#include "tests/support/scene_fusers.h"
 
 namespace phi {
 namespace {
 
-using test_support::ExactSceneOptions;
+using test_support::MakeFuser;
+using test_support::MakeMaps;
 using test_support::PlaneScene;
 using test_support::RenderedScene;
 using test_support::SphereScene;
-
-std::vector<FusionMap> MakeMaps(const RenderedScene& scene) {
-  std::vector<FusionMap> maps;
-  for (const auto& truth : scene.truth) {
-    FusionMap map(truth->width(), truth->height());
-    for (std::size_t i = 0; i < map.size(); ++i) {
-      map.data()[i].depth = truth->data()[i].depth;
-      map.data()[i].normal = PackNormal(truth->data()[i].normal);
-    }
-    maps.push_back(std::move(map));
-  }
-  return maps;
-}
-
-ImageFuser MakeFuser(const RenderedScene& scene, std::size_t reference, const FusionOptions& options,
-                     std::vector<FusionMap>* maps, const BoundingBox* box = nullptr) {
-  const auto image = [&](std::size_t i) {
-    return ImageFuser::Image{static_cast<std::uint32_t>(i), scene.views[i].camera, &(*maps)[i],
-                             i < reference};
-  };
-  std::vector<ImageFuser::Image> neighbors;
-  for (std::size_t i = 0; i < maps->size(); ++i) {
-    if (i != reference) neighbors.push_back(image(i));
-  }
-  return ImageFuser(image(reference), neighbors, options, box);
-}
 
 FusedBlock FuseAll(const RenderedScene& scene, const FusionOptions& options, std::vector<FusionMap>* maps,
                    int rows_per_block = 1 << 20) {
   FusedBlock all;
   for (std::size_t i = 0; i < maps->size(); ++i) {
-    const ImageFuser fuser = MakeFuser(scene, i, options, maps);
+    ImageFuser fuser = MakeFuser(scene, i, options, maps);
     const int height = (*maps)[i].height();
-    for (int row = 0; row < height; row += rows_per_block) {
-      const FusedBlock block = fuser.FuseRows(row, std::min(row + rows_per_block, height));
+    const auto append = [&](const FusedBlock& block) {
       all.points.insert(all.points.end(), block.points.begin(), block.points.end());
       all.views.insert(all.views.end(), block.views.begin(), block.views.end());
       all.view_counts.insert(all.view_counts.end(), block.view_counts.begin(), block.view_counts.end());
       all.outcomes += block.outcomes;
-    }
+    };
+    for (int row = 0; row < height; row += rows_per_block)
+      append(fuser.FuseRows(row, std::min(row + rows_per_block, height)));
+    for (int row = 0; row < height; row += rows_per_block)
+      append(fuser.FillHoles(row, std::min(row + rows_per_block, height)));
   }
   return all;
 }
@@ -120,12 +99,30 @@ TEST(Fusion, CoversASurfaceOnceWithoutHoles) {
   }
 }
 
+// Noise of the size of the tolerances: every test passes here and fails there.
+void AddNoise(std::vector<FusionMap>* maps) {
+  for (std::size_t m = 0; m < maps->size(); ++m) {
+    FusionMap& map = (*maps)[m];
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const Random4 random = Philox({5, static_cast<std::uint32_t>(m)}, i, 0, 0);
+      FusionPixel& pixel = map.data()[i];
+      pixel.depth *= 1 + 0.01f * SymmetricFloat(random.v[0]);
+      const Vec3f tilt = {0.5f * SymmetricFloat(random.v[1]), 0.5f * SymmetricFloat(random.v[2]), 0};
+      pixel.normal = PackNormal(Normalized(UnpackNormal(pixel.normal) + tilt));
+    }
+  }
+}
+
 TEST(Fusion, BlocksOfRowsDoNotChangeTheResult) {
   const RenderedScene scene = SphereScene();
   std::vector<FusionMap> maps = MakeMaps(scene);
+  AddNoise(&maps);
+  const std::vector<FusionMap> noisy = maps;
   const FusedBlock whole = FuseAll(scene, {}, &maps);
+  maps = noisy;
+  ASSERT_LT(FuseAll(scene, {.max_normal_error_in_holes = 0}, &maps).points.size(), whole.points.size());
   for (const int rows : {1, 7, 64}) {
-    maps = MakeMaps(scene);
+    maps = noisy;
     const FusedBlock split = FuseAll(scene, {}, &maps, rows);
     ASSERT_EQ(split.points.size(), whole.points.size());
     EXPECT_EQ(split.views, whole.views);
@@ -139,16 +136,7 @@ TEST(Fusion, BlocksOfRowsDoNotChangeTheResult) {
 TEST(Fusion, InstructionSetsAgreeToTheBit) {
   const RenderedScene scene = SphereScene();
   std::vector<FusionMap> maps = MakeMaps(scene);
-  // Noise of the size of the tolerances: every test passes here and fails there.
-  for (std::size_t m = 0; m < maps.size(); ++m) {
-    for (std::size_t i = 0; i < maps[m].size(); ++i) {
-      const Random4 random = Philox({5, static_cast<std::uint32_t>(m)}, i, 0, 0);
-      FusionPixel& pixel = maps[m].data()[i];
-      pixel.depth *= 1 + 0.01f * SymmetricFloat(random.v[0]);
-      const Vec3f tilt = {0.5f * SymmetricFloat(random.v[1]), 0.5f * SymmetricFloat(random.v[2]), 0};
-      pixel.normal = PackNormal(Normalized(UnpackNormal(pixel.normal) + tilt));
-    }
-  }
+  AddNoise(&maps);
   const std::vector<FusionMap> noisy = maps;
   const FusedBlock best = FuseAll(scene, {}, &maps);
   EXPECT_GT(best.points.size(), 100u);
@@ -173,7 +161,6 @@ TEST(Fusion, LeavesOutWhatNoOtherImageConfirms) {
   maps[2](80, 60).depth *= 0.7f;  // floats before the plane: the others see through it
   maps[2](90, 60).depth *= 1.3f;  // behind it
   maps[2](100, 60).normal = PackNormal({1, 0, 0});
-  const ImageFuser fuser = MakeFuser(scene, 2, {}, &maps);
   const auto outcome_of = [&](int x, int y) {
     // A row at a time, with every other pixel empty.
     std::vector<FusionMap> copy = maps;
@@ -369,7 +356,7 @@ TEST(Fusion, DropsPointsOutsideTheBox) {
   const RenderedScene scene = PlaneScene();
   std::vector<FusionMap> maps = MakeMaps(scene);
   const BoundingBox box = {{-0.5, -10, 0}, {0.25, 10, 10}};
-  const ImageFuser fuser = MakeFuser(scene, 0, {}, &maps, &box);
+  ImageFuser fuser = MakeFuser(scene, 0, {}, &maps, &box);
   const FusedBlock block = fuser.FuseRows(0, maps[0].height());
   ASSERT_GT(block.points.size(), 0u);
   EXPECT_GT(block.outcomes[PixelOutcome::kOutsideBox], 0);
@@ -380,6 +367,25 @@ TEST(Fusion, DropsPointsOutsideTheBox) {
     ASSERT_GE(point.xyz[0], -0.5);
     ASSERT_LE(point.xyz[0], 0.25);
   }
+}
+
+TEST(Fusion, ReprojectionErrorIsThatOfTheDepthDifference) {
+  // Two cameras of the same focal length that look along z, one beside the other: a point at depth z and one at 1.006 z on
+  // the same ray are seen f * baseline / z * (1 - 1 / 1.006) pixels apart.
+  RenderedScene scene = PlaneScene({.num_views = 2}, {0, 0, -1});
+  scene.views[1].camera = scene.views[0].camera;
+  const double f = scene.views[0].camera.pinhole.fx, baseline = 1.5;
+  scene.views[1].camera.pose.translation = {-baseline, 0, 0};
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[1]) pixel = {4 * 1.006f, PackNormal({0, 0, -1}), {0, 0, 0}, 0};
+  const double error = f * baseline / 4 * (1 - 1 / 1.006);
+  const auto num_refused = [&](double max_error) {
+    FusionOptions options;
+    options.max_reproj_error = max_error;
+    return MakeFuser(scene, 0, options, &maps).FuseRows(60, 61).outcomes[PixelOutcome::kReprojection];
+  };
+  EXPECT_GT(num_refused(0.99 * error), 50);
+  EXPECT_EQ(num_refused(1.01 * error), 0);
 }
 
 TEST(Fusion, PaperRuleAveragesPointsAndNeedsNoOtherImage) {
@@ -405,6 +411,9 @@ TEST(FusionOptions, NamesTheWrongOption) {
   options = {};
   options.max_num_views = 1;
   EXPECT_NE(options.Check().find("--StereoFusion.max_num_pixels"), std::string::npos);
+  options = {};
+  options.max_normal_error_in_holes = 91;
+  EXPECT_NE(options.Check().find("--PhiFusion.max_normal_error_in_holes is 91"), std::string::npos);
 }
 
 }  // namespace
