@@ -48,7 +48,7 @@ phi::ImageFuser MakeFuser(FusionScene* fusion, std::size_t reference, const phi:
 
 void FuseImage(benchmark::State& state, FusionScene* fusion, std::size_t reference, phi::FusionRule rule) {
   const phi::FusionOptions options = {.rule = rule};
-  const phi::ImageFuser fuser = MakeFuser(fusion, reference, options);
+  phi::ImageFuser fuser = MakeFuser(fusion, reference, options);
   std::int64_t num_points = 0;
   for (auto _ : state) {
     const phi::FusedBlock block = fuser.FuseRows(0, kHeight);
