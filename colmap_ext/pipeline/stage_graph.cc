@@ -11,7 +11,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 2, kFilterRevision = 3, kInferRevision = 5;
+constexpr int kEstimateRevision = 2, kFilterRevision = 4, kInferRevision = 5;
 
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
@@ -61,7 +61,7 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
 }
 
 // Only where inference may put something better in their place; the paper's form knows no such rule.
-bool DropsPlain(const PipelineOptions& options) {
+bool DropsDoubtful(const PipelineOptions& options) {
   return options.inference.mode != phi::InferenceMode::kOff &&
          options.filter.formulas == phi::Formulas::kRobust;
 }
@@ -139,8 +139,8 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   }
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
-    stages.back().drops_plain = DropsPlain(options);
-    if (stages.back().drops_plain) stages.back().options += " drops_plain=1";
+    stages.back().drops_doubtful = DropsDoubtful(options);
+    if (stages.back().drops_doubtful) stages.back().options += " drops_doubtful=1";
   }
   // Without a filter there are no holes to fill; without inference the measured maps are the result.
   if (!options.filter_maps || options.inference.mode == phi::InferenceMode::kOff) {

@@ -7,6 +7,7 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
+#include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/matching/cost_aggregation.h"
 
@@ -114,7 +115,11 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
   if (after_inference) input.filled = store_.Filled(job.image, previous.result);
   phi::PlaneMap filtered = backend.Filter(input, options_.filter);
-  if (stage.drops_plain) phi::DropPlainPixels(*ReadView(job.image).image, &filtered);
+  if (stage.drops_doubtful) {
+    phi::DropPlainPixels(*ReadView(job.image).image, &filtered);
+    const phi::Pinhole& camera = workspace_.views()[job.image].camera.pinhole;
+    phi::DropContradictedPixels(phi::MakeRayModel(camera), &filtered);
+  }
   StageResult result;
   result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered));
   if (after_inference) {

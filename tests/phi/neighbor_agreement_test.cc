@@ -1,0 +1,116 @@
+#include "phi/filtering/neighbor_agreement.h"
+
+#include <gtest/gtest.h>
+
+namespace phi {
+namespace {
+
+constexpr int kSide = 21;
+constexpr RayModel kRays{.fx = 100, .fy = 100, .cx = 10.5f, .cy = 10.5f, .width = kSide, .height = kSide};
+
+// The plane n . X = offset.
+PlaneMap Plane(Vec3f normal, float offset) {
+  PlaneMap map(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      map(x, y) = {normal, offset / Dot(normal, kRays.Ray(x + 0.5f, y + 0.5f))};
+    }
+  }
+  return map;
+}
+
+PlaneMap Wall(float depth) { return Plane({0, 0, -1}, -depth); }
+
+int CountDepths(const PlaneMap& map) {
+  int count = 0;
+  for (const PlaneHypothesis& h : map) count += h.depth > 0;
+  return count;
+}
+
+int CountKept(PlaneMap map) {
+  DropContradictedPixels(kRays, &map);
+  return CountDepths(map);
+}
+
+// Along x the depth changes by 7.5 % in 10 pixels: neighbours 2 pixels away differ by 1.5 %, but lie on one plane.
+TEST(NeighborAgreement, ASlantedPlaneStays) {
+  EXPECT_EQ(CountKept(Plane({0.6f, 0, -0.8f}, -2)), kSide * kSide);
+}
+
+TEST(NeighborAgreement, APixelOffItsSurfaceGoesAndItsNeighboursStay) {
+  for (const float error : {-0.0031f, 0.0032f}) {
+    PlaneMap map = Wall(3);
+    map(8, 12).depth *= 1 + error;
+    DropContradictedPixels(kRays, &map);
+    EXPECT_EQ(map(8, 12).depth, 0);
+    EXPECT_EQ(map(8, 12).normal.z, 0);
+    EXPECT_EQ(CountDepths(map), kSide * kSide - 1);
+  }
+  PlaneMap map = Wall(3);
+  map(8, 12).depth *= 1.0025f;
+  EXPECT_EQ(CountKept(map), kSide * kSide);
+}
+
+// A bar before a wall, 10 % nearer. Of 24 neighbours 4 agree with its pixels where it is one pixel wide, 9 where it is two,
+// and 14 with those at its rim where it is three.
+TEST(NeighborAgreement, BarsOfThreePixelsStay) {
+  for (const int width : {1, 2, 3}) {
+    PlaneMap map = Wall(3);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 9; x < 9 + width; ++x) map(x, y).depth = 2.7f;
+    }
+    EXPECT_EQ(CountKept(map), kSide * (width < 3 ? kSide - width : kSide)) << width;
+  }
+}
+
+// The corner pixel of a nearer square goes, 8 of 24 agree; those beside it stay with 11, the wall's around it with 15.
+TEST(NeighborAgreement, ASquareLosesItsCornerPixel) {
+  PlaneMap map = Wall(3);
+  for (int y = 10; y < kSide; ++y) {
+    for (int x = 10; x < kSide; ++x) map(x, y).depth = 2.7f;
+  }
+  DropContradictedPixels(kRays, &map);
+  EXPECT_EQ(map(10, 10).depth, 0);
+  EXPECT_EQ(CountDepths(map), kSide * kSide - 1);
+}
+
+// All depths are the wall's, but planes of all others fall by 45 degrees: 1 % a pixel, so that only those in the pixel's own
+// column pass through it, 4 of 24.
+TEST(NeighborAgreement, APlaneCountsAndNotItsDepthAlone) {
+  const float s = 0.70710678f;
+  PlaneMap map(kSide, kSide, {{s, 0, -s}, 3});
+  DropContradictedPixels(kRays, &map);
+  for (int y = 2; y < kSide - 2; ++y) {
+    for (int x = 2; x < kSide - 2; ++x) EXPECT_EQ(map(x, y).depth, 0) << x << ", " << y;
+  }
+}
+
+// Eleven neighbours contradict in vain, twelve do not.
+TEST(NeighborAgreement, FewNeighboursSayNothing) {
+  for (const int num_neighbors : {11, 12}) {
+    PlaneMap map(kSide, kSide);
+    map(10, 10) = {{0, 0, -1}, 2.7f};
+    for (int i = 0; i < num_neighbors; ++i) map(8 + i % 5, i < 10 ? 8 + i / 5 : 12) = {{0, 0, -1}, 3};
+    DropContradictedPixels(kRays, &map);
+    EXPECT_EQ(map(10, 10).depth > 0, num_neighbors < 12) << num_neighbors;
+  }
+}
+
+// A checkerboard of two depths: at a pixel 12 of 24 neighbours are of its own. All are judged by the map as it was.
+TEST(NeighborAgreement, JudgesTheMapAsItWas) {
+  PlaneMap map = Wall(3);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = (y % 2); x < kSide; x += 2) map(x, y).depth = 2.7f;
+  }
+  EXPECT_EQ(CountKept(map), kSide * kSide);
+  // Three columns of four at 3, one at 2.7: the latter has 4 of 24 on its side in 5 columns, and goes whole.
+  map = Wall(3);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; x += 4) map(x, y).depth = 2.7f;
+  }
+  DropContradictedPixels(kRays, &map);
+  for (int x = 4; x < kSide - 2; ++x) EXPECT_EQ(map(x, 10).depth > 0, x % 4 != 0) << x;
+}
+
+}  // namespace
+}  // namespace phi
