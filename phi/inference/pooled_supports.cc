@@ -1,8 +1,9 @@
 #include "phi/inference/pooled_supports.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
-#include <cstdlib>
+#include <optional>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -14,10 +15,15 @@
 namespace phi {
 namespace {
 
-// Grey levels. A point that is hidden in the reference image lands on what hides it, which mostly has another
-// brightness; an even surface keeps its own but for noise, a slight gloss and the exposure, which differ by a few levels.
-// Where exposures differ more, the view adds little, and the reference's own supports carry the planes as without it.
-constexpr int kMaxBrightnessChange = 6;
+// Grey levels, after the images' exposures were made alike. A point that is hidden in the reference image lands on what
+// hides it, which mostly has another brightness; an even surface keeps its own but for noise and a slight gloss.
+constexpr float kMaxBrightnessChange = 6;
+// Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
+constexpr int kGainStride = 4;
+constexpr std::size_t kMinGainSamples = 100;
+// Grey levels: darker ones are mostly noise, brighter ones may be clipped.
+constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
+constexpr float kSameDepth = 0.01f;  // relative: the two views measured the same spot
 // Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own supports.
 constexpr int kMinStep = 2;
 
@@ -52,24 +58,57 @@ class SourcePool {
     return supports;
   }
 
+  // The reference image's brightness over the source's: the median over spots that both measured, so that a few glossy or
+  // mistaken ones do not matter. Exposure scales radiance, which a camera's gamma curve makes a factor of grey levels
+  // too. Stays 1 where few spots are shared.
+  void MeasureGain() {
+    std::vector<float> ratios;
+    for (int y = 0; y < depths_.height(); y += kGainStride * step_) {
+      for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddRatio(x, y, &ratios);
+    }
+    if (ratios.size() < kMinGainSamples) return;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
+    gain_ = *middle;
+  }
+
  private:
-  void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
+  // The source's pixel as a support of the reference; nullopt where it has no depth or lands outside.
+  std::optional<PooledSupport> Project(int x, int y) const {
     const float depth = depths_(x, y);
-    if (!(depth > 0)) return;
+    if (!(depth > 0)) return std::nullopt;
     const RelativeView& view = reference_from_source_;
     const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
                                                                   static_cast<float>(y) + 0.5f)) +
                         view.translation;
-    if (!(point.z > 0)) return;
+    if (!(point.z > 0)) return std::nullopt;
     const float u = view.source.fx * point.x / point.z + view.source.cx;
     const float v = view.source.fy * point.y / point.z + view.source.cy;
-    const int width = measured_.width(), height = measured_.height();
-    if (!(u >= 0 && v >= 0 && u < static_cast<float>(width) && v < static_cast<float>(height))) return;
-    const PooledSupport support{u - 0.5f, v - 0.5f, 1 / point.z, Hash(x, y)};
+    const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
+    if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
+    return PooledSupport{u - 0.5f, v - 0.5f, 1 / point.z, Hash(x, y)};
+  }
+
+  void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
+    const std::optional<PooledSupport> support = Project(x, y);
+    if (!support) return;
+    const int px = support->PixelX(), py = support->PixelY();
     // The reference's own measurement knows better what is there.
-    if (measured_(support.PixelX(), support.PixelY()).depth > 0) return;
-    const int change = reference_image_(support.PixelX(), support.PixelY()) - source_image_(x, y);
-    if (std::abs(change) <= kMaxBrightnessChange) row->push_back(support);
+    if (measured_(px, py).depth > 0) return;
+    const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
+    if (std::abs(change) <= kMaxBrightnessChange) row->push_back(*support);
+  }
+
+  void AddRatio(int x, int y, std::vector<float>* ratios) const {
+    const std::optional<PooledSupport> support = Project(x, y);
+    if (!support) return;
+    const int px = support->PixelX(), py = support->PixelY();
+    const float there = measured_(px, py).depth;
+    if (!(std::abs(there * support->inverse_depth - 1) <= kSameDepth)) return;
+    const int reference = reference_image_(px, py), source = source_image_(x, y);
+    if (std::min(reference, source) < kMinGainBrightness || std::max(reference, source) > kMaxGainBrightness)
+      return;
+    ratios->push_back(static_cast<float>(reference) / static_cast<float>(source));
   }
 
   std::uint32_t Hash(int x, int y) const {
@@ -81,6 +120,7 @@ class SourcePool {
   const GrayImage& source_image_;
   const DepthMap& depths_;
   int step_;
+  float gain_ = 1;
   std::uint32_t source_id_;
   RayModel source_rays_;
   RelativeView reference_from_source_;
@@ -98,6 +138,7 @@ std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
     sources.emplace_back(input, input.sources[j], *input.source_depths[j]);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
+  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
   std::vector<std::vector<PooledSupport>> supports(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
                     [&](std::size_t i) { supports[i] = sources[rows[i].first].Row(rows[i].second); });

@@ -132,6 +132,27 @@ TEST(PooledSupports, APointOfOtherBrightnessAddsNothing) {
   }
 }
 
+// The source is a quarter brighter. Where both views measured the wall's left half that shows; where they share a corner of 400
+// pixels only, which the sparse sampling meets about 16 times, it may be chance.
+TEST(PooledSupports, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
+  WallScene scene;
+  std::fill_n(scene.source_image->data(), scene.source_image->size(), std::uint8_t{160});
+  EXPECT_TRUE(PoolSupports(scene.Input()).empty());
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      const double w = WallInverseDepth(scene.reference.camera, x + 0.5, y + 0.5);
+      (*scene.measured)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
+    }
+  }
+  EXPECT_GT(PoolSupports(scene.Input()).size(), 1000u);
+  // What differs beyond the exposure still counts: 128 is expected, 136 is there.
+  std::fill_n(scene.reference_image->data() + 90 * 160, 30 * 160, std::uint8_t{136});
+  for (const PooledSupport& support : PoolSupports(scene.Input())) ASSERT_LT(support.PixelY(), 90);
+  // A depth at which the views do not agree tells nothing of the exposure.
+  for (std::size_t i = 0; i < scene.measured->size(); ++i) scene.measured->data()[i].depth *= 1.03f;
+  EXPECT_TRUE(PoolSupports(scene.Input()).empty());
+}
+
 TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
   OnePointScene scene;
   scene.measured(74, 45).depth = scene.measured(75, 44).depth = 2;
