@@ -21,7 +21,7 @@ namespace {
 constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
-constexpr int kReach = 2;      // pixels beyond its inside to which a region goes on
+constexpr int kReach = 3;      // pixels beyond its inside to which a region goes on
 constexpr int kBandRows = 64;  // done by one thread
 constexpr std::int32_t kNoRegion = -1;
 

@@ -19,7 +19,7 @@ namespace {
 constexpr int kMinSupports = 60;      // that a plane rests on
 constexpr double kMinShare = 0.15;    // of the region's supports not yet explained
 constexpr double kTolerance = 0.003;  // of an inlier, relative inverse depth
-// Relative inverse depth: a second plane nearer to the first is noise of its supports.
+// Relative inverse depth: within this, two planes are one but for noise, or meet.
 constexpr double kMinApart = 0.02;
 constexpr int kMaxDraws = 100;
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
@@ -178,13 +178,32 @@ double Apart(const std::vector<Point>& points, const RegionPlane& first, const R
   return std::abs(first.InverseDepth(x, y) - w) / w;
 }
 
+// How far before the first plane, relative to its depth, nine in ten of the second one's inliers lie at least.
+double DetachedBy(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second) {
+  std::vector<double> before;
+  for (const Point& p : points) {
+    if (IsInlier(second, p)) before.push_back(p.w / first.InverseDepth(p.x, p.y) - 1);
+  }
+  const auto tenth =
+      before.begin() + static_cast<std::ptrdiff_t>(before.size() / 10);  // Refine found inliers
+  std::nth_element(before.begin(), tenth, before.end());
+  return *tenth;
+}
+
+// Noise of the first plane's supports, or the rim of something that stands before the surface: seen in front of an even
+// region, it would end in a step of brightness within. Where two walls meet, supports lie at the crease too.
+bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& first,
+                       const RegionPlane& second) {
+  return Apart(points, first, second) < kMinApart || DetachedBy(points, first, second) > kMinApart;
+}
+
 std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, RandomKey key,
                                                     std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
   for (int k = 0; k < kPlanesPerRegion && points.size() >= kMinSupports; ++k) {
     RegionPlane plane;
     if (!FitPlane(points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
-    if (k > 0 && Apart(points, planes[0], plane) < kMinApart) break;
+    if (k > 0 && IsNoSecondSurface(points, planes[0], plane)) break;
     planes[k] = plane;
     std::erase_if(points, [&](const Point& p) { return IsInlier(plane, p); });
   }

@@ -96,8 +96,8 @@ ImageRegions Flood(const GrayImage& image) {
   for_pixels([&](int x, int y) {
     if (inside(x, y)) return;
     int least = 1 << 30;
-    for (int k = 0; k < 25; ++k) {
-      const int u = x + k % 5 - 2, v = y + k / 5 - 2;
+    for (int k = 0; k < 49; ++k) {
+      const int u = x + k % 7 - 3, v = y + k / 7 - 3;
       if (u < 0 || v < 0 || u >= width || v >= height || !inside(u, v)) continue;
       if (std::abs(sums(u, v) - sums(x, y)) >= least) continue;
       least = std::abs(sums(u, v) - sums(x, y));

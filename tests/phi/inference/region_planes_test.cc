@@ -78,6 +78,24 @@ TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
   }
 }
 
+// A vase stands before the wall: along its outline, a tenth of the picture away from the wall's rim, windows match the vase. In
+// front of the wall it is no second surface of the region; behind it, through an opening, it is one.
+TEST(RegionPlanes, AThingBeforeTheWallIsNoSurfaceOfIt) {
+  const GrayImage plain(kWidth, kHeight, 120);
+  for (const float closer : {1.1f, 0.9f}) {
+    Array2D<Support> supports(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (OnRim(x, y)) supports(x, y).value = LeftWall(x, y);
+        if (x >= 70 && x < 90 && y >= 40 && y < 80) supports(x, y).value = closer * LeftWall(x, y);
+      }
+    }
+    const RegionPlanes planes(plain, ValuesOf(std::as_const(supports).view()), 3);
+    EXPECT_NEAR(planes.At(60, 60)[0].At(60, 60), LeftWall(60, 60), 1e-5f);
+    EXPECT_NEAR(planes.At(60, 60)[1].At(60, 60), closer > 1 ? 0 : closer * LeftWall(60, 60), 1e-5f);
+  }
+}
+
 TEST(RegionPlanes, AnImageEdgeEndsARegion) {
   // Dark left half with a measured rim, bright right half without any measurement.
   GrayImage image(kWidth, kHeight, 60);
