@@ -80,6 +80,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   // Needed before anything is inferred, and no longer then: they share the memory.
   launch->support_values = launch->inferred;
   launch->region_planes[0] = launch->inferred;
+  launch->supporting = launch->filled_and_measured;
   launch->region_planes[1] = launch->filled_and_measured;
   launch->result = scratch->plane.View(width, height);  // the measured map until the composition
   launch->measured = launch->result;

@@ -27,15 +27,17 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const float depth = launch.measured(x, y).depth;
   const float w = depth > 0 ? 1 / depth : 0;
   launch.measured_inverse_depth(x, y) = w;
-  for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = w;
+  launch.supporting(x, y) = IsDoubtful(depth) && !launch.paper ? -1 / depth : w;
 }
 
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.supports.Contains(x, y)) return;
-  const Support support = MakeSupport(launch.measured_inverse_depth, x, y, options);
+  const Support support = MakeSupport(launch.supporting, x, y, options);
   launch.supports(x, y) = support;
   launch.support_values(x, y) = support.value;
+  const float start = StartHypothesis(launch.measured(x, y).depth, support);
+  for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = start;
 }
 
 // One thread a scanline; blockIdx.y is the direction.
@@ -198,6 +200,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
   PlaneHypothesis h = launch.measured(x, y);
+  if (!(h.depth > 0)) h = {};
   if (w > 0) {
     h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.paper);
     h.depth = 1 / w;

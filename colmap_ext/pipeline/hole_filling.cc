@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -124,7 +125,10 @@ bool HoleFilling::ImportMeasuredMap(int job) {
   const bool has_foreign = !GeometricMapIsOurs(job) && store_.FilesAreWhole(image, geometric, false, false);
   if (!has_foreign) return has_measured;
   CopyAtomically(workspace_.NormalMapPath(image, geometric), workspace_.NormalMapPath(image, measured));
-  CopyAtomically(workspace_.DepthMapPath(image, geometric), workspace_.DepthMapPath(image, measured));
+  // A negative depth is none there; in ours it would be a doubtful one.
+  phi::DepthMap depths = ReadDepthMap(workspace_.DepthMapPath(image, geometric));
+  for (float& depth : depths) depth = depth > 0 ? depth : 0;
+  WriteDepthMap(workspace_.DepthMapPath(image, measured), depths);
   return true;
 }
 

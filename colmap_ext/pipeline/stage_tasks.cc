@@ -118,7 +118,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   if (stage.drops_doubtful) {
     phi::DropPlainPixels(*ReadView(job.image).image, &filtered);
     const phi::Pinhole& camera = workspace_.views()[job.image].camera.pinhole;
-    phi::DropContradictedPixels(phi::MakeRayModel(camera), &filtered);
+    phi::JudgeByNeighbors(phi::MakeRayModel(camera), &filtered);
   }
   StageResult result;
   result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered));

@@ -9,7 +9,9 @@
 namespace phi {
 namespace {
 
-bool IsContradicted(const RayModel& rays, const PlaneMap& map, int x, int y) {
+enum class Verdict : std::uint8_t { kMeasured, kDoubtful, kContradicted };
+
+Verdict Judge(const RayModel& rays, const PlaneMap& map, int x, int y) {
   const float depth = map(x, y).depth;
   const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
   const int x0 = std::max(x - kAgreementRadius, 0), x1 = std::min(x + kAgreementRadius, map.width() - 1);
@@ -26,21 +28,25 @@ bool IsContradicted(const RayModel& rays, const PlaneMap& map, int x, int y) {
       num_agreeing += asked && std::fabs(offset - here) < kMaxNeighborError * std::fabs(here);
     }
   }
-  return num_asked >= kMinNeighborsAsked && kOutOf * num_agreeing < kMinAgreeing * num_asked;
+  if (num_asked >= kMinNeighborsAsked && kOutOf * num_agreeing < kMinAgreeing * num_asked)
+    return Verdict::kContradicted;
+  return num_agreeing < kMinNeighborsAgreeing ? Verdict::kDoubtful : Verdict::kMeasured;
 }
 
 }  // namespace
 
-void DropContradictedPixels(const RayModel& rays, PlaneMap* map) {
-  Array2D<std::uint8_t> contradicted(map->width(), map->height());
+void JudgeByNeighbors(const RayModel& rays, PlaneMap* map) {
+  Array2D<Verdict> verdicts(map->width(), map->height(), Verdict::kMeasured);
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
-      contradicted(x, y) = (*map)(x, y).depth > 0 && IsContradicted(rays, *map, x, y);
+      if ((*map)(x, y).depth > 0) verdicts(x, y) = Judge(rays, *map, x, y);
     }
   });
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
-      if (contradicted(x, y) != 0) (*map)(x, y) = {};
+      PlaneHypothesis& h = (*map)(x, y);
+      if (verdicts(x, y) == Verdict::kContradicted) h = {};
+      if (verdicts(x, y) == Verdict::kDoubtful) h.depth = -h.depth;
     }
   });
 }

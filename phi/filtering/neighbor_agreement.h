@@ -1,7 +1,8 @@
-// Pixels whose measured neighbours describe another surface are not measured.
+// Pixels are measured where their neighbours agree with them.
 //
 // Where two surfaces meet, in a crease or beside an edge, a window that sees both can match between them, in every view
-// alike, so that the views confirm it. Its neighbours, each with a window of its own, do not.
+// alike, so that the views confirm it. Its neighbours, each with a window of its own, do not. And what stands alone on a plain
+// wall, a speck or the rim of something before it, is often wrong.
 #pragma once
 
 #include "phi/geometry/device_camera.h"
@@ -12,15 +13,14 @@ namespace phi {
 inline constexpr int kAgreementRadius = 2;  // pixels: 5 x 5 of them are asked
 // A neighbour agrees when its plane, carried on to the pixel, differs from the pixel's depth by less than this.
 inline constexpr float kMaxNeighborError = 0.003f;  // of the depth
-// At least 2 in 5 of the neighbours with depth must agree. A bar three pixels wide stays (14 of 24 agree at its rim), one of
-// two goes (9).
-inline constexpr int kMinAgreeing = 2, kOutOf = 5;
-// Pixels with fewer neighbours than this, half of the 24, stay: on a plain wall nobody is there to contradict, and inference
-// has few other supports.
-inline constexpr int kMinNeighborsAsked = 12;
+// Contradicted: at least half of the 24 neighbours have depth, and fewer than 2 in 5 of those agree. A bar three pixels wide
+// stays (14 of 24 agree at its rim), one of two goes (9).
+inline constexpr int kMinNeighborsAsked = 12, kMinAgreeing = 2, kOutOf = 5;
+// Doubtful: fewer than these agree, a third of all. The corner pixel of an image has as many.
+inline constexpr int kMinNeighborsAgreeing = 8;
 
-// Takes the depth from the pixels that too few of their neighbours agree with, as the map was before. `rays`: the map's
-// camera.
-void DropContradictedPixels(const RayModel& rays, PlaneMap* map);
+// Takes the depth from contradicted pixels and the sign from doubtful ones, judged by the map as it was. Doubtful depths are no
+// measurement, but nothing else may show where a plain wall is, so that inference rests on them too. `rays`: the map's camera.
+void JudgeByNeighbors(const RayModel& rays, PlaneMap* map);
 
 }  // namespace phi

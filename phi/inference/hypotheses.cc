@@ -1,5 +1,6 @@
 #include "phi/inference/hypotheses.h"
 
+#include <cmath>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -13,6 +14,22 @@ Array2D<float> InverseDepth(const PlaneMap& map) {
   return Transformed(map, [](const PlaneHypothesis& h) { return h.depth > 0 ? 1 / h.depth : 0.0f; });
 }
 
+// Doubtful pixels support lines and planes as measured ones do; not in the paper's form.
+Array2D<float> SupportingInverseDepth(const PlaneMap& map, bool literal) {
+  if (literal) return InverseDepth(map);
+  return Transformed(map,
+                     [](const PlaneHypothesis& h) { return h.depth != 0 ? 1 / std::abs(h.depth) : 0.0f; });
+}
+
+// What is there before the lines: measured depth, and the support's at doubtful pixels, which belong to no gap.
+void StartHypotheses(const PlaneMap& measured, const Array2D<Support>& supports, Array2D<float>* start) {
+  ForParts(measured.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      start->data()[i] = StartHypothesis(measured.data()[i].depth, supports.data()[i]);
+    }
+  });
+}
+
 }  // namespace
 
 Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
@@ -21,14 +38,16 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
   const int width = measured.width(), height = measured.height();
   LineOptions options;
   options.literal = formulas == Formulas::kPaper;
-  const ArrayView2D<const float> inverse_depth = std::as_const(measured_inverse_depth_).view();
+  const Array2D<float> supporting = SupportingInverseDepth(measured, options.literal);
+  const ArrayView2D<const float> inverse_depth = supporting.view();
   auto supports = Array2D<Support>::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) supports(x, y) = MakeSupport(inverse_depth, x, y, options);
   });
   const Array2D<Support>& const_supports = supports;
   for (int direction = 0; direction < kNumDirections; ++direction) {
-    inverse_depth_[direction] = Transformed(measured_inverse_depth_, [](float w) { return w; });
+    inverse_depth_[direction] = Array2D<float>::Uninitialized(width, height);
+    StartHypotheses(measured, const_supports, &inverse_depth_[direction]);
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
       FillScanline(MakeScanline(direction, index, width, height), const_supports.view(), options,
                    inverse_depth_[direction].view());

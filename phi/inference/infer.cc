@@ -99,6 +99,7 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       PlaneHypothesis& h = result(x, y) = measured(x, y);
+      if (!(h.depth > 0)) h = {};
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
       h.normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);

@@ -10,6 +10,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/geometry/plane_hypothesis.h"
 #include "phi/inference/plane_fit.h"
 
 namespace phi {
@@ -185,6 +186,13 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   if (options.literal) return value > 0 ? value : 0;
   // An extrapolated line never doubles or halves the depth of what it rests on.
   return value > 0.5f * model.min_value && value < 2 * model.max_value ? value : 0;
+}
+
+// The inverse depth that a hypothesis map holds before the lines, 0 in gaps. A doubtful pixel's own depth competes with what
+// else may be there.
+PHI_HD float StartHypothesis(float depth, const Support& support) {
+  if (depth > 0) return 1 / depth;
+  return IsDoubtful(depth) && support.value > 0 ? support.value : 0;
 }
 
 // Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;

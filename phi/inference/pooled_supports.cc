@@ -75,7 +75,7 @@ class SourcePool {
  private:
   // The source's pixel as a support of the reference; nullopt where it has no depth or lands outside.
   std::optional<PooledSupport> Project(int x, int y) const {
-    const float depth = depths_(x, y);
+    const float depth = std::abs(depths_(x, y));  // doubtful ones carry planes too
     if (!(depth > 0)) return std::nullopt;
     const RelativeView& view = reference_from_source_;
     const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
@@ -94,7 +94,7 @@ class SourcePool {
     if (!support) return;
     const int px = support->PixelX(), py = support->PixelY();
     // The reference's own measurement knows better what is there.
-    if (measured_(px, py).depth > 0) return;
+    if (measured_(px, py).depth != 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (std::abs(change) <= kMaxBrightnessChange) row->push_back(*support);
   }
@@ -103,7 +103,7 @@ class SourcePool {
     const std::optional<PooledSupport> support = Project(x, y);
     if (!support) return;
     const int px = support->PixelX(), py = support->PixelY();
-    const float there = measured_(px, py).depth;
+    const float there = std::abs(measured_(px, py).depth);
     if (!(std::abs(there * support->inverse_depth - 1) <= kSameDepth)) return;
     const int reference = reference_image_(px, py), source = source_image_(x, y);
     if (std::min(reference, source) < kMinGainBrightness || std::max(reference, source) > kMaxGainBrightness)

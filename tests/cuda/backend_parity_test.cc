@@ -235,6 +235,7 @@ TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
   for (int y = 0; y < measured.height(); ++y) {
     for (int x = 0; x < measured.width(); ++x) {
       if ((x / 14 + y / 10) % 2 == 1) measured(x, y).depth = 0;
+      if (x / 14 % 3 == 1) measured(x, y).depth *= -1;  // doubtful
     }
   }
   const InferenceInput input = InferenceInputOf(scene, measured);

@@ -108,6 +108,46 @@ TEST(Infer, APlaneWithAHoleComesBack) {
   }
 }
 
+// The left third is doubtful: it comes back on the wall, as inferred depth. A doubtful speck 10 % before the wall does too.
+TEST(Infer, DoubtfulPixelsCarryTheWallAndAreInferred) {
+  PlaneMap measured = MakeMeasured(0);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < 50; ++x) measured(x, y).depth *= -1;
+  }
+  measured(140, 20).depth *= -0.9f;
+  const Wall wall;
+  for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
+    InferenceOptions options;
+    options.mode = mode;
+    const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        ASSERT_EQ(result.filled(x, y), measured(x, y).depth > 0 ? kMeasuredPixel : kInferredAlone);
+        ASSERT_NEAR(result.map(x, y).depth * wall.InverseDepth(x, y), 1, 3e-6) << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
+  PlaneMap measured(kWidth, kHeight);
+  measured(80, 60) = {{0, 0, -1}, -3};
+  const InferenceResult result =
+      InferPlanes(PlainScene().Input(measured), StereoOptions(), InferenceOptions());
+  EXPECT_EQ(result.map(80, 60).depth, 0);
+  EXPECT_EQ(result.map(80, 60).normal.z, 0);
+  EXPECT_EQ(NumFilled(result), 0);
+}
+
+// In the paper's form they are holes.
+TEST(Infer, DoubtfulPixelsSupportNothingInThePapersForm) {
+  PlaneMap measured = MakeMeasured(0);
+  for (PlaneHypothesis& h : measured) h.depth *= -1;
+  InferenceOptions options;
+  options.formulas = Formulas::kPaper;
+  EXPECT_EQ(NumFilled(InferPlanes(PlainScene().Input(measured), StereoOptions(), options)), 0);
+}
+
 TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
   const InferenceResult result = InferPlanes(PlainScene().Input(MakeMeasured(0.1)), StereoOptions(), {});
   int filled = 0, close = 0;

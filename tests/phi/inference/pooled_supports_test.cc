@@ -161,6 +161,14 @@ TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
+TEST(PooledSupports, DoubtfulPixelsCountAsMeasured) {
+  OnePointScene scene;
+  scene.source_depths(100, 90) = -3;
+  EXPECT_EQ(scene.NumPooled(), 1u);
+  scene.measured(75, 45).depth = -2;
+  EXPECT_EQ(scene.NumPooled(), 0u);
+}
+
 TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
   OnePointScene scene;
   scene.reference.camera.pose.translation = {0, 0, -2.5};  // half a metre ahead: at (51.5, cy - 88.5)
