@@ -178,14 +178,15 @@ double Apart(const std::vector<Point>& points, const RegionPlane& first, const R
   return std::abs(first.InverseDepth(x, y) - w) / w;
 }
 
-// How far before the first plane, relative to its depth, nine in ten of the second one's inliers lie at least.
+// How far before the first plane, relative to its depth, nine in ten of the second one's inliers lie at least; 0 without
+// inliers.
 double DetachedBy(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second) {
   std::vector<double> before;
   for (const Point& p : points) {
     if (IsInlier(second, p)) before.push_back(p.w / first.InverseDepth(p.x, p.y) - 1);
   }
-  const auto tenth =
-      before.begin() + static_cast<std::ptrdiff_t>(before.size() / 10);  // Refine found inliers
+  if (before.empty()) return 0;
+  const auto tenth = before.begin() + static_cast<std::ptrdiff_t>(before.size() / 10);
   std::nth_element(before.begin(), tenth, before.end());
   return *tenth;
 }

@@ -148,6 +148,7 @@ TEST_F(StereoPipelineTest, MatchesInTheBestOfALongListOfSources) {
 }
 
 TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
+  options_.filter.formulas = phi::Formulas::kPaper;  // no other rule takes pixels away
   Run();
   // What the fake filter does, by hand at one pixel that it keeps: reference + 0.1 * sum of all sources' raw depths.
   constexpr int kX = 1, kY = 0;
@@ -158,6 +159,7 @@ TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
 }
 
 TEST_F(StereoPipelineTest, FilledMaskHoldsOnlyPixelsThatTheSecondFilterKept) {
+  options_.filter.formulas = phi::Formulas::kPaper;  // as above
   Run();
   const auto depth = ReadDepthMap(DepthPath(0, "geometric"));
   const auto filled = ReadMask(folder_ / "stereo/filled_masks" / (names_[0] + ".png"));
