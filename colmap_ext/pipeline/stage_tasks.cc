@@ -45,6 +45,19 @@ phi::Mask KeptInferred(const phi::Mask& inferred, const phi::PlaneMap& filtered)
   return kept;
 }
 
+// What is published as result holds measurements only.
+std::shared_ptr<const phi::PlaneMap> WithoutDoubtful(std::shared_ptr<const phi::PlaneMap> map) {
+  const auto is_doubtful = [](const phi::PlaneHypothesis& h) { return phi::IsDoubtful(h.depth); };
+  if (phi::CountIf(*map, is_doubtful) == 0) return map;
+  auto certain = std::make_shared<phi::PlaneMap>(*map);
+  phi::ForParts(certain->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (is_doubtful(certain->data()[i])) certain->data()[i] = {};
+    }
+  });
+  return certain;
+}
+
 }  // namespace
 
 StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs,
@@ -66,7 +79,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
     case StageKind::kInfer:
       return Infer(*previous, input_keys, jobs_[job], backend, warnings);
     case StageKind::kPublish:
-      return {.map = store_.Map(jobs_[job].image, previous->result)};
+      return {.map = WithoutDoubtful(store_.Map(jobs_[job].image, previous->result))};
   }
   return {};
 }

@@ -146,6 +146,46 @@ TEST(HoleFillerCommand, FillsMapsOfAnotherProgramAndRepeatsItself) {
   EXPECT_EQ(workspace.Files(), files);
 }
 
+// The hole's depth is given as 0 and as -4: the same maps come out.
+TEST(HoleFillerCommand, ANegativeDepthOfAnotherProgramIsNone) {
+  const ForeignWorkspace zero, negative;
+  const fs::path maps = negative.path() / "stereo/depth_maps";
+  for (int view = 0; view < negative.num_views(); ++view) {
+    phi::Array2D<float> depth = negative.Depth(view, "geometric");
+    for (int y = 45; y < 75; ++y) {
+      for (int x = 60; x < 100; ++x) depth(x, y) = -4;
+    }
+    colmap_ext::WriteDepthMap(maps / MapName(view, "geometric"), depth);
+  }
+  ASSERT_EQ(zero.Fill("mrf").exit_code, 0);
+  ASSERT_EQ(negative.Fill("mrf").exit_code, 0);
+  for (int view = 0; view < negative.num_views(); ++view) {
+    for (const std::string kind : {"measured", "geometric"}) {
+      const fs::path file = fs::path("stereo/depth_maps") / MapName(view, kind);
+      EXPECT_EQ(ReadBytes(zero.path() / file), ReadBytes(negative.path() / file)) << file;
+    }
+  }
+}
+
+// Ours mark doubtful depths so in measured maps. The published map does not show them, filled or not.
+TEST(HoleFillerCommand, DoubtfulDepthsAreNotPublished) {
+  for (const std::string mode : {"mrf", "off"}) {
+    const ForeignWorkspace workspace;
+    ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+    const fs::path measured = workspace.path() / "stereo/depth_maps" / MapName(0, "measured");
+    phi::Array2D<float> depth = colmap_ext::ReadDepthMap(measured);
+    for (int x = 10; x < 50; ++x) depth(x, 20) *= -1;
+    colmap_ext::WriteDepthMap(measured, depth);
+    ASSERT_EQ(workspace.Fill(mode).exit_code, 0);
+    const phi::Array2D<float> published = workspace.Depth(0, "geometric");
+    for (int x = 10; x < 50; ++x) {
+      EXPECT_EQ(workspace.Depth(0, "measured")(x, 20), depth(x, 20));
+      const float expected = mode == "off" ? 0 : -depth(x, 20);
+      EXPECT_NEAR(published(x, 20), expected, 1e-3f * expected) << mode << ", " << x;
+    }
+  }
+}
+
 TEST(HoleFillerCommand, OffTakesFilledDepthsBackOut) {
   const ForeignWorkspace workspace;
   const std::string depth = workspace.path() / "stereo/depth_maps/view1.png.geometric.bin";
