@@ -37,7 +37,7 @@ struct InferenceLaunch {
   ArrayView2D<float> support_values;          // the supports' values alone, for the host
   ArrayView2D<float> measured_inverse_depth;  // 0 at holes
   ArrayView2D<float> supporting;              // inverse depth of measured and doubtful pixels, 0 elsewhere
-  ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; measured pixels hold their own
+  ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; outside gaps the pixel's own
   ArrayView2D<float> region_planes[kRegionMaps];  // inverse depth of the region's planes, 0 = none
   ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
   ArrayView2D<float> filled_and_measured;         // inverse depth

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
-#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
@@ -23,13 +20,6 @@ constexpr int kNumWriters = 2;
 
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-void CopyAtomically(const fs::path& from, const fs::path& to) {
-  std::ifstream file(from, std::ios::binary);
-  const std::string content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file && !file.eof()) throw phi::InputError(from.string() + " cannot be read; check its permissions");
-  WriteFileAtomically(to, content);
 }
 
 phi::SparseDepth NoSparseDepth(int) { return {}; }  // nothing is estimated here
@@ -124,11 +114,11 @@ bool HoleFilling::ImportMeasuredMap(int job) {
   const bool has_measured = store_.FilesAreWhole(image, measured, false, false);
   const bool has_foreign = !GeometricMapIsOurs(job) && store_.FilesAreWhole(image, geometric, false, false);
   if (!has_foreign) return has_measured;
-  CopyAtomically(workspace_.NormalMapPath(image, geometric), workspace_.NormalMapPath(image, measured));
+  phi::PlaneMap map =
+      ReadPlaneMap(workspace_.DepthMapPath(image, geometric), workspace_.NormalMapPath(image, geometric));
   // A negative depth is none there; in ours it would be a doubtful one.
-  phi::DepthMap depths = ReadDepthMap(workspace_.DepthMapPath(image, geometric));
-  for (float& depth : depths) depth = depth > 0 ? depth : 0;
-  WriteDepthMap(workspace_.DepthMapPath(image, measured), depths);
+  for (phi::PlaneHypothesis& h : map) h.depth = h.depth > 0 ? h.depth : 0;
+  WritePlaneMap(workspace_.DepthMapPath(image, measured), workspace_.NormalMapPath(image, measured), map);
   return true;
 }
 

@@ -23,7 +23,7 @@ struct Stage {
   std::string options = {};  // what its results depend on, as text
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
   bool drops_doubtful =
-      false;               // of a filter: plain and contradicted pixels go too, doubtful ones lose their sign
+      false;               // of a filter: plain and contradicted pixels go too, doubtful ones become negative
   bool transient = false;  // lives in memory and is not recorded
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation

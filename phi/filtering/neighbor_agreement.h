@@ -19,7 +19,7 @@ inline constexpr int kMinNeighborsAsked = 12, kMinAgreeing = 2, kOutOf = 5;
 // Doubtful: fewer than these agree, a third of all. The corner pixel of an image has as many.
 inline constexpr int kMinNeighborsAgreeing = 8;
 
-// Takes the depth from contradicted pixels and the sign from doubtful ones, judged by the map as it was. Doubtful depths are no
+// Takes the depth from contradicted pixels and makes that of doubtful ones negative, judged by the map as it was. They are no
 // measurement, but nothing else may show where a plain wall is, so that inference rests on them too. `rays`: the map's camera.
 void JudgeByNeighbors(const RayModel& rays, PlaneMap* map);
 

@@ -22,12 +22,14 @@ Array2D<float> SupportingInverseDepth(const PlaneMap& map, bool literal) {
 }
 
 // What is there before the lines: measured depth, and the support's at doubtful pixels, which belong to no gap.
-void StartHypotheses(const PlaneMap& measured, const Array2D<Support>& supports, Array2D<float>* start) {
-  ForParts(measured.size(), [&](std::size_t begin, std::size_t end) {
+Array2D<float> StartHypotheses(const PlaneMap& measured, const Array2D<Support>& supports) {
+  auto start = Array2D<float>::Uninitialized(measured.width(), measured.height());
+  ForParts(start.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      start->data()[i] = StartHypothesis(measured.data()[i].depth, supports.data()[i]);
+      start.data()[i] = StartHypothesis(measured.data()[i].depth, supports.data()[i]);
     }
   });
+  return start;
 }
 
 }  // namespace
@@ -45,9 +47,9 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     for (int x = 0; x < width; ++x) supports(x, y) = MakeSupport(inverse_depth, x, y, options);
   });
   const Array2D<Support>& const_supports = supports;
+  const Array2D<float> start = StartHypotheses(measured, const_supports);
   for (int direction = 0; direction < kNumDirections; ++direction) {
-    inverse_depth_[direction] = Array2D<float>::Uninitialized(width, height);
-    StartHypotheses(measured, const_supports, &inverse_depth_[direction]);
+    inverse_depth_[direction] = Transformed(start, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
       FillScanline(MakeScanline(direction, index, width, height), const_supports.view(), options,
                    inverse_depth_[direction].view());

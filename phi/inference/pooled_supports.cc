@@ -73,7 +73,7 @@ class SourcePool {
   }
 
  private:
-  // The source's pixel as a support of the reference; nullopt where it has no depth or lands outside.
+  // The source's pixel as a support of the reference, without its hash; nullopt where it has no depth or lands outside.
   std::optional<PooledSupport> Project(int x, int y) const {
     const float depth = std::abs(depths_(x, y));  // doubtful ones carry planes too
     if (!(depth > 0)) return std::nullopt;
@@ -86,17 +86,19 @@ class SourcePool {
     const float v = view.source.fy * point.y / point.z + view.source.cy;
     const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
     if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
-    return PooledSupport{u - 0.5f, v - 0.5f, 1 / point.z, Hash(x, y)};
+    return PooledSupport{u - 0.5f, v - 0.5f, 1 / point.z};
   }
 
   void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
-    const std::optional<PooledSupport> support = Project(x, y);
+    std::optional<PooledSupport> support = Project(x, y);
     if (!support) return;
     const int px = support->PixelX(), py = support->PixelY();
     // The reference's own measurement knows better what is there.
     if (measured_(px, py).depth != 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
-    if (std::abs(change) <= kMaxBrightnessChange) row->push_back(*support);
+    if (!(std::abs(change) <= kMaxBrightnessChange)) return;
+    support->hash = Hash(x, y);
+    row->push_back(*support);
   }
 
   void AddRatio(int x, int y, std::vector<float>* ratios) const {

@@ -41,6 +41,16 @@ float BestError(const Hypotheses& hypotheses, int x, int y, float truth) {
   return best;
 }
 
+// A plain image's, from supports of the given inverse depths; 0: none.
+template <typename InverseDepth>
+RegionPlanes PlanesThrough(const InverseDepth& inverse_depth) {
+  Array2D<Support> supports(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) supports(x, y).value = inverse_depth(x, y);
+  }
+  return RegionPlanes(GrayImage(kWidth, kHeight, 120), ValuesOf(std::as_const(supports).view()), 3);
+}
+
 TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const GrayImage plain(kWidth, kHeight, 120);
   const Hypotheses hypotheses(RimOf(LeftWall), Formulas::kRobust, &plain);
@@ -63,15 +73,10 @@ TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
 
 TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
   // A fifth of the supports lies 1 % too far away; at 3 % it is another surface.
-  const GrayImage plain(kWidth, kHeight, 120);
   for (const float error : {0.01f, 0.03f}) {
-    Array2D<Support> supports(kWidth, kHeight);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        if (OnRim(x, y)) supports(x, y).value = LeftWall(x, y) / (1 + ((x + y) % 5 == 0 ? error : 0));
-      }
-    }
-    const RegionPlanes planes(plain, ValuesOf(std::as_const(supports).view()), 3);
+    const RegionPlanes planes = PlanesThrough([&](int x, int y) {
+      return OnRim(x, y) ? LeftWall(x, y) / (1 + ((x + y) % 5 == 0 ? error : 0)) : 0;
+    });
     EXPECT_NEAR(planes.At(60, 60)[0].At(60, 60), LeftWall(60, 60), 1e-5f);
     const float second = error > 0.02f ? LeftWall(60, 60) / (1 + error) : 0;
     EXPECT_NEAR(planes.At(60, 60)[1].At(60, 60), second, 1e-5f) << error;
@@ -81,16 +86,11 @@ TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
 // A vase stands before the wall: along its outline, a tenth of the picture away from the wall's rim, windows match the vase. In
 // front of the wall it is no second surface of the region; behind it, through an opening, it is one.
 TEST(RegionPlanes, AThingBeforeTheWallIsNoSurfaceOfIt) {
-  const GrayImage plain(kWidth, kHeight, 120);
   for (const float closer : {1.1f, 0.9f}) {
-    Array2D<Support> supports(kWidth, kHeight);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        if (OnRim(x, y)) supports(x, y).value = LeftWall(x, y);
-        if (x >= 70 && x < 90 && y >= 40 && y < 80) supports(x, y).value = closer * LeftWall(x, y);
-      }
-    }
-    const RegionPlanes planes(plain, ValuesOf(std::as_const(supports).view()), 3);
+    const RegionPlanes planes = PlanesThrough([&](int x, int y) {
+      if (x >= 70 && x < 90 && y >= 40 && y < 80) return closer * LeftWall(x, y);
+      return OnRim(x, y) ? LeftWall(x, y) : 0;
+    });
     EXPECT_NEAR(planes.At(60, 60)[0].At(60, 60), LeftWall(60, 60), 1e-5f);
     EXPECT_NEAR(planes.At(60, 60)[1].At(60, 60), closer > 1 ? 0 : closer * LeftWall(60, 60), 1e-5f);
   }
