@@ -93,9 +93,8 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
       view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
                                          launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
     }
-    std::uint32_t mask = 0;
     result.cost[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
-                                  : BestViewsCost(view_costs, launch.num_sources, &mask);
+                                  : BestMatchesCost(view_costs, launch.num_sources);
   }
   result.allowed = result.free;
   if (!launch.paper && result.free != 0) {

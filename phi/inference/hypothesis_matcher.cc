@@ -147,9 +147,8 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
     SampleMap(maps.inverse_depth[k], x, y, scratch);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
-    std::uint32_t mask = 0;
     result.cost[k] =
-        robust ? BestViewsCost(view_costs, num_views, &mask) : HarmonicMeanCost(view_costs, num_views);
+        robust ? BestMatchesCost(view_costs, num_views) : HarmonicMeanCost(view_costs, num_views);
   }
   if (robust) RefuseMismatches(reference_, window_, x, y, &result);
   PreferRegionPlanes(hypotheses_.from_region(x, y), &result);
