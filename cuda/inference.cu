@@ -103,7 +103,7 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
     const float w = launch.hypotheses[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!launch.paper && Evidence(launch, x, y, w).seen_through) continue;
+    if (!launch.paper && Evidence(launch, x, y, w).SeenThrough()) continue;
     result.free |= static_cast<std::uint8_t>(1 << k);
     result.cost[k] = HypothesisCost(launch, x, y, k);
   }

@@ -152,7 +152,7 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!robust || !Evidence(x, y, w).seen_through) result.free |= static_cast<std::uint8_t>(1 << k);
+    if (!robust || !Evidence(x, y, w).SeenThrough()) result.free |= static_cast<std::uint8_t>(1 << k);
   }
   result.allowed = result.free;
   if (result.free == 0) return result;

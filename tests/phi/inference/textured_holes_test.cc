@@ -32,8 +32,7 @@ std::shared_ptr<const GrayImage> Photograph(const Brightness& brightness) {
   auto image = std::make_shared<GrayImage>(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      const double value =
-          brightness((x + 0.5 - kWidth / 2.0) / kFocal, (y + 0.5 - kHeight / 2.0) / kFocal);
+      const double value = brightness((x + 0.5 - kWidth / 2.0) / kFocal, (y + 0.5 - kHeight / 2.0) / kFocal);
       (*image)(x, y) = static_cast<std::uint8_t>(std::lround(value));
     }
   }
@@ -60,7 +59,8 @@ struct WallWithAHole {
   SceneView views[9];
   InferenceInput input;
 
-  explicit WallWithAHole(int num_near, std::shared_ptr<const GrayImage> (*photograph)(double) = TexturedWall) {
+  explicit WallWithAHole(int num_near,
+                         std::shared_ptr<const GrayImage> (*photograph)(double) = TexturedWall) {
     views[0] = MakeView("reference", 0);
     input.reference = {&views[0], photograph(0)};
     for (int j = 1; j <= 8; ++j) {
