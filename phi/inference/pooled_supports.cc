@@ -10,13 +10,14 @@
 
 #include "phi/base/random.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/support_visibility.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace phi {
 namespace {
 
 // Grey levels, after the images' exposures were made alike. A point that is hidden in the reference image lands on what
-// hides it, which mostly has another brightness; an even surface keeps its own but for noise and a slight gloss.
+// hides it, which often has another brightness; an even surface keeps its own but for noise and a slight gloss.
 constexpr float kMaxBrightnessChange = 6;
 // Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
 constexpr int kGainStride = 4;
@@ -45,6 +46,7 @@ class SourcePool {
         depths_(depths),
         step_(SamplingStep(depths.width(), depths.height())),
         source_id_(source.view->image_id),
+        reference_rays_(MakeRayModel(input.reference.view->camera.pinhole)),
         source_rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
 
@@ -97,6 +99,7 @@ class SourcePool {
     if (measured_(px, py).depth != 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
+    if (IsHiddenBySurroundings(reference_rays_, measured_, px, py, support->inverse_depth)) return;
     support->hash = Hash(x, y);
     row->push_back(*support);
   }
@@ -124,7 +127,7 @@ class SourcePool {
   int step_;
   float gain_ = 1;
   std::uint32_t source_id_;
-  RayModel source_rays_;
+  RayModel reference_rays_, source_rays_;
   RelativeView reference_from_source_;
 };
 
@@ -152,6 +155,8 @@ std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
     pooled.insert(pooled.end(), row.begin(), row.end());
     row = {};
   }
+  const int width = input.measured->width(), height = input.measured->height();
+  RemoveHidden(width, height, SamplingStep(width, height), &pooled);
   return pooled;
 }
 
