@@ -60,10 +60,9 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
           .weight = kFilterWeight};
 }
 
-// Only where inference may put something better in their place; the paper's form knows no such rule.
+// Whether something will be put in their place or not: measured means one thing. The paper's form knows no such rule.
 bool DropsDoubtful(const PipelineOptions& options) {
-  return options.inference.mode != phi::InferenceMode::kOff &&
-         options.filter.formulas == phi::Formulas::kRobust;
+  return options.filter.formulas == phi::Formulas::kRobust;
 }
 
 Stage MakePublish(std::string_view result) {
