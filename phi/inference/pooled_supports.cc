@@ -39,14 +39,15 @@ int SamplingStep(int width, int height) {
 
 class SourcePool {
  public:
-  SourcePool(const InferenceInput& input, const ViewImage& source, const DepthMap& depths)
+  SourcePool(const InferenceInput& input, const Surroundings& surroundings, const ViewImage& source,
+             const DepthMap& depths)
       : measured_(*input.measured),
+        surroundings_(surroundings),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
         depths_(depths),
         step_(SamplingStep(depths.width(), depths.height())),
         source_id_(source.view->image_id),
-        reference_rays_(MakeRayModel(input.reference.view->camera.pinhole)),
         source_rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
 
@@ -99,7 +100,7 @@ class SourcePool {
     if (measured_(px, py).depth != 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
-    if (IsHiddenBySurroundings(reference_rays_, measured_, px, py, support->inverse_depth)) return;
+    if (surroundings_.Hide(px, py, support->inverse_depth)) return;
     support->hash = Hash(x, y);
     row->push_back(*support);
   }
@@ -121,26 +122,28 @@ class SourcePool {
   }
 
   const PlaneMap& measured_;
+  const Surroundings& surroundings_;
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
   const DepthMap& depths_;
   int step_;
   float gain_ = 1;
   std::uint32_t source_id_;
-  RayModel reference_rays_, source_rays_;
+  RayModel source_rays_;
   RelativeView reference_from_source_;
 };
 
 }  // namespace
 
 std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
+  const Surroundings surroundings(input);
   std::vector<SourcePool> sources;
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
   const std::size_t num_views =
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
-    sources.emplace_back(input, input.sources[j], *input.source_depths[j]);
+    sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j]);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });

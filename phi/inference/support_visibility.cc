@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/inference/free_space.h"
+#include "phi/matching/cost_aggregation.h"
 
 namespace phi {
 namespace {
@@ -17,18 +18,6 @@ constexpr int kMinHiding = 2;  // of the four directions
 // Of a cell's side: four samples of each view that looks from the same distance.
 constexpr int kCellSteps = 2;
 constexpr std::size_t kMinBefore = 3;  // points before a gap: one or two may be mistakes
-
-// Depth at (x, y) of the plane of the nearest measured pixel in direction (dx, dy); 0: there is none within reach.
-float ContinuedDepth(const RayModel& rays, const PlaneMap& measured, int x, int y, int dx, int dy) {
-  const ArrayView2D<const PlaneHypothesis> map = measured.view();
-  for (int i = 1; i <= kReach && map.Contains(x + i * dx, y + i * dy); ++i) {
-    const PlaneHypothesis& h = map(x + i * dx, y + i * dy);
-    if (h.depth > 0) {
-      return PlaneDepthAt(rays, h, x + i * dx + 0.5f, y + i * dy + 0.5f, x + 0.5f, y + 0.5f);
-    }
-  }
-  return 0;
-}
 
 // The points by the cell that they land in, the cells one after the other.
 class Cells {
@@ -57,14 +46,44 @@ class Cells {
 
 }  // namespace
 
-bool IsHiddenBySurroundings(const RayModel& rays, const PlaneMap& measured, int x, int y,
-                            float inverse_depth) {
+Surroundings::Surroundings(const InferenceInput& input)
+    : rays_(MakeRayModel(input.reference.view->camera.pinhole)), measured_(*input.measured) {
+  const std::size_t num_views =
+      std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
+  for (std::size_t j = 0; j < num_views; ++j) {
+    if (input.source_depths[j] == nullptr) continue;
+    views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));
+    source_depths_.push_back(input.source_depths[j]->view());
+  }
+}
+
+// At (x, y) of the plane of the nearest measured pixel in direction (dx, dy); 0: there is none within reach.
+float Surroundings::ContinuedDepth(int x, int y, int dx, int dy) const {
+  const ArrayView2D<const PlaneHypothesis> map = measured_.view();
+  for (int i = 1; i <= kReach && map.Contains(x + i * dx, y + i * dy); ++i) {
+    const PlaneHypothesis& h = map(x + i * dx, y + i * dy);
+    if (h.depth > 0) {
+      return PlaneDepthAt(rays_, h, x + i * dx + 0.5f, y + i * dy + 0.5f, x + 0.5f, y + 0.5f);
+    }
+  }
+  return 0;
+}
+
+bool Surroundings::IsSeenThrough(int x, int y, float inverse_depth) const {
+  DepthEvidence evidence;
+  for (std::size_t j = 0; j < views_.size(); ++j) {
+    AddEvidence(views_[j], source_depths_[j], x + 0.5f, y + 0.5f, inverse_depth, &evidence);
+  }
+  return evidence.SeenThrough();
+}
+
+bool Surroundings::Hide(int x, int y, float inverse_depth) const {
   constexpr int kDirections[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   int num_hiding = 0, num_others = 0;
   for (const auto& direction : kDirections) {
-    const float depth = ContinuedDepth(rays, measured, x, y, direction[0], direction[1]);
+    const float depth = ContinuedDepth(x, y, direction[0], direction[1]);
     if (!(depth > 0)) continue;
-    const bool hides = depth * inverse_depth < 1 - kSeenThroughMargin;
+    const bool hides = depth * inverse_depth < 1 - kSeenThroughMargin && !IsSeenThrough(x, y, 1 / depth);
     num_hiding += hides;
     num_others += !hides;
   }

@@ -1,5 +1,6 @@
 #include "phi/inference/support_visibility.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -121,7 +122,7 @@ TEST(SupportVisibility, TheWallBehindIsNoSupportOfWhatAnotherViewMeasured) {
   scene.MeasurePlateFromBeside();
   const PlateBeforeAWall::Counts counts = scene.Count();
   EXPECT_LT(counts.wall_on_plate, 12);  // in the corners' cells the plate has fewer than three points
-  EXPECT_EQ(counts.plate, 48 * 48);  // 96 pixels of the source on a side, every second
+  EXPECT_EQ(counts.plate, 48 * 48);     // 96 pixels of the source on a side, every second
   // What shares a cell of 4 x 4 pixels with the plate's border goes too: the columns 110 and 111, the rows 28, 29, 90 and 91.
   EXPECT_LT(beside - counts.wall_beside, 2 * 60 + 4 * 40);
 }
@@ -153,22 +154,39 @@ TEST(SupportVisibility, ASlantedSurfaceDoesNotHideItself) {
 // The corner of a room, 4 m away, each wall measured but for 20 pixels beside the corner. Nearer all around, the walls hide
 // nothing: continued past the corner they run behind what is seen there.
 TEST(SupportVisibility, ACornerIsNotHiddenByItsWalls) {
-  const RayModel rays = MakeRayModel(MakeView(1, 160, 120, 150).camera.pinhole);
+  PlateBeforeAWall scene;
   // The walls n . X = -4 / sqrt(2) with n = (+-1, 0, -1) / sqrt(2) meet at x = 0, z = 4.
   const auto inverse_depth = [&](int x) { return (1 + std::abs((x + 0.5f - 80) / 150)) / 4; };
-  PlaneMap measured(160, 120);
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 160; ++x) {
       if (std::abs(x + 0.5f - 80) < 20 && y >= 40 && y < 80) continue;
-      measured(x, y) = {{x < 80 ? 0.7071068f : -0.7071068f, 0, -0.7071068f}, 1 / inverse_depth(x)};
+      (*scene.measured)(x, y) = {{x < 80 ? 0.7071068f : -0.7071068f, 0, -0.7071068f}, 1 / inverse_depth(x)};
     }
   }
+  InferenceInput input = scene.Input();
+  input.source_depths.clear();
+  const Surroundings surroundings(input);
   for (int y = 40; y < 80; ++y) {
     for (int x = 60; x < 100; ++x) {
-      ASSERT_FALSE(IsHiddenBySurroundings(rays, measured, x, y, inverse_depth(x))) << x << ", " << y;
-      ASSERT_TRUE(IsHiddenBySurroundings(rays, measured, x, y, 0.9f * inverse_depth(80))) << x << ", " << y;
+      ASSERT_FALSE(surroundings.Hide(x, y, inverse_depth(x))) << x << ", " << y;
+      ASSERT_TRUE(surroundings.Hide(x, y, 0.9f * inverse_depth(80))) << x << ", " << y;
     }
   }
+}
+
+// What the reference measured 2 m away all around may be a plate or the frame of a window. The source, which looks at the wall
+// along a line that passes there, knows.
+TEST(SupportVisibility, AFrameThatAnotherViewLooksThroughHidesNothing) {
+  PlateBeforeAWall scene;
+  scene.MeasureRim(2);
+  InferenceInput input = scene.Input();
+  EXPECT_TRUE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
+  // (80.5, 60.5) at 2 m is at (0.5 / 150 * 2 - 1.5) / 2 * 240 + 160 = -19.2 there: the view must look further left.
+  scene.source.camera.pinhole.cx += 60;
+  std::fill_n(scene.source_depths->data(), scene.source_depths->size(), 3.0f);
+  EXPECT_FALSE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
+  std::fill_n(scene.source_depths->data(), scene.source_depths->size(), 2.0f);
+  EXPECT_TRUE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
 }
 
 }  // namespace
