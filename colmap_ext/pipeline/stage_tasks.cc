@@ -151,8 +151,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
 // What the filter kept and is no measurement all the same. A doubtful pixel with few witnesses is not even a clue.
 void StageTasks::JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const {
   phi::DropPlainPixels(*ReadView(job.image).image, &filtered->map);
-  std::vector<const phi::SceneView*> sources;
-  for (const int source : job.sources) sources.push_back(&workspace_.views()[source]);
+  std::vector<const phi::Camera*> sources;
+  for (const int source : job.sources) sources.push_back(&workspace_.views()[source].camera);
   sources.resize(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));  // those that matching uses
   const phi::DepthPrecision precision(workspace_.views()[job.image].camera, sources);
   phi::JudgeByNeighbors(precision, &filtered->map);

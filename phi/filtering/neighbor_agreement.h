@@ -5,7 +5,7 @@
 // wall, a speck or the rim of something before it, is often wrong.
 #pragma once
 
-#include "phi/filtering/depth_precision.h"
+#include "phi/geometry/depth_precision.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {

@@ -113,7 +113,7 @@ Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
   std::vector<PooledSupport> pooled;
   if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
   return Hypotheses(*input.measured, formulas, input.reference.image.get(), input.reference.view->image_id,
-                    pooled);
+                    pooled, PrecisionOf(input));
 }
 
 void CheckInput(const InferenceInput& input) {

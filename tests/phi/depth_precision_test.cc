@@ -1,4 +1,4 @@
-#include "phi/filtering/depth_precision.h"
+#include "phi/geometry/depth_precision.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "phi/filtering/depth_precision.h"
+#include "phi/geometry/depth_precision.h"
 
 #include <cmath>
 
 namespace phi {
 
-DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const SceneView*>& sources)
+DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources)
     : reference_(MakeRayModel(reference.pinhole)) {
-  for (const SceneView* source : sources) sources_.push_back(MakeRelativeView(reference, source->camera));
+  for (const Camera* source : sources) sources_.push_back(MakeRelativeView(reference, *source));
 }
 
 float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {

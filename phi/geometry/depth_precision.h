@@ -1,9 +1,10 @@
 // How precisely matching can tell a depth: a fraction of a pixel in the source views, carried back to the reference's ray.
 #pragma once
 
+#include <utility>
 #include <vector>
 
-#include "phi/backend.h"
+#include "phi/geometry/camera.h"
 #include "phi/geometry/device_camera.h"
 
 namespace phi {
@@ -15,9 +16,10 @@ inline constexpr float kMatchDeviation = 0.15f;
 class DepthPrecision {
  public:
   // Where no source view sees a point its deviation is 0: nothing is known of it.
+  DepthPrecision() = default;
   DepthPrecision(const RayModel& reference, std::vector<RelativeView> sources)
       : reference_(reference), sources_(std::move(sources)) {}
-  DepthPrecision(const Camera& reference, const std::vector<const SceneView*>& sources);
+  DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources);
 
   const RayModel& reference() const { return reference_; }
 
