@@ -11,7 +11,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 2, kFilterRevision = 6, kInferRevision = 9;
+constexpr int kEstimateRevision = 2, kFilterRevision = 6, kInferRevision = 11;
 
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
