@@ -300,6 +300,8 @@ TEST_F(Benchmark, RunsStereoOnceForAllFusionsComparesAndLogs) {
   const auto rows = nlohmann::json::parse(ReadBytes(folder_ / "a.json"))["rows"];
   EXPECT_GT(rows[""]["tiny"]["0"]["completeness"][0].get<double>(), 99.9);
   EXPECT_GT(rows[""]["tiny_every2"]["1"]["completeness"][0].get<double>(), 99.9);
+  EXPECT_GT(rows[""]["tiny_every2"]["1"]["f1"][0].get<double>(), 99.9) << "right where one image sees, too";
+  EXPECT_LT(rows[""]["tiny_every2"]["1"]["accuracy_of_seen"][0].get<double>(), 99);
   EXPECT_EQ(rows["--StereoFusion.min_num_pixels 9"]["tiny"]["0"]["f1"][1], 0.0);
   EXPECT_THAT(first.output, HasSubstr("| tiny_every2 | 0.0 | 0.0 | 0.0 |"));
 
