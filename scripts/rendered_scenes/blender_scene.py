@@ -71,7 +71,7 @@ def material(name, color=(0.8, 0.8, 0.8), rough=0.6, spec=0.3, tex=None, scale=5
 
 
 def glass(name, tint=(0.95, 0.98, 0.97)):
-    """A thin pane: lets light through unbent and mirrors some of it, more at a slant."""
+    """A thin pane: lets light through unbent and mirrors some of it, at a slant more than real glass."""
     result = bpy.data.materials.new(name)
     result.use_nodes = True
     result.pass_index = OPEN
