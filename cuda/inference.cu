@@ -27,7 +27,7 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const float depth = launch.measured(x, y).depth;
   const float w = depth > 0 ? 1 / depth : 0;
   launch.measured_inverse_depth(x, y) = w;
-  launch.supporting(x, y) = IsDoubtful(depth) && !launch.paper ? -1 / depth : w;
+  launch.supporting(x, y) = IsDoubtful(depth) && launch.formulas == Formulas::kRobust ? -1 / depth : w;
 }
 
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
@@ -86,7 +86,7 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
     const float w = launch.hypotheses[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!launch.paper && Evidence(launch, x, y, w).seen_through) continue;
+    if (launch.formulas == Formulas::kRobust && Evidence(launch, x, y, w).seen_through) continue;
     result.free |= static_cast<std::uint8_t>(1 << k);
     float view_costs[kMaxSourceViews];
     for (int j = 0; j < launch.num_sources; ++j) {
@@ -94,11 +94,12 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
                                          launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
     }
     std::uint32_t mask = 0;
-    result.cost[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
-                                  : BestViewsCost(view_costs, launch.num_sources, &mask);
+    result.cost[k] = launch.formulas == Formulas::kPaper
+                         ? HarmonicMeanCost(view_costs, launch.num_sources)
+                         : BestViewsCost(view_costs, launch.num_sources, &mask);
   }
   result.allowed = result.free;
-  if (!launch.paper && result.free != 0) {
+  if (launch.formulas == Formulas::kRobust && result.free != 0) {
     RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
     PreferRegionPlanes(launch.from_region(x, y), &result);
   }
@@ -174,7 +175,7 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, H
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
   launch.inferred(x, y) =
-      launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
+      launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, launch.formulas, x, y);
 }
 
 // As FilledValue in infer.cc, and drops what other views see through.
@@ -183,7 +184,8 @@ __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch) {
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
   std::uint8_t filled = 0;
-  if (w > 0) filled = launch.paper ? kInferredConfirmed : Evidence(launch, x, y, w).FilledValue();
+  const bool is_judged = launch.formulas == Formulas::kRobust;
+  if (w > 0) filled = is_judged ? Evidence(launch, x, y, w).FilledValue() : kInferredConfirmed;
   if (filled == 0) launch.inferred(x, y) = 0;
   launch.filled(x, y) = filled;
 }
@@ -202,7 +204,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   PlaneHypothesis h = launch.measured(x, y);
   if (!(h.depth > 0)) h = {};
   if (w > 0) {
-    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.paper);
+    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.formulas);
     h.depth = 1 / w;
   }
   launch.result(x, y) = h;
@@ -210,7 +212,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
 
 LineOptions Lines(const InferenceLaunch& launch) {
   LineOptions options;
-  options.literal = launch.paper;
+  options.formulas = launch.formulas;
   return options;
 }
 

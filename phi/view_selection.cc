@@ -179,10 +179,9 @@ double Ranking::Score(const Evidence& e, double median_baseline) const {
 
 void Ranking::Rank(std::vector<Evidence> evidence, bool from_points, std::vector<SourceView>* ranked,
                    std::vector<SourceView>* rejected) const {
-  const bool robust = options_.formulas == Formulas::kRobust;
   const double median_baseline = MedianBaseline(evidence);
   for (const Evidence& e : evidence) {
-    if (robust && e.num_points < kFewestSharedPoints) continue;
+    if (options_.formulas == Formulas::kRobust && e.num_points < kFewestSharedPoints) continue;
     SourceView source;
     source.view = e.view;
     source.score = Score(e, median_baseline);
@@ -298,10 +297,11 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
                /*from_points=*/true, &ranked, &rejected);
   std::vector<SourceView> selected;
   AppendNew(ranked, size, &selected);
-  const std::size_t fewest = options_.formulas == Formulas::kPaper ? 1 : std::min(size, kFewestViews);
+  if (options_.formulas == Formulas::kPaper) return selected;  // Eq. 3 and nothing else
+  const std::size_t fewest = std::min(size, kFewestViews);
   if (selected.size() >= fewest) return selected;
 
-  if (options_.formulas == Formulas::kRobust) AppendNew(rejected, fewest, &selected);
+  AppendNew(rejected, fewest, &selected);
   if (selected.size() >= fewest) return selected;
 
   const DepthRange range = DepthRangeWithoutOwnPoints(views_, scene_, reference);

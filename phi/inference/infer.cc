@@ -56,7 +56,8 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
   auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
   tbb::parallel_for(0, result.height(), [&](int y) {
     for (int x = 0; x < result.width(); ++x) {
-      result(x, y) = hypotheses.measured(x, y) ? 0 : UpsampleHypothesis(maps, chosen.view(), x, y);
+      result(x, y) =
+          hypotheses.measured(x, y) ? 0 : UpsampleHypothesis(maps, chosen.view(), options.formulas, x, y);
     }
   });
   return result;
@@ -102,7 +103,7 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
       if (!(h.depth > 0)) h = {};
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
-      h.normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
+      h.normal = FilledNormal(rays, all_view, x, y, formulas);
       h.depth = 1 / w;
     }
   });
