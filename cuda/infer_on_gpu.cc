@@ -119,7 +119,7 @@ void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const Infere
   supports_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
   const RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
-                            input.reference.view->image_id, pooled);
+                            input.reference.view->image_id, pooled, PrecisionOf(input));
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {

@@ -73,13 +73,16 @@ struct Scratch {
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
-  DeviceBuffer<std::uint8_t> keep, filled;
+  DeviceBuffer<std::uint8_t> filled;
+  DeviceBuffer<FilterState> filter_states;
+  DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
   EstimationScratch estimation;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
   PinnedBuffer<std::uint8_t> host_mask;
+  PinnedBuffer<FilterVerdict> host_verdicts;
 };
 
 // Lends scratch to concurrent calls; makes a new one when all are lent.

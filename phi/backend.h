@@ -84,6 +84,12 @@ struct FilterInput {
       filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)
 };
 
+struct FilterResult {
+  PlaneMap map;  // what was kept; the rest has no depth
+  // 255 where fewer views than were asked for could see the pixel: all of those confirm it. Elsewhere 0.
+  Mask few_witnesses;
+};
+
 struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
@@ -122,7 +128,7 @@ class Backend {
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
   virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  virtual PlaneMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
+  virtual FilterResult Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.

@@ -66,6 +66,17 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
   return counts + "\n\n" + Table(rows, format);
 }
 
+// A row for each number of images that see a true point.
+std::string ViewsTable(const CloudScores& scores, TableFormat format) {
+  Rows rows{{"seen by", "points of truth"}};
+  for (double tolerance : scores.tolerances) rows[0].push_back(Number(tolerance, "within %g %%"));
+  for (const ViewsCompleteness& of : scores.by_views) {
+    rows.push_back({of.name, std::to_string(of.num_truth)});
+    for (double share : of.completeness) rows.back().push_back(Percent(share));
+  }
+  return Table(rows, format);
+}
+
 std::string MapTable(const MapScores& scores, const std::string& unit, TableFormat format) {
   std::vector<std::string> heading{"image", "valid %"};
   for (double threshold : scores.thresholds) heading.push_back("< " + Number(threshold, "%g") + unit + " %");
@@ -141,6 +152,14 @@ nlohmann::json ToJson(const OriginAccuracy& origin) {
   return {{"num_counted", origin.num_counted}, {"accuracy", origin.accuracy}};
 }
 
+nlohmann::json ToJson(const ViewsCompleteness& of) {
+  return {{"views", of.name},
+          {"min_views", of.min_views},
+          {"max_views", of.max_views},
+          {"num_truth", of.num_truth},
+          {"completeness", of.completeness}};
+}
+
 }  // namespace
 
 std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
@@ -150,6 +169,9 @@ std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
     text += (format == TableFormat::kMarkdown ? "### " : "") + title + "\n\n" + table;
   };
   if (evaluation.cloud) add("Point cloud", CloudTable(*evaluation.cloud, format));
+  if (evaluation.cloud && !evaluation.cloud->by_views.empty()) {
+    add("Completeness by the number of images that see a true point", ViewsTable(*evaluation.cloud, format));
+  }
   const auto add_maps = [&](const std::string& what, const MapScores& scores, const std::string& unit) {
     add(what + " (share of the pixels with truth)", MapTable(scores, unit, format));
     if (scores.Mean().inferred) {
@@ -172,6 +194,7 @@ void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evalua
     json["num_points"] = cloud.num_points;
     json["num_counted"] = cloud.num_counted;
     json["num_truth"] = cloud.num_truth;
+    for (const ViewsCompleteness& of : cloud.by_views) json["by_views"].push_back(ToJson(of));
     if (cloud.measured) json["measured"] = ToJson(*cloud.measured);
     if (cloud.inferred) json["inferred"] = ToJson(*cloud.inferred);
   }

@@ -36,6 +36,9 @@ void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
   }
 }
 
+bool HasViews(const std::filesystem::path& path) { return PlyRows(path).Find("vertex")->Has("views"); }
+
+// on_point(position, property `views`, NaN where there is none).
 template <typename OnPoint>
 void ForEachPoint(const std::filesystem::path& path, int min_views, OnPoint on_point) {
   const PlyRows rows(path);
@@ -46,7 +49,7 @@ void ForEachPoint(const std::filesystem::path& path, int min_views, OnPoint on_p
   rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [&](const double* v) {
     if (min_views > 0 && v[3] < min_views) return;
     const Vector3d p(v[0], v[1], v[2]);
-    if (p.allFinite()) on_point(p);
+    if (p.allFinite()) on_point(p, v[3]);
   });
 }
 
@@ -103,13 +106,18 @@ class Loader {
     } else if (IsMesh(truth_.path)) {
       for (const Vector3d& p : SampleMesh(truth_.path, truth_.mesh_spacing)) AddTruth(p);
     } else {
-      ForEachPoint(truth_.path, truth_.min_views, [&](const Vector3d& p) { AddTruth(p); });
+      const bool has_views = HasViews(truth_.path);
+      ForEachPoint(truth_.path, truth_.min_views, [&](const Vector3d& p, double views) {
+        AddTruth(p);
+        if (has_views) AddViews(views);
+      });
     }
     if (result_.clouds.truth.empty())
       throw phi::InputError(truth_.path.string() + " holds no point to compare with");
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
-    ForEachPoint(cloud_path, 0,
-                 [&](const Vector3d& p) { result_.clouds.points.push_back(Relative(p, result_.origin)); });
+    ForEachPoint(cloud_path, 0, [&](const Vector3d& p, double) {
+      result_.clouds.points.push_back(Relative(p, result_.origin));
+    });
     return std::move(result_);
   }
 
@@ -117,6 +125,10 @@ class Loader {
   void AddTruth(const Vector3d& p) {
     if (result_.clouds.truth.empty()) result_.origin = ChooseOrigin(p, voxel_size_);
     result_.clouds.truth.push_back(Relative(p, result_.origin));
+  }
+
+  void AddViews(double views) {
+    result_.clouds.truth_views.push_back(static_cast<std::uint8_t>(std::clamp(views, 0.0, 255.0)));
   }
 
   void AddScan(const std::vector<Vec3f>& points, const Vector3d& scanner) {
@@ -128,7 +140,8 @@ class Loader {
     for (const MeshLabLayer& layer : ReadMeshLabProject(truth_.path)) {
       const Eigen::Affine3d world_from_scan(layer.world_from_layer);
       const std::size_t begin = result_.clouds.truth.size();
-      ForEachPoint(layer.path, truth_.min_views, [&](const Vector3d& p) { AddTruth(world_from_scan * p); });
+      ForEachPoint(layer.path, truth_.min_views,
+                   [&](const Vector3d& p, double) { AddTruth(world_from_scan * p); });
       if (begin == result_.clouds.truth.size()) continue;
       AddScan({result_.clouds.truth.begin() + begin, result_.clouds.truth.end()},
               world_from_scan.translation());

@@ -118,7 +118,9 @@ bool HoleFilling::ImportMeasuredMap(int job) {
       ReadPlaneMap(workspace_.DepthMapPath(image, geometric), workspace_.NormalMapPath(image, geometric));
   // A negative depth is none there; in ours it would be a doubtful one.
   for (phi::PlaneHypothesis& h : map) h.depth = h.depth > 0 ? h.depth : 0;
-  WritePlaneMap(workspace_.DepthMapPath(image, measured), workspace_.NormalMapPath(image, measured), map);
+  const auto mask = std::make_shared<const phi::Mask>(map.width(), map.height());  // all as good as another
+  store_.WriteFiles(image, measured,
+                    {.map = std::make_shared<const phi::PlaneMap>(std::move(map)), .mask = mask});
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "phi/base/error.h"
+#include "phi/filtering/few_witnesses.h"
 
 namespace colmap_ext {
 namespace {
@@ -26,7 +27,7 @@ std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& k
 
 std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
-std::string FilledKey(const std::string& kind) { return kind + " filled"; }
+std::string MaskKey(const std::string& kind) { return kind + " mask"; }
 
 bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   try {
@@ -57,7 +58,10 @@ std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::stri
   return GetOrRead<phi::DepthMap>(cache_, {image, DepthsKey(kind)}, [&] {
     // A map that has no file yet is in memory.
     const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
-    return map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    phi::DepthMap depths =
+        map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    if (kind == kMeasured) phi::HideFewWitnesses(*MaskOf(image, kind), &depths);
+    return depths;
   });
 }
 
@@ -66,19 +70,21 @@ std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string&
                                  [&] { return ReadDepthMap(workspace_.CostMapPath(image, kind)); });
 }
 
-std::shared_ptr<const phi::Mask> MapStore::Filled(int image, const std::string& kind) {
-  return GetOrRead<phi::Mask>(cache_, {image, FilledKey(kind)},
-                              [&] { return ReadMask(FilledPath(image, kind)); });
+std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& kind) {
+  return GetOrRead<phi::Mask>(cache_, {image, MaskKey(kind)},
+                              [&] { return ReadMask(MaskPath(image, kind)); });
 }
 
 void MapStore::Write(int image, const std::string& kind, const StageResult& result,
                      std::function<void()> on_written) {
   cache_.PutPinned({image, kind}, MakeSized(result.map));
   if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
+  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
   writers_.Submit([this, image, kind, result, on_written = std::move(on_written)] {
     WriteFiles(image, kind, result);
     cache_.Unpin({image, kind});
     cache_.Unpin({image, CostKey(kind)});
+    cache_.Unpin({image, MaskKey(kind)});
     on_written();
     // Depth and three components of the normal, float32 each: as many bytes as the map in memory.
     return static_cast<std::int64_t>(result.map->bytes() + (result.cost ? result.cost->bytes() : 0));
@@ -97,36 +103,36 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
       {image, kind}, MakeSized(result.map), [this, image, kind, guard](const MemoryCache::Item& item) {
         guard([&] { WriteFiles(image, kind, {.map = std::static_pointer_cast<const phi::PlaneMap>(item)}); });
       });
-  if (!result.filled) return;
+  if (!result.mask) return;
   cache_.PutTransient(
-      {image, FilledKey(kind)}, MakeSized(result.filled),
+      {image, MaskKey(kind)}, MakeSized(result.mask),
       [this, image, kind, guard](const MemoryCache::Item& item) {
-        guard([&] { WriteMask(FilledPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
+        guard([&] { WriteMask(MaskPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
       });
 }
 
 void MapStore::Forget(int image, const std::string& kind) {
-  for (const std::string& key : {kind, DepthsKey(kind), FilledKey(kind)}) cache_.Erase({image, key});
+  for (const std::string& key : {kind, DepthsKey(kind), MaskKey(kind)}) cache_.Erase({image, key});
 }
 
 void MapStore::WriteFiles(int image, const std::string& kind, const StageResult& result) const {
-  if (result.filled) WriteMask(FilledPath(image, kind), *result.filled);
+  if (result.mask) WriteMask(MaskPath(image, kind), *result.mask);
   if (result.cost) WriteDepthMap(workspace_.CostMapPath(image, kind), *result.cost);
   WritePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), *result.map);
 }
 
-fs::path MapStore::FilledPath(int image, const std::string& kind) const {
+fs::path MapStore::MaskPath(int image, const std::string& kind) const {
   const fs::path path = workspace_.FilledMaskPath(image);
   if (kind == kGeometric) return path;
   return path.parent_path() / (path.stem().string() + "." + kind + path.extension().string());
 }
 
-bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_filled) const {
+bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_mask) const {
   const phi::Pinhole& pinhole = workspace_.views()[image].camera.pinhole;
   return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
          HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3) &&
          (!with_cost || HasSize(workspace_.CostMapPath(image, kind), pinhole, 1)) &&
-         (!with_filled || fs::exists(FilledPath(image, kind)));
+         (!with_mask || fs::exists(MaskPath(image, kind)));
 }
 
 void MapStore::RemoveFiles(int image, const std::string& kind) const {
@@ -134,7 +140,7 @@ void MapStore::RemoveFiles(int image, const std::string& kind) const {
   fs::remove(workspace_.DepthMapPath(image, kind), ignored);
   fs::remove(workspace_.NormalMapPath(image, kind), ignored);
   fs::remove(workspace_.CostMapPath(image, kind), ignored);
-  fs::remove(FilledPath(image, kind), ignored);
+  fs::remove(MaskPath(image, kind), ignored);
 }
 
 }  // namespace colmap_ext

@@ -14,11 +14,13 @@
 
 namespace colmap_ext {
 
-// What a stage makes of an image. cost and filled may be null.
+// What a stage makes of an image. cost and mask may be null.
 struct StageResult {
   std::shared_ptr<const phi::PlaneMap> map = nullptr;
   std::shared_ptr<const phi::CostMap> cost = nullptr;
-  std::shared_ptr<const phi::Mask> filled = nullptr;
+  // Of a measured map: which pixels have few witnesses (phi/filtering/few_witnesses.h). Of an inferred or geometric one:
+  // which are inferred (phi/filtering/filled_value.h).
+  std::shared_ptr<const phi::Mask> mask = nullptr;
 };
 
 // Thread-safe.
@@ -28,11 +30,13 @@ class MapStore {
 
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
-  // The map's depths alone.
+  // The map's depths alone, of measured maps without those that have few witnesses.
   std::shared_ptr<const phi::DepthMap> Depths(int image, const std::string& kind);
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
-  std::shared_ptr<const phi::Mask> Filled(int image, const std::string& kind);
+  std::shared_ptr<const phi::Mask> MaskOf(int image, const std::string& kind);
 
+  // Writes the files at once and keeps nothing in memory.
+  void WriteFiles(int image, const std::string& kind, const StageResult& result) const;
   // Queues the files for writing; `on_written` is called from the writer's thread once they are there.
   void Write(int image, const std::string& kind, const StageResult& result, std::function<void()> on_written);
   // Keeps a result that gets files only when the budget asks for its place.
@@ -42,7 +46,7 @@ class MapStore {
   void Forget(int image, const std::string& kind);
 
   // Whether the files of a result are there and have the size of the image.
-  bool FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_filled) const;
+  bool FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_mask) const;
   void RemoveFiles(int image, const std::string& kind) const;
 
   void Drain() { writers_.Drain(); }
@@ -50,8 +54,7 @@ class MapStore {
   const MemoryCache& cache() const { return cache_; }
 
  private:
-  void WriteFiles(int image, const std::string& kind, const StageResult& result) const;
-  std::filesystem::path FilledPath(int image, const std::string& kind) const;
+  std::filesystem::path MaskPath(int image, const std::string& kind) const;
 
   const Workspace& workspace_;
   MemoryCache cache_;

@@ -11,7 +11,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 2, kFilterRevision = 5, kInferRevision = 7;
+constexpr int kEstimateRevision = 2, kFilterRevision = 6, kInferRevision = 11;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -146,6 +146,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   }
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
+    stages.back().has_mask = true;
     stages.back().drops_doubtful = DropsDoubtful(options);
     if (stages.back().drops_doubtful) stages.back().options += " drops_doubtful=1";
   }
@@ -159,9 +160,11 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
                     .options = Text(options.inference),
                     .is_output = false,
                     .transient = true,
+                    .has_mask = true,
                     .reads_source_maps = true,
                     .weight = kInferWeight});
   stages.push_back(MakeFilter(kGeometric, options));
+  stages.back().has_mask = true;
   return stages;
 }
 

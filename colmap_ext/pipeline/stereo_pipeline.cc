@@ -155,7 +155,7 @@ void StereoPipeline::CheckFiles() {
       const int stage = static_cast<int>(s);
       whole[j] =
           !stages_[s].transient && record_.Find(NameOf(static_cast<int>(j)), stages_[s].result) &&
-          store_.FilesAreWhole(jobs_[j].image, stages_[s].result, WritesCost(stage), WritesFilled(stage));
+          store_.FilesAreWhole(jobs_[j].image, stages_[s].result, WritesCost(stage), stages_[s].has_mask);
     }
     files_whole_.push_back(std::move(whole));
   }
@@ -282,11 +282,6 @@ void StereoPipeline::Summarize(double seconds) {
 bool StereoPipeline::WritesCost(int stage) const {
   const bool makes_photometric = stages_[stage].result == kPhotometric;
   return options_.NeedsCost() && (makes_photometric || stages_[stage].kind == StageKind::kEstimate);
-}
-
-bool StereoPipeline::WritesFilled(int stage) const {
-  return stage > 0 && stages_[stage].kind == StageKind::kFilter &&
-         stages_[stage - 1].kind == StageKind::kInfer;
 }
 
 }  // namespace colmap_ext

@@ -35,7 +35,8 @@ Array2D<float> StartHypotheses(const PlaneMap& measured, const Array2D<Support>&
 }  // namespace
 
 Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
-                       std::uint32_t image_id, std::span<const PooledSupport> pooled)
+                       std::uint32_t image_id, std::span<const PooledSupport> pooled,
+                       const DepthPrecision& precision)
     : measured_inverse_depth_(InverseDepth(measured)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
@@ -56,7 +57,7 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    ReplaceDiagonals(RegionPlanes(*image, ValuesOf(const_supports.view()), image_id, pooled));
+    ReplaceDiagonals(RegionPlanes(*image, ValuesOf(const_supports.view()), image_id, pooled, precision));
     RemoveOverexposed(*image);
   }
 }
