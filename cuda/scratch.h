@@ -49,7 +49,7 @@ struct EstimationScratch {
   DeviceBuffer<std::uint16_t> view_costs;
   DeviceBuffer<std::uint8_t> window_scales;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
-  DeviceBuffer<float2> ranges;
+  DeviceBuffer<DepthRange> ranges;
   DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<unsigned long long> num_windows;
   PinnedBuffer<unsigned long long> host_num_windows;

@@ -63,6 +63,9 @@ struct EstimationInput {
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
   float depth_min = 0, depth_max = 0;  // robust range of the scene in this view, world units
+  // Whether the user gave that range. The paper knows none but the sparse points' around each pixel: its hypotheses may
+  // leave a range that was only estimated.
+  bool depth_range_is_given = false;
   // Second and later estimations start from `initial` and may use the sources' depths as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;
   std::vector<std::shared_ptr<const DepthMap>> source_depths;  // empty, or parallel to sources; null: none

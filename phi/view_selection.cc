@@ -95,6 +95,8 @@ std::vector<SourceView> RankByPaper(const std::vector<SceneView>& views,
   std::vector<SourceView> ranked;
   for (const Evidence& e : evidence) {
     if (e.displacement < options.min_displacement) continue;
+    if (e.median_angle * kDegrees < options.min_triangulation_angle)
+      continue;  // not the paper's: its preset sets 0
     const double baseline = (centers[e.view] - centers[reference]).norm();
     const Eigen::Vector3d a = axis(reference), b = axis(e.view);
     const double theta = std::atan2(a.cross(b).norm(), a.dot(b));

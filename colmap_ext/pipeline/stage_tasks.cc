@@ -102,6 +102,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   input.sparse = std::move(sparse.points);
   input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;
   input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
+  input.depth_range_is_given = options_.depth_min > 0;
   if (previous) {
     input.initial = store_.Map(job.image, previous->result);
     input.source_depths = SourceDepths(*previous, input_keys, job, used);

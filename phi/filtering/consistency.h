@@ -7,6 +7,7 @@
 #include "phi/base/hd.h"
 #include "phi/filtering/filled_value.h"
 #include "phi/geometry/plane_hypothesis.h"
+#include "phi/options.h"
 
 namespace phi {
 
@@ -15,12 +16,13 @@ struct ConsistencyThresholds {
   float max_relative_depth_error = 0.01f;  // of the depth in the source camera
   float min_normal_cosine = 0.8660254f;    // normals compared in the reference frame
   float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
-  bool paper = false;                      // absolute depth difference below 0.02 instead of the relative one
+  float max_depth_error = 0;               // world units, instead of the relative one; 0: the relative one
+  Formulas formulas = Formulas::kRobust;
 };
 
-// Depth of `map` at (u, v): bilinear where the four taps agree within 1 %, else the nearest pixel's. 0 =
-// none.
-PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v) {
+// Depth of `map` at (u, v): bilinear where the four taps agree within 1 % (paper: where they have depth), else the nearest
+// pixel's. 0 = none.
+PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v, Formulas formulas) {
   const int nearest_x = static_cast<int>(floorf(u)), nearest_y = static_cast<int>(floorf(v));
   if (!map.Contains(nearest_x, nearest_y)) return 0;
   const float nearest = map(nearest_x, nearest_y).depth;
@@ -31,7 +33,8 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   const float d01 = map(x0, y0 + 1).depth, d11 = map(x0 + 1, y0 + 1).depth;
   const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
               highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
-  if (!(lowest > 0) || highest - lowest > 0.01f * highest) return nearest;
+  if (!(lowest > 0)) return nearest;
+  if (formulas == Formulas::kRobust && highest - lowest > 0.01f * highest) return nearest;
   const float fx = x - x0, fy = y - y0;
   const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
   return top + fy * (bottom - top);
@@ -96,13 +99,15 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
   if (!(x_source.z > 0)) return Testimony::kNone;
   const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
   const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
-  const float depth = InterpolatedDepth(source_map, su, sv);
+  const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
   const Testimony no =
       CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
   if (!(depth > 0)) return no;
 
   const float difference = fabsf(x_source.z - depth);
-  if (t.paper ? difference >= 0.02f : difference >= t.max_relative_depth_error * x_source.z) return no;
+  const float max_difference =
+      t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * x_source.z;
+  if (difference >= max_difference) return no;
 
   // Back from the source's own depth to the reference image.
   const Vec3f y_source = depth * view.source.Ray(su, sv);

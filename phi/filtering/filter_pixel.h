@@ -76,15 +76,15 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
   const std::uint8_t inferred = InferredValue(f, x, y);
   // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
-  if (f.filled.data != nullptr && inferred == kMeasuredPixel && !f.thresholds.paper)
+  if (f.thresholds.formulas == Formulas::kRobust && f.filled.data != nullptr && inferred == kMeasuredPixel)
     return FilterVerdict::kKept;
   if (f.cost.data != nullptr && inferred == kMeasuredPixel && f.cost(x, y) > f.max_cost)
     return FilterVerdict::kDropped;
   if (state.num_confirming >= RequiredViews(inferred, f.min_num_consistent, f.min_num_consistent_inferred))
     return FilterVerdict::kKept;
   const bool all_confirm = state.num_seeing == state.num_confirming && state.is_close;
-  return all_confirm && inferred == kMeasuredPixel && !f.thresholds.paper ? FilterVerdict::kFewWitnesses
-                                                                          : FilterVerdict::kDropped;
+  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && inferred == kMeasuredPixel;
+  return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
 }
 
 }  // namespace phi

@@ -18,7 +18,8 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
   t.max_ray_cosine = options.min_triangulation_angle > 0
                          ? static_cast<float>(std::cos(options.min_triangulation_angle * kRadianPerDegree))
                          : 1.0f;
-  t.paper = options.formulas == Formulas::kPaper;
+  t.max_depth_error = static_cast<float>(options.max_depth_error);
+  t.formulas = options.formulas;
   return t;
 }
 

@@ -80,8 +80,28 @@ TEST_F(ConsistencyTest, DepthIsNotBlendedAcrossAnEdge) {
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
   }
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 39.9f, 20.5f), 2.0f);
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f), 3.0f);
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 39.9f, 20.5f, Formulas::kRobust), 2.0f);
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kRobust), 3.0f);
+}
+
+TEST_F(ConsistencyTest, ThePaperInterpolatesWhereverThereIsDepth) {
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
+  }
+  // 0.6 of the way from the centre of column 39 to that of column 40.
+  EXPECT_NEAR(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 2.6f, 1e-5);
+  map_(39, 20).depth = 0;
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 3.0f);
+}
+
+TEST_F(ConsistencyTest, ALengthTakesThePlaceOfTheRelativeError) {
+  thresholds_.max_reprojection_error = 10;
+  thresholds_.max_depth_error = 0.02f;
+  EXPECT_TRUE(Consistent(2.0198f));
+  EXPECT_FALSE(Consistent(2.0202f));
+  FilterOptions options;
+  options.max_depth_error = 0.03;
+  EXPECT_EQ(MakeConsistencyThresholds(options).max_depth_error, 0.03f);
 }
 
 // The filter of the fixture's map, whose source views have the same map.

@@ -57,7 +57,7 @@ TEST(ViewSelection, DisplacementAndAngleOfOnePair) {
   EXPECT_NEAR(selected[0].triangulation_angle, std::atan(0.1) * kDegrees, 1e-4);
 }
 
-TEST(ViewSelection, PaperScoreIsLiteral) {
+TEST(ViewSelection, ThePapersScore) {
   const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {1, 0, 0}),
                                         MakeView(3, {0, 1, 0}, 0.02)};
   SparseScene scene = EmptyScene(views);
@@ -215,6 +215,18 @@ TEST(ViewSelection, TakesWeakViewsWhenThereAreNoOthers) {
   for (int k = 0; k < 20; ++k) AddPoint({0, 1, 2, 3}, {0.1 * k, 0, 10}, &scene);
   // The wider baseline first; image 4 stands where the reference stands, which no rule can repair.
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 8)), (std::vector<std::uint32_t>{3, 2}));
+}
+
+// The paper has Eq. 2 and 3 and nothing for images that they leave without source views.
+TEST(ViewSelection, ThePaperTakesNoWeakViews) {
+  const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {0.1, 0, 0}),
+                                        MakeView(3, {0.2, 0, 0})};
+  SparseScene scene = EmptyScene(views);
+  ViewSelectionOptions options;
+  options.formulas = Formulas::kPaper;
+  EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 8).empty());  // no points
+  for (int k = 0; k < 20; ++k) AddPoint({0, 1, 2}, {0.1 * k, 0, 10}, &scene);
+  EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 8).empty());  // tau is 0.02 and 0.04 pixels
 }
 
 TEST(ViewSelection, DoesNotDependOnTheOrderOfViewsOrTheOriginOfTheWorld) {
