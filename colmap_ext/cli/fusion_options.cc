@@ -1,5 +1,6 @@
 #include "colmap_ext/cli/fusion_options.h"
 
+#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/fusion/bounding_box_file.h"
 #include "phi/base/error.h"
 
@@ -67,8 +68,10 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
 }
 
 void FusionCommandOptions::Finish() {
+  CheckNumThreads("StereoFusion.num_threads", fusion.num_threads);
+  CheckMaxImageSize("StereoFusion.max_image_size", workspace.max_image_size);
   std::string problem = fusion.rule.Check();
-  if (problem.empty() && (fusion.max_neighbors < 1 || 2 * fusion.max_neighbors > phi::kMaxFusionNeighbors)) {
+  if (problem.empty() && (fusion.max_neighbors < 1 || fusion.max_neighbors > phi::kMaxFusionNeighbors / 2)) {
     problem = "--StereoFusion.check_num_images is " + std::to_string(fusion.max_neighbors) +
               ", but must be between 1 and " + std::to_string(phi::kMaxFusionNeighbors / 2);
   }
