@@ -52,7 +52,8 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
     handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
-    if (launch->paper || j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
+    if (launch->formulas == Formulas::kPaper) continue;
+    if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
     handles.depths.push_back(device->depths.Get(input.source_depths[j], stream, task));
     sources.back().measured_depths = handles.depths.back()->View();
   }
@@ -87,7 +88,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->measured = launch->result;
   launch->filled = scratch->filled.View(width, height);
   // Needed until the field is set up; the mask comes last.
-  if (!launch->paper) launch->from_region = launch->filled;
+  if (launch->formulas == Formulas::kRobust) launch->from_region = launch->filled;
 }
 
 // By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
@@ -119,7 +120,7 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, cons
   supports_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
   RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
-                      input.reference.view->image_id, pooled);
+                      input.reference.view->image_id, pooled, PrecisionOf(input));
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
@@ -146,7 +147,7 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
                                            const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchSupports(launch, stream, task);
-  if (launch.paper) {
+  if (launch.formulas == Formulas::kPaper) {
     LaunchScanlines(launch, stream, task);
     return std::nullopt;
   }
@@ -223,7 +224,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
   launch.window.samples_per_side = stereo.SamplesPerSide();
   launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
-  launch.paper = options.formulas == Formulas::kPaper;
+  launch.formulas = options.formulas;
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);

@@ -27,7 +27,7 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const float depth = launch.measured(x, y).depth;
   const float w = depth > 0 ? 1 / depth : 0;
   launch.measured_inverse_depth(x, y) = w;
-  launch.supporting(x, y) = IsDoubtful(depth) && !launch.paper ? -1 / depth : w;
+  launch.supporting(x, y) = IsDoubtful(depth) && launch.formulas == Formulas::kRobust ? -1 / depth : w;
 }
 
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
@@ -86,14 +86,15 @@ __device__ float HypothesisCost(const InferenceLaunch& launch, int x, int y, int
     view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
                                        launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
   }
-  return launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
-                      : BestMatchesCost(view_costs, launch.num_sources);
+  return launch.formulas == Formulas::kPaper ? HarmonicMeanCost(view_costs, launch.num_sources)
+                                             : BestMatchesCost(view_costs, launch.num_sources);
 }
 
 // As HypothesisMatcher::Mismatches.
 __device__ bool Mismatches(const InferenceLaunch& launch, int x, int y, int k) {
-  return !launch.paper && MismatchesTexture(launch.reference_texture, launch.window, x, y,
-                                            [&] { return HypothesisCost(launch, x, y, k); });
+  return launch.formulas == Formulas::kRobust &&
+         MismatchesTexture(launch.reference_texture, launch.window, x, y,
+                           [&] { return HypothesisCost(launch, x, y, k); });
 }
 
 // As HypothesisMatcher::Costs.
@@ -103,12 +104,12 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
     const float w = launch.hypotheses[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!launch.paper && Evidence(launch, x, y, w).SeenThrough()) continue;
+    if (launch.formulas == Formulas::kRobust && Evidence(launch, x, y, w).SeenThrough()) continue;
     result.free |= static_cast<std::uint8_t>(1 << k);
     result.cost[k] = HypothesisCost(launch, x, y, k);
   }
   result.allowed = result.free;
-  if (!launch.paper && result.free != 0) {
+  if (launch.formulas == Formulas::kRobust && result.free != 0) {
     RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
     PreferRegionPlanes(launch.from_region(x, y), &result);
   }
@@ -185,7 +186,7 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, H
   if (!launch.inferred.Contains(x, y)) return;
   launch.inferred(x, y) = 0;
   if (launch.measured_inverse_depth(x, y) > 0) return;
-  const int k = UpsampleHypothesis(maps, chosen, x, y);
+  const int k = UpsampleHypothesis(maps, chosen, launch.formulas, x, y);
   if (k < 0 || (!IsNode(x, y) && Mismatches(launch, x, y, k))) return;
   launch.inferred(x, y) = maps.inverse_depth[k](x, y);
 }
@@ -196,7 +197,8 @@ __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch) {
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
   std::uint8_t filled = 0;
-  if (w > 0) filled = launch.paper ? kInferredConfirmed : Evidence(launch, x, y, w).FilledValue();
+  const bool is_judged = launch.formulas == Formulas::kRobust;
+  if (w > 0) filled = is_judged ? Evidence(launch, x, y, w).FilledValue() : kInferredConfirmed;
   if (filled == 0) launch.inferred(x, y) = 0;
   launch.filled(x, y) = filled;
 }
@@ -215,7 +217,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   PlaneHypothesis h = launch.measured(x, y);
   if (!(h.depth > 0)) h = {};
   if (w > 0) {
-    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.paper);
+    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.formulas);
     h.depth = 1 / w;
   }
   launch.result(x, y) = h;
@@ -223,7 +225,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
 
 LineOptions Lines(const InferenceLaunch& launch) {
   LineOptions options;
-  options.literal = launch.paper;
+  options.formulas = launch.formulas;
   return options;
 }
 

@@ -28,7 +28,7 @@ struct InferenceLaunch {
   RayModel reference;
   TextureSampler reference_texture;
   MatchingWindow window;
-  bool paper = false;
+  Formulas formulas = Formulas::kRobust;
   const InferenceSource* sources = nullptr;
   int num_sources = 0;
 

@@ -39,8 +39,9 @@ class StereoPipeline {
 
  private:
   void ReportImpossibleJobs();
-  void RefuseForeignMaps() const;
+  // Throws phi::InputError for the first file of another program, unless it may be replaced.
   void CheckFiles();
+  static void RefuseForeignFile(const std::filesystem::path& path);
   std::vector<StagePlan> Plan() const;
   bool IsDone(int stage, int job, const std::string& key) const;
   void RunStage(int stage, const std::vector<StagePlan>& plan);
@@ -54,7 +55,6 @@ class StereoPipeline {
   void Summarize(double seconds);
   const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
   bool WritesCost(int stage) const;
-  bool WritesFilled(int stage) const;
 
   const Workspace& workspace_;
   const PipelineOptions options_;

@@ -15,9 +15,10 @@ class Hypotheses {
  public:
   // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
-  // `pooled`: what else the planes rest on.
+  // `pooled`: what else the planes rest on. `precision`: of the image's view.
   Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image = nullptr,
-             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {});
+             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {},
+             const DepthPrecision& precision = {});
 
   bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
   HypothesisMaps maps() const;

@@ -147,12 +147,12 @@ bool HypothesisMatcher::Mismatches(int x, int y, int k, Scratch* scratch) const 
 PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   PixelHypotheses result;
   const HypothesisMaps maps = hypotheses_.maps();
-  const bool robust = formulas_ == Formulas::kRobust;
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!robust || !Evidence(x, y, w).SeenThrough()) result.free |= static_cast<std::uint8_t>(1 << k);
+    const bool is_judged = formulas_ == Formulas::kRobust;
+    if (!is_judged || !Evidence(x, y, w).SeenThrough()) result.free |= static_cast<std::uint8_t>(1 << k);
   }
   result.allowed = result.free;
   if (result.free == 0) return result;
@@ -160,7 +160,7 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   for (int k = 0; k < kNumDirections; ++k) {
     if (result.free >> k & 1) result.cost[k] = Cost(x, y, k, scratch);
   }
-  if (robust) RefuseMismatches(reference_, window_, x, y, &result);
+  if (formulas_ == Formulas::kRobust) RefuseMismatches(reference_, window_, x, y, &result);
   PreferRegionPlanes(hypotheses_.from_region(x, y), &result);
   return result;
 }

@@ -39,7 +39,7 @@ InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatc
 
 // The hypotheses that the field chose, at full size.
 InverseDepthMap Upsample(const Hypotheses& hypotheses, const HypothesisMatcher& matcher,
-                         const Array2D<float>& chosen) {
+                         const Array2D<float>& chosen, Formulas formulas) {
   const HypothesisMaps maps = hypotheses.maps();
   auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
   tbb::parallel_for(0, result.height(), [&](int y) {
@@ -47,7 +47,7 @@ InverseDepthMap Upsample(const Hypotheses& hypotheses, const HypothesisMatcher& 
     for (int x = 0; x < result.width(); ++x) {
       result(x, y) = 0;
       if (hypotheses.measured(x, y)) continue;
-      const int k = UpsampleHypothesis(maps, chosen.view(), x, y);
+      const int k = UpsampleHypothesis(maps, chosen.view(), formulas, x, y);
       if (k < 0 || (!IsNode(x, y) && matcher.Mismatches(x, y, k, &scratch))) continue;
       result(x, y) = maps.inverse_depth[k](x, y);
     }
@@ -69,7 +69,7 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
     statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
   }
 
-  return Upsample(hypotheses, matcher, field.ChosenInverseDepth(solution.labels));
+  return Upsample(hypotheses, matcher, field.ChosenInverseDepth(solution.labels), options.formulas);
 }
 
 // What becomes of an inferred depth: the value in the filled mask, 0 where another view sees through it.
@@ -112,7 +112,7 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
       if (!(h.depth > 0)) h = {};
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
-      h.normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
+      h.normal = FilledNormal(rays, all_view, x, y, formulas);
       h.depth = 1 / w;
     }
   });
@@ -123,7 +123,7 @@ Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
   std::vector<PooledSupport> pooled;
   if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
   return Hypotheses(*input.measured, formulas, input.reference.image.get(), input.reference.view->image_id,
-                    pooled);
+                    pooled, PrecisionOf(input));
 }
 
 void CheckInput(const InferenceInput& input) {

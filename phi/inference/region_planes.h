@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/geometry/depth_precision.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/pooled_supports.h"
@@ -44,10 +45,14 @@ struct RegionPlane {
   }
 };
 
+// Of the reference view, as its sources tell it.
+DepthPrecision PrecisionOf(const InferenceInput& input);
+
 class RegionPlanes {
  public:
+  // `precision`: of the image's view.
   RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
-               std::span<const PooledSupport> pooled = {});
+               std::span<const PooledSupport> pooled = {}, const DepthPrecision& precision = {});
 
   // The planes of the pixel's region; those without support are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;

@@ -25,14 +25,16 @@ PHI_HD bool IsNode(int x, int y) { return x % kFieldStride == 0 && y % kFieldStr
 // Among the chosen inverse depths: a hole all of whose hypotheses were refused.
 inline constexpr float kRefusedNode = -1;
 
-// The index of the pixel's hypothesis nearest to `reference` (inverse depth), ties to the lowest; -1 = it has none.
-PHI_HD int NearestHypothesis(const HypothesisMaps& maps, int x, int y, float reference) {
+// The index of the pixel's hypothesis nearest to `reference` (inverse depth; paper: nearest in depth), ties to the lowest;
+// -1 = it has none.
+PHI_HD int NearestHypothesis(const HypothesisMaps& maps, Formulas formulas, int x, int y, float reference) {
   int best = -1;
   float best_difference = 0;
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
-    const float difference = fabsf(w - reference);
+    float difference = fabsf(w - reference);
+    if (formulas == Formulas::kPaper) difference /= w;  // |z - z'| = z' |w - w'| / w, z' the same for all
     if (best < 0 || difference < best_difference) {
       best = k;
       best_difference = difference;
@@ -43,12 +45,13 @@ PHI_HD int NearestHypothesis(const HypothesisMaps& maps, int x, int y, float ref
 
 // The index of pixel (x, y)'s hypothesis, from the chosen inverse depths of the field's nodes (0 = none); -1 = stays a
 // hole. The pixel's own node speaks first, then, unless it was refused, the other nodes around it.
-PHI_HD int UpsampleHypothesis(const HypothesisMaps& maps, ArrayView2D<const float> chosen, int x, int y) {
+PHI_HD int UpsampleHypothesis(const HypothesisMaps& maps, ArrayView2D<const float> chosen, Formulas formulas,
+                              int x, int y) {
   if (chosen(x / kFieldStride, y / kFieldStride) == kRefusedNode) return -1;
   for (int neighbour = 0; neighbour < 4; ++neighbour) {
     const int i = x / kFieldStride + (neighbour & 1), j = y / kFieldStride + (neighbour >> 1);
     if (!chosen.Contains(i, j) || !(chosen(i, j) > 0)) continue;
-    return NearestHypothesis(maps, x, y, chosen(i, j));
+    return NearestHypothesis(maps, formulas, x, y, chosen(i, j));
   }
   return -1;
 }
