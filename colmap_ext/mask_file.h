@@ -1,4 +1,5 @@
-// Masks (stereo/filled_masks/<image>.png): 8-bit gray PNG, 255 = inferred, 0 = measured or empty.
+// Masks beside maps (stereo/filled_masks): 8-bit gray PNG. <image>.png: 255 = inferred, 0 = measured or empty.
+// <image>.measured.png: 255 = fewer views than were asked for could see the pixel, and all of those confirm it.
 #pragma once
 
 #include <filesystem>

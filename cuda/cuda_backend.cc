@@ -68,7 +68,7 @@ class CudaBackend : public Backend {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
   }
 
-  PlaneMap Filter(const FilterInput& input, const FilterOptions& options) override {
+  FilterResult Filter(const FilterInput& input, const FilterOptions& options) override {
     return OnDevice([&] { return FilterOnGpu(device_.get(), input, options); });
   }
 

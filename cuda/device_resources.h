@@ -54,7 +54,7 @@ struct DeviceResources {
 
 EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
                                const StereoOptions& options);
-PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
+FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
 InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options);
 

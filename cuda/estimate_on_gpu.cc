@@ -60,12 +60,15 @@ void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, c
   scratch->estimation.view_costs.Reserve(num_pixels * num_views, task);
 }
 
-void BindState(const Scratch& scratch, EstimationLaunch* launch) {
+void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaunch* launch) {
   const int width = launch->parameters.reference.width, height = launch->parameters.reference.height;
   launch->window_scales = scratch.estimation.window_scales.View(width, height);
-  launch->state = {scratch.plane.View(width, height), scratch.cost.View(width, height),
+  launch->state = {scratch.plane.View(width, height),
+                   scratch.cost.View(width, height),
                    scratch.estimation.selected_views.View(width, height),
-                   scratch.estimation.view_costs.data(), static_cast<std::int64_t>(width) * height};
+                   scratch.estimation.view_costs.data(),
+                   static_cast<std::int64_t>(width) * height,
+                   ranges};
 }
 
 void ResetCounter(Scratch* scratch, const Task& task) {
@@ -74,18 +77,14 @@ void ResetCounter(Scratch* scratch, const Task& task) {
   Check(cudaMemsetAsync(counter.data(), 0, counter.bytes(), scratch->stream.get()), "cudaMemsetAsync", task);
 }
 
-InitialDepths UploadInitialDepths(Scratch* scratch, const EstimationInput& coarsest, const Task& task) {
-  static_assert(sizeof(DepthRange) == sizeof(float2));
+ArrayView2D<const DepthRange> UploadRanges(Scratch* scratch, const EstimationInput& coarsest,
+                                           const Task& task) {
   const Pinhole& size = coarsest.reference.view->camera.pinhole;
   const DepthRangeMap ranges = NearestPointDepthRanges(coarsest.sparse, size.width, size.height);
   const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
   scratch->estimation.ranges.Reserve(num_cells, task);
-  scratch->estimation.ranges.Upload(reinterpret_cast<const float2*>(ranges.data()), num_cells,
-                                    scratch->stream.get(), task);
-  InitialDepths initial;
-  initial.ranges = scratch->estimation.ranges.View(ranges.width(), ranges.height());
-  initial.cell = kDepthRangeCell;
-  return initial;
+  scratch->estimation.ranges.Upload(ranges.data(), num_cells, scratch->stream.get(), task);
+  return scratch->estimation.ranges.View(ranges.width(), ranges.height());
 }
 
 using DepthsHandle = std::shared_ptr<const DeviceDepths>;
@@ -131,7 +130,7 @@ class PartsOnGpu {
     launch_.form = plan_.form;
     launch_.num_windows = scratch_->estimation.num_windows.data();
     images_ = UploadImages(device, input_, plan_.form, scratch_->stream.get(), task_);
-    initial_ = UploadInitialDepths(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
+    ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
     guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
   }
 
@@ -152,9 +151,9 @@ class PartsOnGpu {
     launch_.parameters = MakeEstimationParameters(of_part.input(), of_part.options());
     launch_.end_row = launch_.parameters.reference.height;
     // The cells of the coarsest part cover more pixels of a finer one.
-    initial_.cell = kDepthRangeCell << (parts_.front().level - part.level);
+    ranges_.cell = kDepthRangeCell << (parts_.front().level - part.level);
     BindTextures(images_, of_part.input(), part.level, &launch_);
-    BindState(*scratch_, &launch_);
+    BindState(*scratch_, ranges_, &launch_);
     LaunchWindowScales(launch_, scratch_->stream.get(), task_);
     if (IsWhole()) {
       EstimateWhole();
@@ -213,6 +212,7 @@ class PartsOnGpu {
   const Task& task_;
   EstimationLaunch launch_;  // of the part at hand
   InitialDepths initial_;
+  DepthRanges ranges_;
   std::vector<ImageHandle> images_;
   std::vector<DepthsHandle> guidance_;
   PlaneMap host_coarse_;  // in bands: what the coarser part found

@@ -33,8 +33,8 @@ __global__ void __launch_bounds__(kThreads)
     if (!(hypothesis.depth > 0) &&
         (initial.coarse.map.data == nullptr ||
          !HypothesisFromCoarse(launch.parameters, initial.coarse, pixel.x, pixel.y, &hypothesis))) {
-      const float2 range = initial.ranges(pixel.x / initial.cell, pixel.y / initial.cell);
-      hypothesis = FirstHypothesis(launch.parameters, range.x, range.y, pixel.x, pixel.y);
+      const DepthRange near = launch.state.ranges.At(pixel.x, pixel.y);
+      hypothesis = FirstHypothesis(launch.parameters, near, pixel.x, pixel.y);
     }
     InitializePixelState<V::kViews>(context, pixel.x, pixel.y, hypothesis);
   }

@@ -50,10 +50,8 @@ struct EstimationLaunch {
   SourceView sources[kMaxSourceViews];
 };
 
-// Depth range of each cell of pixels for the first hypotheses: x = nearest, y = farthest, both 0 where unknown.
+// What the first hypotheses come from where it is there; else from EstimationState::ranges.
 struct InitialDepths {
-  ArrayView2D<const float2> ranges;
-  int cell = 1;                                   // pixels on a side of a cell
   ArrayView2D<const PlaneHypothesis> hypotheses;  // no data, or an earlier estimate; depth <= 0: none
   CoarseHypotheses coarse;                        // used where `hypotheses` has none
 };

@@ -1,4 +1,4 @@
-// The consistency filter of one reference map: maps come from the cache, a mask of kept pixels goes back.
+// The consistency filter of one reference map: maps come from the cache, verdicts go back.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -48,13 +48,12 @@ std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& refere
   scratch->filter_sources.Upload(bound.data(), count, stream, task);
   turn->sources = scratch->filter_sources.data();
   turn->num_sources = static_cast<int>(count);
-  turn->is_last = end == sources.size();
   return handles;
 }
 
 }  // namespace
 
-PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
+FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
   const PlaneMap& map = *input.reference.map;
   const Task task{"consistency filter", input.reference.view->name, map.width(), map.height()};
   const std::int64_t num_pixels = static_cast<std::int64_t>(map.size());
@@ -71,9 +70,11 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
   const MapHandle reference = device->maps.Get(input.reference.map, stream, task);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
-  scratch->keep.Reserve(num_pixels, task);
-  const ArrayView2D<std::uint8_t> keep = scratch->keep.View(map.width(), map.height());
-  Check(cudaMemsetAsync(keep.data, 0, static_cast<std::size_t>(num_pixels), stream), "cudaMemsetAsync", task);
+  scratch->filter_states.Reserve(num_pixels, task);
+  scratch->verdicts.Reserve(num_pixels, task);
+  const ArrayView2D<FilterState> states = scratch->filter_states.View(map.width(), map.height());
+  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(FilterState);
+  Check(cudaMemsetAsync(states.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
@@ -81,15 +82,16 @@ PlaneMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const Fi
     const std::vector<MapHandle> handles =
         BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
-    LaunchFilter(launch, keep, stream, task);
-    if (!launch.turn.is_last) scratch->stream.Synchronize(task);  // before the maps go
+    LaunchAskSources(launch, states, stream, task);
+    if (end < sources.size()) scratch->stream.Synchronize(task);  // before the maps go
   }
+  LaunchJudge(launch.reference, states, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
-  scratch->host_mask.Download(scratch->keep, num_pixels, stream, task);
+  scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
-  return KeptPixels(map, scratch->host_mask.data());
+  return KeptPixels(map, scratch->host_verdicts.data());
 }
 
 }  // namespace phi::gpu

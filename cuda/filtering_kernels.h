@@ -16,8 +16,12 @@ struct FilterLaunch {
   FilterTurn turn;
 };
 
-// keep: per pixel what FilterPixel returned in the turn before (0 in the first), and then what it returns in this one.
-void LaunchFilter(const FilterLaunch& launch, ArrayView2D<std::uint8_t> keep, cudaStream_t stream,
-                  const Task& task);
+// Asks the turn's sources about every pixel. Before the first turn all bytes of `states` are 0.
+void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<FilterState> states, cudaStream_t stream,
+                      const Task& task);
+
+// After the last turn.
+void LaunchJudge(const FilterReference& reference, ArrayView2D<const FilterState> states,
+                 ArrayView2D<FilterVerdict> verdicts, cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

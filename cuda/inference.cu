@@ -27,7 +27,7 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const float depth = launch.measured(x, y).depth;
   const float w = depth > 0 ? 1 / depth : 0;
   launch.measured_inverse_depth(x, y) = w;
-  launch.supporting(x, y) = IsDoubtful(depth) && !launch.paper ? -1 / depth : w;
+  launch.supporting(x, y) = IsDoubtful(depth) && launch.formulas == Formulas::kRobust ? -1 / depth : w;
 }
 
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
@@ -79,6 +79,24 @@ __device__ DepthEvidence Evidence(const InferenceLaunch& launch, int x, int y, f
   return evidence;
 }
 
+// As HypothesisMatcher::Cost.
+__device__ float HypothesisCost(const InferenceLaunch& launch, int x, int y, int k) {
+  float view_costs[kMaxSourceViews];
+  for (int j = 0; j < launch.num_sources; ++j) {
+    view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
+                                       launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
+  }
+  return launch.formulas == Formulas::kPaper ? HarmonicMeanCost(view_costs, launch.num_sources)
+                                             : BestMatchesCost(view_costs, launch.num_sources);
+}
+
+// As HypothesisMatcher::Mismatches.
+__device__ bool Mismatches(const InferenceLaunch& launch, int x, int y, int k) {
+  return launch.formulas == Formulas::kRobust &&
+         MismatchesTexture(launch.reference_texture, launch.window, x, y,
+                           [&] { return HypothesisCost(launch, x, y, k); });
+}
+
 // As HypothesisMatcher::Costs.
 __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x, int y) {
   PixelHypotheses result;
@@ -86,19 +104,12 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
     const float w = launch.hypotheses[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!launch.paper && Evidence(launch, x, y, w).seen_through) continue;
+    if (launch.formulas == Formulas::kRobust && Evidence(launch, x, y, w).SeenThrough()) continue;
     result.free |= static_cast<std::uint8_t>(1 << k);
-    float view_costs[kMaxSourceViews];
-    for (int j = 0; j < launch.num_sources; ++j) {
-      view_costs[j] = HypothesisViewCost(launch.reference_texture, launch.sources[j].texture,
-                                         launch.sources[j].view, launch.window, launch.hypotheses[k], x, y);
-    }
-    std::uint32_t mask = 0;
-    result.cost[k] = launch.paper ? HarmonicMeanCost(view_costs, launch.num_sources)
-                                  : BestViewsCost(view_costs, launch.num_sources, &mask);
+    result.cost[k] = HypothesisCost(launch, x, y, k);
   }
   result.allowed = result.free;
-  if (!launch.paper && result.free != 0) {
+  if (launch.formulas == Formulas::kRobust && result.free != 0) {
     RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
     PreferRegionPlanes(launch.from_region(x, y), &result);
   }
@@ -137,6 +148,7 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   const std::int64_t node = NodeIndex(field.view, i, j);
   const PixelHypotheses pixel = field.measured(i, j) > 0 ? PixelHypotheses() : HypothesisCosts(launch, x, y);
   field.allowed[node] = pixel.allowed;
+  field.chosen(i, j) = pixel.AllRefused() ? kRefusedNode : field.measured(i, j);
   if (!(field.measured(i, j) > 0)) {
     if (pixel.existing == 0) CountOne(field, kWithoutHypothesis);
     if (pixel.AllSeenThrough()) CountOne(field, kSeenThrough);
@@ -165,16 +177,18 @@ __global__ void ChosenDepthKernel(const __grid_constant__ FieldLaunch field) {
   if (!field.chosen.Contains(i, j)) return;
   const std::int64_t node = NodeIndex(field.view, i, j);
   const std::uint8_t label = field.best_labels[node];
-  field.chosen(i, j) =
-      label != kNoLabel ? field.inverse_depth[kMaxLabels * node + label] : field.measured(i, j);
+  if (label != kNoLabel) field.chosen(i, j) = field.inverse_depth[kMaxLabels * node + label];
 }
 
 __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, HypothesisMaps maps,
                                ArrayView2D<const float> chosen) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
-  launch.inferred(x, y) =
-      launch.measured_inverse_depth(x, y) > 0 ? 0 : UpsampleHypothesis(maps, chosen, x, y);
+  launch.inferred(x, y) = 0;
+  if (launch.measured_inverse_depth(x, y) > 0) return;
+  const int k = UpsampleHypothesis(maps, chosen, launch.formulas, x, y);
+  if (k < 0 || (!IsNode(x, y) && Mismatches(launch, x, y, k))) return;
+  launch.inferred(x, y) = maps.inverse_depth[k](x, y);
 }
 
 // As FilledValue in infer.cc, and drops what other views see through.
@@ -183,7 +197,8 @@ __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch) {
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
   std::uint8_t filled = 0;
-  if (w > 0) filled = launch.paper ? kInferredConfirmed : Evidence(launch, x, y, w).FilledValue();
+  const bool is_judged = launch.formulas == Formulas::kRobust;
+  if (w > 0) filled = is_judged ? Evidence(launch, x, y, w).FilledValue() : kInferredConfirmed;
   if (filled == 0) launch.inferred(x, y) = 0;
   launch.filled(x, y) = filled;
 }
@@ -202,7 +217,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   PlaneHypothesis h = launch.measured(x, y);
   if (!(h.depth > 0)) h = {};
   if (w > 0) {
-    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.paper);
+    h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.formulas);
     h.depth = 1 / w;
   }
   launch.result(x, y) = h;
@@ -210,7 +225,7 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
 
 LineOptions Lines(const InferenceLaunch& launch) {
   LineOptions options;
-  options.literal = launch.paper;
+  options.formulas = launch.formulas;
   return options;
 }
 

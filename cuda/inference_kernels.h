@@ -28,7 +28,7 @@ struct InferenceLaunch {
   RayModel reference;
   TextureSampler reference_texture;
   MatchingWindow window;
-  bool paper = false;
+  Formulas formulas = Formulas::kRobust;
   const InferenceSource* sources = nullptr;
   int num_sources = 0;
 
@@ -55,7 +55,7 @@ struct FieldLaunch {
   float* inverse_depth = nullptr;
   std::int32_t* unary = nullptr;
   ArrayView2D<float> measured;          // inverse depth at the nodes' pixels, 0 at holes
-  ArrayView2D<float> chosen;            // inverse depth of the chosen label
+  ArrayView2D<float> chosen;            // as Field::ChosenInverseDepth; without labels until these are chosen
   std::uint8_t* best_labels = nullptr;  // of the pass with the lowest energy
   std::int64_t* totals = nullptr;       // FieldTotal entries
 };

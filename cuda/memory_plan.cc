@@ -89,7 +89,7 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
     return std::int64_t{size.width} * size.height * static_cast<std::int64_t>(sizeof(PlaneHypothesis));
   };
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->bytes());
-  std::int64_t fixed = reference_bytes + num_pixels * sizeof(std::uint8_t);
+  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(FilterState) + sizeof(FilterVerdict));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   if (input.filled != nullptr) fixed += num_pixels * sizeof(std::uint8_t);
   std::int64_t largest = reference_bytes;

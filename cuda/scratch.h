@@ -49,7 +49,7 @@ struct EstimationScratch {
   DeviceBuffer<std::uint16_t> view_costs;
   DeviceBuffer<std::uint8_t> window_scales;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
-  DeviceBuffer<float2> ranges;
+  DeviceBuffer<DepthRange> ranges;
   DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<unsigned long long> num_windows;
   PinnedBuffer<unsigned long long> host_num_windows;
@@ -73,13 +73,16 @@ struct Scratch {
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
-  DeviceBuffer<std::uint8_t> keep, filled;
+  DeviceBuffer<std::uint8_t> filled;
+  DeviceBuffer<FilterState> filter_states;
+  DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
   EstimationScratch estimation;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
   PinnedBuffer<std::uint8_t> host_mask;
+  PinnedBuffer<FilterVerdict> host_verdicts;
 };
 
 // Lends scratch to concurrent calls; makes a new one when all are lent.

@@ -63,6 +63,9 @@ struct EstimationInput {
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
   float depth_min = 0, depth_max = 0;  // robust range of the scene in this view, world units
+  // Whether the user gave that range. The paper knows none but the sparse points' around each pixel: its hypotheses may
+  // leave a range that was only estimated.
+  bool depth_range_is_given = false;
   // Second and later estimations start from `initial` and may use the sources' depths as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;
   std::vector<std::shared_ptr<const DepthMap>> source_depths;  // empty, or parallel to sources; null: none
@@ -79,6 +82,12 @@ struct FilterInput {
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
   std::shared_ptr<const Mask>
       filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)
+};
+
+struct FilterResult {
+  PlaneMap map;  // what was kept; the rest has no depth
+  // 255 where fewer views than were asked for could see the pixel: all of those confirm it. Elsewhere 0.
+  Mask few_witnesses;
 };
 
 struct InferenceInput {
@@ -119,7 +128,7 @@ class Backend {
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
   virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  virtual PlaneMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
+  virtual FilterResult Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.

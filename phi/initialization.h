@@ -8,14 +8,10 @@
 
 #include "phi/backend.h"
 #include "phi/base/array2d.h"
+#include "phi/matching/depth_ranges.h"
 #include "phi/sparse_scene.h"
 
 namespace phi {
-
-// Depths in world units; both 0: unknown.
-struct DepthRange {
-  float min = 0, max = 0;
-};
 
 // What an estimation needs of the sparse points (see EstimationInput).
 struct SparseDepth {
@@ -51,7 +47,6 @@ DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const
 // Depth range of the nearest points, one in each quadrant and none farther than width / 10. One range for
 // each cell of kDepthRangeCell x kDepthRangeCell pixels, exact at the cell's centre. Unknown where fewer than
 // two points are near: there the view's robust range applies.
-inline constexpr int kDepthRangeCell = 4;
 using DepthRangeMap = Array2D<DepthRange>;  // element (x / kDepthRangeCell, y / kDepthRangeCell)
 
 // Does not depend on the order of the points.

@@ -36,6 +36,7 @@ std::string ViewSelectionOptions::Check() const {
   return Rules()
       .Require(num_source_views >= 1 && num_source_views <= 32, "--PhiStereo.num_source_views",
                num_source_views, "between 1 and 32")
+      .Require(min_displacement >= 0, "--PhiStereo.min_displacement", min_displacement, "0 or more pixels")
       .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,
                "--PatchMatchStereo.min_triangulation_angle", min_triangulation_angle, "in [0, 90) degrees")
       .message();
@@ -66,6 +67,8 @@ std::string FilterOptions::Check() const {
                max_reprojection_error, "more than 0 pixels")
       .Require(max_relative_depth_error > 0 && max_relative_depth_error < 1,
                "--PhiStereo.filter_max_relative_depth_error", max_relative_depth_error, "in (0, 1)")
+      .Require(max_depth_error >= 0, "--PhiStereo.filter_max_depth_error", max_depth_error,
+               "0 (off) or more world units")
       .Require(max_normal_error > 0 && max_normal_error <= 180, "--PhiStereo.filter_max_normal_error",
                max_normal_error, "in (0, 180] degrees")
       .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,

@@ -8,16 +8,18 @@
 
 namespace phi {
 
-// robust: the project's choices where the paper's formulas fail. paper: the paper's literal formulas (for
-// ablations).
+// robust: the project's choices where the paper's formulas fail. paper: the paper's own, for ablations; with the options
+// that --preset paper sets no rule is left that the paper does not have. Every branch on it is written as a comparison
+// with one of the two and stands in docs/development/paper_mode.md.
 enum class Formulas { kRobust, kPaper };
 enum class Quality { kStandard, kFast };
 
 struct ViewSelectionOptions {
   int num_source_views = 8;             // --PhiStereo.num_source_views: most views that __auto__ selects
   double displacement_epsilon = 0.002;  // eps of Eq. 1, relative depth change
-  double min_displacement = 0.1;        // t_tau of Eq. 2, pixels at the working resolution
-  double min_triangulation_angle = 1;   // --PatchMatchStereo.min_triangulation_angle, degrees
+  double min_displacement =
+      0.1;  // --PhiStereo.min_displacement: t_tau of Eq. 2, pixels at the working resolution
+  double min_triangulation_angle = 1;  // --PatchMatchStereo.min_triangulation_angle, degrees
   Formulas formulas = Formulas::kRobust;
   std::string Check() const;
 };
@@ -42,7 +44,8 @@ struct FilterOptions {
   int min_num_consistent_inferred = 1;     // --PhiInference.min_num_consistent: the same for inferred pixels
   double max_reprojection_error = 1;       // --PatchMatchStereo.filter_geom_consistency_max_cost, pixels
   double max_relative_depth_error = 0.01;  // --PhiStereo.filter_max_relative_depth_error
-  double max_normal_error = 60;            // --PhiStereo.filter_max_normal_error, degrees; formulas paper: 30
+  double max_depth_error = 0;  // --PhiStereo.filter_max_depth_error, world units; 0: the relative one counts
+  double max_normal_error = 60;        // --PhiStereo.filter_max_normal_error, degrees
   double min_triangulation_angle = 0;  // --PatchMatchStereo.filter_min_triangulation_angle, degrees; 0 = off
   double max_cost = 2;  // 1 - --PatchMatchStereo.filter_min_ncc; 2 = off; never applied to filled pixels
   Formulas formulas = Formulas::kRobust;

@@ -9,87 +9,39 @@
 #include <Eigen/Geometry>
 
 #include "phi/initialization.h"
+#include "phi/view_coverage.h"
+#include "phi/view_samples.h"
 
 namespace phi {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// With fewer views than these the geometric filter has too few witnesses, so views that the paper's rule
-// rejects are taken after all: a weak view is better than a hole.
+// With fewer views than these the geometric filter has too few witnesses, so views that the angle's bound rejects are
+// taken after all: a weak view is better than a hole.
 constexpr std::size_t kFewestViews = 4;
 // A view that shares fewer points than these may share none but mismatched ones.
 constexpr int kFewestSharedPoints = 3;
-// The cameras' own evidence looks at so many candidates around the reference; the far ones of 10,000 cannot
-// matter.
-constexpr std::size_t kMostNearbyCameras = 128;
-// A point that two views see from directions farther apart than this says little: no window matches itself there.
-constexpr double kWidestAngle = 60 / kDegrees;
-
-// What one point, seen by the reference and by one source view, says about the pair.
-struct Sample {
-  int view = 0;
-  float angle = 0;         // triangulation angle, radians
-  float displacement = 0;  // Eq. 2's summand, pixels of the source
-  float log_scale = 0;     // log of pixels per surface length, source over reference
-};
+// --PatchMatchStereo.min_triangulation_angle bounds this percentile of the shared points' angles, as in COLMAP: where the
+// camera moves forward, the points beside its path tell depth and those ahead do not.
+constexpr double kAnglePercentile = 0.75;
+// Cameras that stand at one place triangulate nothing: share of the angle's bound below which no view is taken.
+constexpr double kOnePlace = 0.1;
 
 // All samples of one pair.
 struct Evidence {
   int view = 0;
   int num_points = 0;
-  double baseline = 0;             // world units
-  double axes_angle = 0;           // between the principal axes, radians
-  double triangulation_angle = 0;  // median, radians
-  double displacement = 0;         // mean: tau
-  double scale_change = 1;  // median, >= 1: how many times finer or coarser the source sees the surface
+  double median_angle = 0, wide_angle = 0;  // radians; the latter at kAnglePercentile
+  double displacement = 0;                  // mean: tau
 };
 
-double FocalLength(const Pinhole& pinhole) { return std::sqrt(pinhole.fx * pinhole.fy); }
-
-Eigen::Vector2d Project(const Pinhole& k, const Eigen::Vector3d& camera) {
-  return {k.fx * camera.x() / camera.z() + k.cx, k.fy * camera.y() / camera.z() + k.cy};
-}
-
-double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-// Reference, source and the point relative to their centres: world coordinates may be far from the origin.
-struct Pair {
-  const Camera& reference;
-  const Camera& source;
-  Eigen::Vector3d reference_center, source_center;
-  double epsilon;       // of Eq. 1
-  double widest_angle;  // radians
-};
-
-// False when the point is behind one of the cameras, or when `inside` asks for it and the source's image
-// misses it.
-bool Measure(const Pair& pair, const Eigen::Vector3d& world, bool inside, Sample* sample) {
-  const Eigen::Vector3d from_reference = world - pair.reference_center;
-  const Eigen::Vector3d from_source = world - pair.source_center;
-  const Eigen::Vector3d in_source = pair.source.pose.rotation * from_source;
-  const double depth_reference = pair.reference.pose.rotation.row(2) * from_reference;
-  if (depth_reference <= 0 || in_source.z() <= 0) return false;
-  const Pinhole& k = pair.source.pinhole;
-  const Eigen::Vector2d pixel = Project(k, in_source);
-  if (inside && (pixel.x() < 0 || pixel.y() < 0 || pixel.x() > k.width || pixel.y() > k.height)) return false;
-  // Eq. 1 moves the point along the reference's ray: (1 + eps) X - eps C.
-  const Eigen::Vector3d moved = in_source + pair.epsilon * (pair.source.pose.rotation * from_reference);
-  if (moved.z() <= 0) return false;
-  sample->angle = static_cast<float>(AngleBetween(from_reference, from_source));
-  if (sample->angle > pair.widest_angle) return false;
-  sample->displacement = static_cast<float>((Project(k, moved) - pixel).norm());
-  const double scale = FocalLength(k) / in_source.z() * depth_reference / FocalLength(pair.reference.pinhole);
-  sample->log_scale = static_cast<float>(std::log(scale));
-  return true;
-}
-
-double MedianInPlace(std::vector<float>& values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+// The value at a share of the sorted order. Reorders.
+double Percentile(std::vector<float>& values, double share) {
+  const auto index = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  const auto place = values.begin() + std::min<std::ptrdiff_t>(index, std::ssize(values) - 1);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
 // Sorts before it sums, so that the mean does not depend on the points' order.
@@ -100,184 +52,81 @@ double MeanInPlace(std::vector<float>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Everything that ranks the candidates of one reference view.
-class Ranking {
- public:
-  Ranking(const std::vector<SceneView>& views, const std::vector<Eigen::Vector3d>& centers,
-          const ViewSelectionOptions& options, int reference)
-      : views_(views), centers_(centers), options_(options), reference_(reference) {}
-
-  Pair MakePair(int source) const {
-    return {views_[reference_].camera,
-            views_[source].camera,
-            centers_[reference_],
-            centers_[source],
-            options_.displacement_epsilon,
-            options_.formulas == Formulas::kPaper ? std::numbers::pi : kWidestAngle};
-  }
-
-  // Groups the samples by source view.
-  std::vector<Evidence> Summarize(std::vector<Sample> samples) const;
-  // Splits into ranked and rejected, each best first.
-  void Rank(std::vector<Evidence> evidence, bool from_points, std::vector<SourceView>* ranked,
-            std::vector<SourceView>* rejected) const;
-
- private:
-  double MedianBaseline(const std::vector<Evidence>& evidence) const;
-  double Score(const Evidence& evidence, double median_baseline) const;
-
-  const std::vector<SceneView>& views_;
-  const std::vector<Eigen::Vector3d>& centers_;
-  const ViewSelectionOptions& options_;
-  int reference_;
-};
-
-std::vector<Evidence> Ranking::Summarize(std::vector<Sample> samples) const {
+// By source view.
+std::vector<Evidence> Summarize(std::vector<ViewSample> samples) {
   std::stable_sort(samples.begin(), samples.end(),
-                   [](const Sample& a, const Sample& b) { return a.view < b.view; });
+                   [](const ViewSample& a, const ViewSample& b) { return a.view < b.view; });
   std::vector<Evidence> all;
-  std::vector<float> angles, displacements, log_scales;
+  std::vector<float> angles, displacements;
   for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
     angles.clear();
     displacements.clear();
-    log_scales.clear();
     for (end = begin; end < samples.size() && samples[end].view == samples[begin].view; ++end) {
       angles.push_back(samples[end].angle);
       displacements.push_back(samples[end].displacement);
-      log_scales.push_back(samples[end].log_scale);
     }
-    Evidence evidence;
-    evidence.view = samples[begin].view;
-    evidence.num_points = static_cast<int>(end - begin);
-    evidence.baseline = (centers_[evidence.view] - centers_[reference_]).norm();
-    evidence.axes_angle = AngleBetween(views_[reference_].camera.pose.rotation.row(2).transpose(),
-                                       views_[evidence.view].camera.pose.rotation.row(2).transpose());
-    evidence.triangulation_angle = MedianInPlace(angles);
-    evidence.displacement = MeanInPlace(displacements);
-    evidence.scale_change = std::exp(std::abs(MedianInPlace(log_scales)));
-    all.push_back(evidence);
+    all.push_back({.view = samples[begin].view,
+                   .num_points = static_cast<int>(end - begin),
+                   .median_angle = Percentile(angles, 0.5),
+                   .wide_angle = Percentile(angles, kAnglePercentile),
+                   .displacement = MeanInPlace(displacements)});
   }
   return all;
 }
 
-// Over the candidates: in a large scene the median over all images is the size of the site and tells nothing.
-double Ranking::MedianBaseline(const std::vector<Evidence>& evidence) const {
-  std::vector<float> baselines;
-  for (const Evidence& e : evidence) baselines.push_back(static_cast<float>(e.baseline));
-  return baselines.empty() ? 0 : MedianInPlace(baselines);
+SourceView MakeSourceView(const Evidence& evidence, bool from_points) {
+  return {.view = evidence.view,
+          .num_shared_points = from_points ? evidence.num_points : 0,
+          .triangulation_angle = evidence.median_angle * kDegrees,
+          .displacement = evidence.displacement};
 }
 
-double Ranking::Score(const Evidence& e, double median_baseline) const {
-  if (options_.formulas == Formulas::kPaper) {
-    return std::min(e.baseline, 0.1) * std::min(e.axes_angle, 0.05) / e.num_points;
-  }
-  const double baseline = median_baseline > 0 ? std::max(e.baseline / median_baseline, 0.1) : 1;
-  // The angle at the points, not between the axes: a camera that moves sideways without turning has parallel
-  // axes at any baseline. A source that sees the surface at another scale compares blurred with sharp.
-  return baseline * std::max(e.triangulation_angle, 0.05) * e.scale_change / e.num_points;
+bool IsSelected(const std::vector<SourceView>& selected, int view) {
+  return std::any_of(selected.begin(), selected.end(),
+                     [view](const SourceView& s) { return s.view == view; });
 }
 
-void Ranking::Rank(std::vector<Evidence> evidence, bool from_points, std::vector<SourceView>* ranked,
-                   std::vector<SourceView>* rejected) const {
-  const bool robust = options_.formulas == Formulas::kRobust;
-  const double median_baseline = MedianBaseline(evidence);
+// Eq. 1 to 3, best first.
+std::vector<SourceView> RankByPaper(const std::vector<SceneView>& views,
+                                    const std::vector<Eigen::Vector3d>& centers,
+                                    const ViewSelectionOptions& options, int reference,
+                                    const std::vector<Evidence>& evidence) {
+  const auto axis = [&](int view) -> Eigen::Vector3d { return views[view].camera.pose.rotation.row(2); };
+  std::vector<SourceView> ranked;
   for (const Evidence& e : evidence) {
-    if (robust && e.num_points < kFewestSharedPoints) continue;
-    SourceView source;
-    source.view = e.view;
-    source.score = Score(e, median_baseline);
-    source.num_shared_points = from_points ? e.num_points : 0;
-    source.triangulation_angle = e.triangulation_angle * kDegrees;
-    source.displacement = e.displacement;
-    const bool accepted = source.displacement >= options_.min_displacement &&
-                          source.triangulation_angle >= options_.min_triangulation_angle;
-    if (accepted) {
-      ranked->push_back(source);
-    } else if (source.displacement >= 0.1 * options_.min_displacement) {
-      // Below that the cameras stand at one place and nothing can be triangulated.
-      rejected->push_back(source);
-    }
+    if (e.displacement < options.min_displacement) continue;
+    if (e.median_angle * kDegrees < options.min_triangulation_angle)
+      continue;  // not the paper's: its preset sets 0
+    const double baseline = (centers[e.view] - centers[reference]).norm();
+    const Eigen::Vector3d a = axis(reference), b = axis(e.view);
+    const double theta = std::atan2(a.cross(b).norm(), a.dot(b));
+    ranked.push_back(MakeSourceView(e, /*from_points=*/true));
+    ranked.back().score = std::min(baseline, 0.1) * std::min(theta, 0.05) / e.num_points;
   }
-  const auto id = [&](const SourceView& s) { return views_[s.view].image_id; };
-  std::sort(ranked->begin(), ranked->end(), [&](const SourceView& a, const SourceView& b) {
+  const auto id = [&](const SourceView& s) { return views[s.view].image_id; };
+  std::sort(ranked.begin(), ranked.end(), [&](const SourceView& a, const SourceView& b) {
     return std::make_tuple(a.score, id(a)) < std::make_tuple(b.score, id(b));
   });
-  std::sort(rejected->begin(), rejected->end(), [&](const SourceView& a, const SourceView& b) {
-    return std::make_tuple(-a.displacement, id(a)) < std::make_tuple(-b.displacement, id(b));
-  });
+  return ranked;
 }
 
-std::vector<Sample> SamplesFromPoints(const Ranking& ranking, const SparseScene& scene,
-                                      std::span<const std::uint32_t> points, int reference) {
-  std::vector<Sample> samples;
-  std::vector<std::uint32_t> last_slot(scene.num_views(), ~0u);  // a track may name a view twice
-  for (std::uint32_t slot = 0; slot < points.size(); ++slot) {
-    for (const PointObservation& observation : scene.track(points[slot])) {
-      if (observation.view == reference || last_slot[observation.view] == slot) continue;
-      last_slot[observation.view] = slot;
-      Sample sample;
-      sample.view = observation.view;
-      const Pair pair = ranking.MakePair(observation.view);
-      if (Measure(pair, scene.point(points[slot]), /*inside=*/false, &sample)) samples.push_back(sample);
+// Appends views that cover the image, to at most `size`: those of `evidence` whose angles are at least min_angle degrees
+// and below max_angle.
+void Cover(const std::vector<Evidence>& evidence, double min_angle, double max_angle, bool from_points,
+           std::size_t size, ViewCoverage* coverage, std::vector<SourceView>* selected) {
+  std::vector<int> candidates;
+  for (const Evidence& e : evidence) {
+    const double angle = e.wide_angle * kDegrees;
+    if (e.num_points >= kFewestSharedPoints && angle >= min_angle && angle < max_angle &&
+        !IsSelected(*selected, e.view)) {
+      candidates.push_back(e.view);
     }
   }
-  return samples;
-}
-
-// A grid of pixels at several depths stands for the unknown surface.
-std::vector<Eigen::Vector3d> FrustumPoints(const Camera& camera, const Eigen::Vector3d& center,
-                                           double depth_min, double depth_max) {
-  constexpr int kColumns = 8, kRows = 6, kDepths = 6;
-  const Pinhole& k = camera.pinhole;
-  std::vector<Eigen::Vector3d> points;
-  for (int d = 0; d < kDepths; ++d) {
-    const double depth = depth_min * std::pow(depth_max / depth_min, (d + 0.5) / kDepths);
-    for (int row = 0; row < kRows; ++row) {
-      for (int column = 0; column < kColumns; ++column) {
-        const double u = (column + 0.5) / kColumns * k.width, v = (row + 0.5) / kRows * k.height;
-        const Eigen::Vector3d ray((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1);
-        points.push_back(center + camera.pose.rotation.transpose() * (depth * ray));
-      }
-    }
-  }
-  return points;
-}
-
-// The nearest cameras, by image id where distances are equal.
-std::vector<int> NearbyCameras(const std::vector<SceneView>& views,
-                               const std::vector<Eigen::Vector3d>& centers, int reference) {
-  std::vector<std::tuple<double, std::uint32_t, int>> order;
-  for (int view = 0; view < static_cast<int>(views.size()); ++view) {
-    if (view == reference) continue;
-    order.emplace_back((centers[view] - centers[reference]).squaredNorm(), views[view].image_id, view);
-  }
-  const std::size_t count = std::min(order.size(), kMostNearbyCameras);
-  std::partial_sort(order.begin(), order.begin() + count, order.end());
-  std::vector<int> nearby;
-  for (std::size_t i = 0; i < count; ++i) nearby.push_back(std::get<2>(order[i]));
-  return nearby;
-}
-
-std::vector<Sample> SamplesFromFrustum(const Ranking& ranking, const std::vector<int>& candidates,
-                                       const std::vector<Eigen::Vector3d>& points) {
-  std::vector<Sample> samples;
-  for (const int view : candidates) {
-    const Pair pair = ranking.MakePair(view);
-    Sample sample;
-    sample.view = view;
-    for (const Eigen::Vector3d& point : points) {
-      if (Measure(pair, point, /*inside=*/true, &sample)) samples.push_back(sample);
-    }
-  }
-  return samples;
-}
-
-void AppendNew(const std::vector<SourceView>& more, std::size_t size, std::vector<SourceView>* selected) {
-  for (const SourceView& source : more) {
-    if (selected->size() >= size) return;
-    const bool known = std::any_of(selected->begin(), selected->end(),
-                                   [&](const SourceView& s) { return s.view == source.view; });
-    if (!known) selected->push_back(source);
+  if (selected->size() >= size) return;
+  for (const int view : coverage->Take(candidates, size - selected->size())) {
+    const auto of_view =
+        std::find_if(evidence.begin(), evidence.end(), [view](const Evidence& e) { return e.view == view; });
+    selected->push_back(MakeSourceView(*of_view, from_points));
   }
 }
 
@@ -287,33 +136,38 @@ ViewSelector::ViewSelector(const std::vector<SceneView>& views, const SparseScen
                            const ViewSelectionOptions& options)
     : views_(views), scene_(scene), options_(options), visible_points_(scene) {
   centers_.reserve(views.size());
-  for (const SceneView& view : views) centers_.push_back(view.camera.pose.Center());
+  image_ids_.reserve(views.size());
+  for (const SceneView& view : views) {
+    centers_.push_back(view.camera.pose.Center());
+    image_ids_.push_back(view.image_id);
+  }
 }
 
 std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) const {
+  constexpr double kAnyAngle = 180;
   const std::size_t size = static_cast<std::size_t>(std::max(max_num_views, 0));
-  const Ranking ranking(views_, centers_, options_, reference);
-  std::vector<SourceView> ranked, rejected;
-  ranking.Rank(ranking.Summarize(SamplesFromPoints(ranking, scene_, visible_points_[reference], reference)),
-               /*from_points=*/true, &ranked, &rejected);
+  const double bound = options_.min_triangulation_angle;
+  const ViewSampler sampler(views_, centers_, options_, reference);
+  std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
+  std::vector<Evidence> evidence = Summarize(samples);
+  if (options_.formulas == Formulas::kPaper) {
+    std::vector<SourceView> ranked = RankByPaper(views_, centers_, options_, reference, evidence);
+    ranked.resize(std::min(ranked.size(), size));
+    return ranked;
+  }
+  const std::size_t fewest = std::min(size, kFewestViews);
   std::vector<SourceView> selected;
-  AppendNew(ranked, size, &selected);
-  const std::size_t fewest = options_.formulas == Formulas::kPaper ? 1 : std::min(size, kFewestViews);
-  if (selected.size() >= fewest) return selected;
-
-  if (options_.formulas == Formulas::kRobust) AppendNew(rejected, fewest, &selected);
+  ViewCoverage coverage(samples, image_ids_);
+  Cover(evidence, bound, kAnyAngle, /*from_points=*/true, size, &coverage, &selected);
+  Cover(evidence, kOnePlace * bound, bound, /*from_points=*/true, fewest, &coverage, &selected);
   if (selected.size() >= fewest) return selected;
 
   const DepthRange range = DepthRangeWithoutOwnPoints(views_, scene_, reference);
-  const Camera& camera = views_[reference].camera;
-  const auto points = FrustumPoints(camera, centers_[reference], range.min, range.max);
-  ranked.clear();
-  rejected.clear();
-  ranking.Rank(
-      ranking.Summarize(SamplesFromFrustum(ranking, NearbyCameras(views_, centers_, reference), points)),
-      /*from_points=*/false, &ranked, &rejected);
-  AppendNew(ranked, size, &selected);
-  AppendNew(rejected, fewest, &selected);
+  samples = sampler.FromFrustum(range.min, range.max);
+  evidence = Summarize(samples);
+  coverage = ViewCoverage(samples, image_ids_);
+  Cover(evidence, bound, kAnyAngle, /*from_points=*/false, size, &coverage, &selected);
+  Cover(evidence, kOnePlace * bound, bound, /*from_points=*/false, fewest, &coverage, &selected);
   return selected;
 }
 

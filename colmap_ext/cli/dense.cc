@@ -59,7 +59,7 @@ int RunDense(int argc, char** argv) {
   if (!parser.Parse(argc, argv)) return 0;
   stereo.Finish(parser);
   fusion.workspace = stereo.workspace;
-  fusion.Finish();  // a mistake in fusion's options must not come out after hours of stereo
+  fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
   OptionParser stereo_parser("patch_match_stereo", ""), fusion_parser("stereo_fusion", "");
   stereo_defaults.Register(&stereo_parser);

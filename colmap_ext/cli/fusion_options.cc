@@ -44,15 +44,16 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
       .Unit("degrees")
       .ColmapDefault("10");
   parser
-      ->Add("StereoFusion.check_num_images", &fusion.max_neighbors, "Images that each image is compared with")
+      ->Add("StereoFusion.check_num_images", &fusion.max_neighbors,
+            "Images that each image is compared with; -1 = all")
       .ColmapDefault("50");
   parser->AddColmapOnly("StereoFusion.max_traversal_depth", "100", "points are not found by traversal");
   parser->AddColmapOnly("StereoFusion.use_cache", "0",
                         "maps are always cached, within --PhiFusion.max_memory_gb");
   parser->AddColmapOnly("StereoFusion.cache_size", "32", "--PhiFusion.max_memory_gb bounds the memory");
-  parser->AddChoice("PhiFusion.rule", &fusion.rule.rule,
-                    {{"support", phi::FusionRule::kSupport}, {"paper", phi::FusionRule::kPaper}},
-                    "Which measurements make a point");
+  parser->AddChoice<phi::Formulas>("PhiFusion.formulas", &fusion.rule.formulas,
+                                   {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
+                                   "paper = the paper's fusion; --preset paper sets this and its values");
   parser
       ->Add("PhiFusion.max_normal_error_in_holes", &fusion.rule.max_normal_error_in_holes,
             "The same in holes of the cloud, if larger than max_normal_error")
@@ -65,15 +66,28 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
               "Most images that see through a point, for each that supports it");
   parser->Add("PhiFusion.max_memory_gb", &fusion.max_memory_gb, "Memory for maps; 0: half of the computer's")
       .Unit("GB");
+  // Every value that the paper names or that stands for its "all".
+  parser->AddPreset("paper", {{"PhiFusion.formulas", "paper"},
+                              {"StereoFusion.min_num_pixels", "1"},
+                              {"StereoFusion.max_num_pixels", "10000"},
+                              {"StereoFusion.max_depth_error", "0.01"},
+                              {"StereoFusion.check_num_images", "-1"}});
 }
 
-void FusionCommandOptions::Finish() {
+void FusionCommandOptions::Finish(const OptionParser& parser) {
   CheckNumThreads("StereoFusion.num_threads", fusion.num_threads);
   CheckMaxImageSize("StereoFusion.max_image_size", workspace.max_image_size);
   std::string problem = fusion.rule.Check();
-  if (problem.empty() && (fusion.max_neighbors < 1 || fusion.max_neighbors > phi::kMaxFusionNeighbors / 2)) {
+  const bool is_number = fusion.max_neighbors >= 1 && fusion.max_neighbors <= phi::kMaxFusionNeighbors / 2;
+  if (problem.empty() && fusion.max_neighbors != -1 && !is_number) {
     problem = "--StereoFusion.check_num_images is " + std::to_string(fusion.max_neighbors) +
-              ", but must be between 1 and " + std::to_string(phi::kMaxFusionNeighbors / 2);
+              ", but must be -1 (all) or between 1 and " + std::to_string(phi::kMaxFusionNeighbors / 2);
+  }
+  if (fusion.rule.formulas == phi::Formulas::kPaper) {
+    parser.WarnWithoutEffect({"StereoFusion.max_reproj_error", "StereoFusion.max_normal_error",
+                              "PhiFusion.max_normal_error_in_holes", "PhiFusion.min_support",
+                              "PhiFusion.min_support_inferred", "PhiFusion.max_conflicts"},
+                             "with --PhiFusion.formulas paper points agree by their distance alone");
   }
   if (problem.empty() && !(fusion.max_memory_gb >= 0))
     problem = "--PhiFusion.max_memory_gb must not be negative";

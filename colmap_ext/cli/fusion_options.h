@@ -19,7 +19,7 @@ struct FusionCommandOptions {
   // Adds --input_type, --bbox_path, --StereoFusion.* and --PhiFusion.* only.
   void RegisterFusion(OptionParser* parser);
   // After Parse: derives what depends on several options, and checks all. Throws phi::UsageError.
-  void Finish();
+  void Finish(const OptionParser& parser);
 };
 
 }  // namespace colmap_ext

@@ -180,6 +180,42 @@ OptionParser::Option& OptionParser::Add(const std::string& name, std::filesystem
   return option;
 }
 
+void OptionParser::AddPreset(const std::string& name, const Values& values) {
+  if (presets_.empty()) {
+    presets_[preset_] = {};
+    Option& option = AddOption("preset", "");
+    option.assign = [this](const std::string& text) {
+      if (presets_.count(text) == 0) throw std::invalid_argument("one of " + ChoiceRule(PresetNames()));
+      preset_ = text;
+    };
+    option.print = [this] { return preset_; };
+    option.default_text = preset_;
+  }
+  Values& all = presets_[name];
+  all.insert(all.end(), values.begin(), values.end());
+  Find("preset")->help =
+      "Values for the options that are not set; robust = the defaults {" + ChoiceRule(PresetNames()) + "}";
+}
+
+std::vector<std::string> OptionParser::PresetNames() const {
+  std::vector<std::string> names;
+  for (const auto& [name, values] : presets_) names.push_back(name);
+  return names;
+}
+
+void OptionParser::ApplyPreset() {
+  if (presets_.empty()) return;
+  for (const auto& [name, value] : presets_.at(preset_)) {
+    Option& option = *Find(name);
+    if (!IsSet(name)) {
+      option.assign(value);
+    } else if (!SameValue(option.print(), value)) {
+      phi::LogInfo("--" + name + " " + option.print() + " goes before the " + value + " of --preset " +
+                   preset_);
+    }
+  }
+}
+
 void OptionParser::AddColmapOnly(const std::string& name, const std::string& colmap_default,
                                  const std::string& why) {
   Option& option = AddOption(name, why);
@@ -305,6 +341,7 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   }
   for (const auto& [name, value] : command_line) Assign(*Find(name), value, "");
   phi::SetLogLevel(static_cast<phi::LogLevel>(std::clamp(log_level_, 0, 3)));
+  ApplyPreset();
   CheckRequired();
   WarnColmapOnly();
   LogEffectiveValues();
@@ -324,6 +361,12 @@ void OptionParser::WarnColmapOnly() const {
     if (option.only_colmap && IsSet(option.name)) {
       phi::LogWarning("--" + option.name + " has no effect: " + option.help);
     }
+  }
+}
+
+void OptionParser::WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const {
+  for (const std::string& name : names) {
+    if (IsSet(name)) phi::LogWarning("--" + name + " has no effect: " + why);
   }
 }
 

@@ -59,6 +59,12 @@ class OptionParser {
   Option& AddChoice(const std::string& name, Enum* value, std::vector<std::pair<std::string, Enum>> choices,
                     const std::string& help);
 
+  // Values that `--preset NAME` gives to options which neither the command line nor the project file set; the log names
+  // those that were set to others. The first call adds the option --preset, whose default, robust, sets nothing. Several
+  // calls may add to one preset. All the options must be registered before Parse.
+  using Values = std::vector<std::pair<std::string, std::string>>;
+  void AddPreset(const std::string& name, const Values& values);
+
   // An option of COLMAP's without a counterpart here: accepted, and one warning says why it has no effect.
   void AddColmapOnly(const std::string& name, const std::string& colmap_default, const std::string& why);
 
@@ -66,21 +72,23 @@ class OptionParser {
   // printed). Throws phi::UsageError for the command line and phi::InputError for a project file.
   bool Parse(int argc, const char* const* argv);
 
-  // Whether the command line or the project file gave the option a value.
+  // Whether the command line or the project file gave the option a value; a preset does not count.
   bool IsSet(const std::string& name) const { return set_.count(name) > 0; }
+  // Warns of those of the options that are set, since `why` leaves them without effect.
+  void WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const;
   // --default_random_seed, which every command accepts as COLMAP's do.
   std::uint32_t random_seed() const { return random_seed_; }
   // Every option with an effect and its value, as it could be written on a command line.
   std::map<std::string, std::string> EffectiveValues() const;
 
  private:
-  using Values = std::vector<std::pair<std::string, std::string>>;
-
   Option& AddOption(const std::string& name, const std::string& help);
   Option* Find(const std::string& name);
   Values ReadCommandLine(int argc, const char* const* argv, bool* help) const;
   Values ReadProjectFile(const std::filesystem::path& path);
   void Assign(Option& option, const std::string& value, const std::string& origin);
+  std::vector<std::string> PresetNames() const;
+  void ApplyPreset();
   void WarnColmapOnly() const;
   void CheckRequired() const;
   void LogEffectiveValues() const;
@@ -90,6 +98,8 @@ class OptionParser {
   std::string command_, summary_;
   std::deque<Option> options_;  // deque: Add returns references that must stay valid
   std::set<std::string> set_;
+  std::map<std::string, Values> presets_;
+  std::string preset_ = "robust";
   std::filesystem::path project_path_;
   int log_level_ = 2;
   std::uint32_t random_seed_ = 0;

@@ -51,7 +51,7 @@ int RunStereoFusion(int argc, char** argv) {
                    "Format; BIN and TXT: COLMAP's sparse model with the cloud as its points");
   options.Register(&parser);
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
-  options.Finish();
+  options.Finish(parser);
   options.fusion.scratch_folder = output_type == OutputType::kPly ? output_path.parent_path() : output_path;
 
   const Workspace workspace(options.workspace);

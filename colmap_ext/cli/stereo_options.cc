@@ -26,6 +26,7 @@ void StereoCommandOptions::Register(OptionParser* parser) {
   RegisterPatchMatch(parser);
   RegisterFilter(parser);
   RegisterPhi(parser);
+  RegisterPreset(parser);
 }
 
 void StereoCommandOptions::RegisterPatchMatch(OptionParser* parser) {
@@ -117,6 +118,10 @@ void StereoCommandOptions::RegisterFilter(OptionParser* parser) {
   parser->Add("PhiStereo.filter_max_relative_depth_error", &filter.max_relative_depth_error,
               "Largest depth difference of a confirming view, relative to depth");
   parser
+      ->Add("PhiStereo.filter_max_depth_error", &filter.max_depth_error,
+            "The same as a length, in place of the relative one; 0 = off")
+      .Unit("world units");
+  parser
       ->Add("PhiStereo.filter_max_normal_error", &filter.max_normal_error,
             "Largest angle between the normals of a confirming view")
       .Unit("degrees");
@@ -136,9 +141,13 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
                                   "fast = from reduced images to the full size, with few iterations there");
   parser->AddChoice<phi::Formulas>("PhiStereo.formulas", &pipeline.stereo.formulas,
                                    {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
-                                   "paper = the paper's formulas to the letter, for comparisons");
+                                   "paper = the paper's equations; --preset paper sets this and its values");
   parser->Add("PhiStereo.num_source_views", &pipeline.view_selection.num_source_views,
               "Most source views that __auto__ in patch-match.cfg selects");
+  parser
+      ->Add("PhiStereo.min_displacement", &pipeline.view_selection.min_displacement,
+            "Least mean shift of shared points in a source view where their depth changes by 0.2 %")
+      .Unit("pixels");
   parser->Add("PhiStereo.num_guided_passes", &pipeline.num_guided_passes,
               "How many of the iterations are guided by the maps of all views");
   parser->Add("PhiStereo.num_window_levels", &pipeline.stereo.num_window_levels,
@@ -159,19 +168,55 @@ void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
               "Relative depth difference from which neighbours count as different surfaces");
 }
 
-void StereoCommandOptions::ApplyFormulas() {
-  constexpr double kPaperNormalError = 30;  // degrees
+// Every value that the paper names, those too that are defaults today.
+void StereoCommandOptions::RegisterPreset(OptionParser* parser) {
+  parser->AddPreset("paper", {{"PhiStereo.formulas", "paper"},
+                              {"PhiStereo.num_source_views", "8"},
+                              {"PhiStereo.min_displacement", "0.1"},
+                              {"PatchMatchStereo.min_triangulation_angle", "0"},
+                              {"PatchMatchStereo.window_radius", "7"},  // r_orig; r_now is 5
+                              {"PatchMatchStereo.window_step", "1.4"},
+                              {"PatchMatchStereo.num_iterations", "8"},
+                              {"PhiStereo.num_guided_passes", "0"},
+                              {"PhiStereo.num_window_levels", "1"},
+                              {"PatchMatchStereo.geom_consistency", "true"},
+                              {"PatchMatchStereo.filter", "true"},
+                              {"PatchMatchStereo.filter_min_ncc", "-1"},
+                              {"PatchMatchStereo.filter_min_triangulation_angle", "0"},
+                              {"PatchMatchStereo.filter_min_num_consistent", "2"},
+                              {"PatchMatchStereo.filter_geom_consistency_max_cost", "1"},
+                              {"PhiStereo.filter_max_depth_error", "0.02"},
+                              {"PhiStereo.filter_max_normal_error", "30"},
+                              {"PhiInference.mode", "mrf"},
+                              {"PhiInference.min_num_consistent", "2"},
+                              {"PhiInference.num_passes", "1"},
+                              {"PhiInference.truncation", "1"}});
+}
+
+void StereoCommandOptions::ApplyFormulas(const OptionParser& parser) {
   const phi::Formulas formulas = pipeline.stereo.formulas;
   pipeline.view_selection.formulas = formulas;
   pipeline.filter.formulas = formulas;
   pipeline.inference.formulas = formulas;
-  if (formulas == phi::Formulas::kPaper) pipeline.filter.max_normal_error = kPaperNormalError;
+  if (formulas == phi::Formulas::kPaper) {
+    parser.WarnWithoutEffect({"PhiStereo.quality"},
+                             "with --PhiStereo.formulas paper all iterations are at full size");
+  }
+  // A relative tolerance that somebody chose goes before the preset's length.
+  const bool is_relative = parser.IsSet("PhiStereo.filter_max_relative_depth_error") &&
+                           !parser.IsSet("PhiStereo.filter_max_depth_error");
+  if (is_relative && pipeline.filter.max_depth_error > 0) {
+    phi::LogInfo(
+        "--PhiStereo.filter_max_relative_depth_error goes before the preset's "
+        "--PhiStereo.filter_max_depth_error");
+    pipeline.filter.max_depth_error = 0;
+  }
 }
 
 void StereoCommandOptions::Finish(const OptionParser& parser) {
   CheckNumThreads("PatchMatchStereo.num_threads", backend.num_threads);
   CheckMaxImageSize("PatchMatchStereo.max_image_size", workspace.max_image_size);
-  ApplyFormulas();
+  ApplyFormulas(parser);
   pipeline.stereo.seed = parser.random_seed();
   if (filter_min_ncc > 1) throw phi::UsageError("--PatchMatchStereo.filter_min_ncc must be at most 1");
   pipeline.filter.max_cost = filter_min_ncc > -1 ? 1 - filter_min_ncc : 2;

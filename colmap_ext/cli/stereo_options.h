@@ -28,7 +28,8 @@ struct StereoCommandOptions {
   void RegisterPatchMatch(OptionParser* parser);
   void RegisterFilter(OptionParser* parser);
   void RegisterPhi(OptionParser* parser);
-  void ApplyFormulas();
+  void RegisterPreset(OptionParser* parser);
+  void ApplyFormulas(const OptionParser& parser);
 };
 
 }  // namespace colmap_ext

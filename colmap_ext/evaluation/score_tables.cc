@@ -54,6 +54,12 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
   }
   std::string counts = std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
                        " counted, against " + std::to_string(scores.num_truth) + " points of truth";
+  if (scores.accuracy_of_all) {
+    rows[0].push_back("accuracy, all truth %");
+    for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
+      rows[t + 1].push_back(Percent((*scores.accuracy_of_all)[t]));
+    }
+  }
   if (scores.measured && scores.inferred) {
     rows[0].insert(rows[0].end(), {"of measured points %", "of inferred points %"});
     for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
@@ -64,6 +70,17 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
               std::to_string(scores.inferred->num_counted) + " inferred points";
   }
   return counts + "\n\n" + Table(rows, format);
+}
+
+// A row for each number of images that see a true point.
+std::string ViewsTable(const CloudScores& scores, TableFormat format) {
+  Rows rows{{"seen by", "points of truth"}};
+  for (double tolerance : scores.tolerances) rows[0].push_back(Number(tolerance, "within %g %%"));
+  for (const ViewsCompleteness& of : scores.by_views) {
+    rows.push_back({of.name, std::to_string(of.num_truth)});
+    for (double share : of.completeness) rows.back().push_back(Percent(share));
+  }
+  return Table(rows, format);
 }
 
 std::string MapTable(const MapScores& scores, const std::string& unit, TableFormat format) {
@@ -141,6 +158,14 @@ nlohmann::json ToJson(const OriginAccuracy& origin) {
   return {{"num_counted", origin.num_counted}, {"accuracy", origin.accuracy}};
 }
 
+nlohmann::json ToJson(const ViewsCompleteness& of) {
+  return {{"views", of.name},
+          {"min_views", of.min_views},
+          {"max_views", of.max_views},
+          {"num_truth", of.num_truth},
+          {"completeness", of.completeness}};
+}
+
 }  // namespace
 
 std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
@@ -150,6 +175,9 @@ std::string FormatTables(const Evaluation& evaluation, TableFormat format) {
     text += (format == TableFormat::kMarkdown ? "### " : "") + title + "\n\n" + table;
   };
   if (evaluation.cloud) add("Point cloud", CloudTable(*evaluation.cloud, format));
+  if (evaluation.cloud && !evaluation.cloud->by_views.empty()) {
+    add("Completeness by the number of images that see a true point", ViewsTable(*evaluation.cloud, format));
+  }
   const auto add_maps = [&](const std::string& what, const MapScores& scores, const std::string& unit) {
     add(what + " (share of the pixels with truth)", MapTable(scores, unit, format));
     if (scores.Mean().inferred) {
@@ -172,6 +200,8 @@ void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evalua
     json["num_points"] = cloud.num_points;
     json["num_counted"] = cloud.num_counted;
     json["num_truth"] = cloud.num_truth;
+    if (cloud.accuracy_of_all) json["accuracy_of_all"] = *cloud.accuracy_of_all;
+    for (const ViewsCompleteness& of : cloud.by_views) json["by_views"].push_back(ToJson(of));
     if (cloud.measured) json["measured"] = ToJson(*cloud.measured);
     if (cloud.inferred) json["inferred"] = ToJson(*cloud.inferred);
   }

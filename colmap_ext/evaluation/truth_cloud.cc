@@ -38,17 +38,19 @@ void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
   }
 }
 
+bool HasViews(const std::filesystem::path& path) { return PlyRows(path).Find("vertex")->Has("views"); }
+
+// on_point(position, property `views`, NaN where there is none); `needs_views`: refuses files without it.
 template <typename OnPoint>
-void ForEachPoint(const std::filesystem::path& path, int min_views, OnPoint on_point) {
+void ForEachPoint(const std::filesystem::path& path, bool needs_views, OnPoint on_point) {
   const PlyRows rows(path);
   CheckVertices(rows, path);
-  if (min_views > 0 && !rows.Find("vertex")->Has("views")) {
+  if (needs_views && !rows.Find("vertex")->Has("views")) {
     throw phi::InputError(path.string() + " has no property 'views', which --min_truth_views needs");
   }
   rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [&](const double* v) {
-    if (min_views > 0 && v[3] < min_views) return;
     const Vector3d p(v[0], v[1], v[2]);
-    if (p.allFinite()) on_point(p);
+    if (p.allFinite()) on_point(p, v[3]);
   });
 }
 
@@ -108,12 +110,21 @@ class Loader {
     } else if (IsMesh(truth_.path)) {
       LoadMesh();
     } else {
-      ForEachPoint(truth_.path, truth_.min_views, [&](const Vector3d& p) { AddTruth(p); });
+      const bool has_views = HasViews(truth_.path);
+      std::vector<Vector3d> left_out;
+      ForEachPoint(truth_.path, truth_.min_views > 0, [&](const Vector3d& p, double views) {
+        if (IsLeftOut(views)) return left_out.push_back(p);
+        AddTruth(p);
+        if (has_views) AddViews(views);
+      });
+      for (const Vector3d& p : left_out) {
+        result_.clouds.truth_left_out.push_back(Relative(p, result_.origin));
+      }
     }
     if (result_.clouds.truth.empty())
       throw phi::InputError(truth_.path.string() + " holds no point to compare with");
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
-    ForEachPoint(cloud_path, 0, [&](const Vector3d& p) {
+    ForEachPoint(cloud_path, false, [&](const Vector3d& p, double) {
       result_.clouds.points.push_back(Relative(p, result_.origin));
       RequireMemory(0, "the clouds");
     });
@@ -144,6 +155,12 @@ class Loader {
     });
   }
 
+  bool IsLeftOut(double views) const { return views < truth_.min_views; }
+
+  void AddViews(double views) {
+    result_.clouds.truth_views.push_back(static_cast<std::uint8_t>(std::clamp(views, 0.0, 255.0)));
+  }
+
   void AddScan(const std::vector<Vec3f>& points, const Vector3d& scanner) {
     result_.clouds.scans.emplace_back(points, Relative(scanner, result_.origin), truth_.beams);
   }
@@ -153,7 +170,9 @@ class Loader {
     for (const MeshLabLayer& layer : ReadMeshLabProject(truth_.path)) {
       const Eigen::Affine3d world_from_scan(layer.world_from_layer);
       const std::size_t begin = result_.clouds.truth.size();
-      ForEachPoint(layer.path, truth_.min_views, [&](const Vector3d& p) { AddTruth(world_from_scan * p); });
+      ForEachPoint(layer.path, truth_.min_views > 0, [&](const Vector3d& p, double views) {
+        if (!IsLeftOut(views)) AddTruth(world_from_scan * p);
+      });
       if (begin == result_.clouds.truth.size()) continue;
       AddScan({result_.clouds.truth.begin() + begin, result_.clouds.truth.end()},
               world_from_scan.translation());

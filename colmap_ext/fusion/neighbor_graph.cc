@@ -102,10 +102,21 @@ std::vector<int> NearestCameras(const Workspace& workspace, const std::vector<in
   return nearest;
 }
 
+NeighborGraph CompleteGraph(int num_images) {
+  NeighborGraph graph(static_cast<std::size_t>(num_images));
+  for (int a = 0; a < num_images; ++a) {
+    for (int b = 0; b < num_images; ++b) {
+      if (a != b) graph[static_cast<std::size_t>(a)].push_back(b);
+    }
+  }
+  return graph;
+}
+
 }  // namespace
 
 NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<int>& images,
                                  int max_neighbors) {
+  if (max_neighbors < 0) return CompleteGraph(static_cast<int>(images.size()));
   std::vector<int> position_of_image(workspace.views().size(), -1);
   for (std::size_t p = 0; p < images.size(); ++p)
     position_of_image[static_cast<std::size_t>(images[p])] = static_cast<int>(p);
@@ -135,6 +146,12 @@ NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<i
     }
   }
   return graph;
+}
+
+void KeepImagesToCome(NeighborGraph* graph) {
+  for (std::size_t p = 0; p < graph->size(); ++p) {
+    std::erase_if((*graph)[p], [p](int neighbor) { return static_cast<std::size_t>(neighbor) < p; });
+  }
 }
 
 }  // namespace colmap_ext

@@ -13,7 +13,11 @@ namespace colmap_ext {
 // get the nearest cameras that look the same way.
 using NeighborGraph = std::vector<std::vector<int>>;
 
+// max_neighbors < 0: all others.
 NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<int>& images,
                                  int max_neighbors);
+
+// Leaves each image the neighbours that come after it.
+void KeepImagesToCome(NeighborGraph* graph);
 
 }  // namespace colmap_ext

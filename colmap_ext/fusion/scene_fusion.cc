@@ -11,11 +11,12 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/byte_count.h"
-#include "colmap_ext/fusion/emitted_store.h"
+#include "colmap_ext/fusion/flag_store.h"
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/neighbor_graph.h"
 #include "colmap_ext/fusion_config.h"
@@ -23,6 +24,7 @@
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #include "phi/fusion/map_noise.h"
+#include "phi/fusion/paper_fusion.h"
 
 namespace colmap_ext {
 namespace {
@@ -54,10 +56,13 @@ class SceneFuser {
   SceneFuser(const Workspace& workspace, const SceneFusionOptions& options, CloudWriter* writer)
       : options_(options), reader_(workspace, options.input), writer_(writer) {
     FindImages(workspace);
-    emitted_ = std::make_unique<EmittedStore>(options.scratch_folder, images_.size());
+    flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
+                                         IsPaper() ? phi::FusionPixel::kMerged : phi::FusionPixel::kEmitted);
     done_.assign(images_.size(), false);
     maps_.resize(images_.size());
-    plan_ = MakePlan(BuildNeighborGraph(workspace, images_, options.max_neighbors));
+    NeighborGraph graph = BuildNeighborGraph(workspace, images_, options.max_neighbors);
+    if (IsPaper()) KeepImagesToCome(&graph);
+    plan_ = MakePlan(graph);
   }
 
   SceneFusionReport Run() {
@@ -86,6 +91,14 @@ class SceneFuser {
 
  private:
   static std::size_t Index(int position) { return static_cast<std::size_t>(position); }
+
+  bool IsPaper() const { return options_.rule.formulas == phi::Formulas::kPaper; }
+
+  std::vector<int> OrderOfWorkspace() const {
+    std::vector<int> order(images_.size());
+    std::iota(order.begin(), order.end(), 0);
+    return order;
+  }
 
   void FindImages(const Workspace& workspace) {
     for (const int image : ImagesToFuse(workspace)) {
@@ -179,7 +192,8 @@ class SceneFuser {
     const std::int64_t budget = BudgetBytes(options_);
     num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
     num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
-    FusionPlan plan = PlanFusion(graph, OrderImages(graph), bytes, budget - num_concurrent_reads_ * largest);
+    const std::vector<int> order = IsPaper() ? OrderOfWorkspace() : OrderImages(graph);
+    FusionPlan plan = PlanFusion(graph, order, bytes, budget - num_concurrent_reads_ * largest);
     if (plan.num_trimmed_steps > 0) {
       phi::LogWarning("fusion: " + std::to_string(plan.num_trimmed_steps) +
                       " images are compared with fewer neighbours than --StereoFusion.check_num_images for "
@@ -193,7 +207,8 @@ class SceneFuser {
 
   void Drop(const std::vector<int>& positions) {
     for (const int p : positions) {
-      if (done_[Index(p)]) emitted_->Save(p, maps_[Index(p)]);
+      const bool is_done = done_[Index(p)] != 0;
+      if (IsPaper() ? !is_done : is_done) flags_->Save(p, maps_[Index(p)]);
       maps_[Index(p)] = phi::FusionMap();
     }
   }
@@ -205,8 +220,8 @@ class SceneFuser {
       phi::ThrowIfCancelled();
       tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
         phi::FusionMap map = ReadMap(positions[i]);
-        if (options_.rule.rule != phi::FusionRule::kPaper) Smooth(positions[i], &map);
-        emitted_->Restore(positions[i], &map);
+        if (!IsPaper()) Smooth(positions[i], &map);
+        flags_->Restore(positions[i], &map);
         maps_[Index(positions[i])] = std::move(map);
       });
     }
@@ -220,9 +235,13 @@ class SceneFuser {
   void Fuse(const FusionStep& step) {
     std::vector<phi::ImageFuser::Image> neighbors;
     for (const int p : step.neighbors) neighbors.push_back(MakeImage(p));
-    phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule,
-                          options_.box ? &*options_.box : nullptr);
+    const phi::BoundingBox* box = options_.box ? &*options_.box : nullptr;
     const int height = cameras_[Index(step.reference)].pinhole.height;
+    if (IsPaper()) {
+      const phi::PaperFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
+      return WriteBlocks(height, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+    }
+    phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
     WriteBlocks(height, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
     WriteBlocks(height, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
   }
@@ -259,7 +278,7 @@ class SceneFuser {
   std::vector<phi::Camera> cameras_;
   std::vector<phi::FusionMap> maps_;  // empty: not in memory
   std::vector<char> done_;            // fused; not bool, whose elements share bytes
-  std::unique_ptr<EmittedStore> emitted_;
+  std::unique_ptr<FlagStore> flags_;
   FusionPlan plan_;
   int num_concurrent_reads_ = 1;
   std::mutex report_mutex_;              // of the two maps below

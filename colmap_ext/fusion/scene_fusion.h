@@ -20,8 +20,9 @@ struct SceneFusionOptions {
   FusionInput input;
   std::optional<phi::BoundingBox> box;  // --bbox_path
   int num_threads = -1;                 // --StereoFusion.num_threads; <= 0: all
-  int max_neighbors = 50;    // --StereoFusion.check_num_images: images that each image is compared with
-  double max_memory_gb = 0;  // --PhiFusion.max_memory_gb; 0: half of the computer's
+  int max_neighbors =
+      50;  // --StereoFusion.check_num_images: images that each image is compared with; -1: all
+  double max_memory_gb = 0;              // --PhiFusion.max_memory_gb; 0: half of the computer's
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
 };
 

@@ -109,18 +109,28 @@ bool HoleFilling::GeometricMapIsOurs(int job) const {
   return store_.Inspect(image, std::string(kGeometric), false, false, record).foreign.empty();
 }
 
+// Of a measured map that nothing is known of: all pixels are as good.
+std::shared_ptr<const phi::Mask> HoleFilling::NoMask(int job) const {
+  const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
+  return std::make_shared<const phi::Mask>(size.width, size.height);
+}
+
 // Another program's geometric map is newer than any copy of it.
 bool HoleFilling::ImportMeasuredMap(int job) {
   const int image = jobs_[job].image;
   const std::string measured(kMeasured), geometric(kGeometric);
   const bool has_measured = store_.MapsAreWhole(image, measured);
   const bool has_foreign = !GeometricMapIsOurs(job) && store_.MapsAreWhole(image, geometric);
-  if (!has_foreign) return has_measured;
+  if (!has_foreign) {
+    if (has_measured && !store_.HasMask(image, measured)) store_.Save(image, measured, {.mask = NoMask(job)});
+    return has_measured;
+  }
   phi::PlaneMap map =
       ReadPlaneMap(workspace_.DepthMapPath(image, geometric), workspace_.NormalMapPath(image, geometric));
   // A negative depth is none there; in ours it would be a doubtful one.
   for (phi::PlaneHypothesis& h : map) h.depth = h.depth > 0 ? h.depth : 0;
-  WritePlaneMap(workspace_.DepthMapPath(image, measured), workspace_.NormalMapPath(image, measured), map);
+  store_.Save(image, measured,
+              {.map = std::make_shared<const phi::PlaneMap>(std::move(map)), .mask = NoMask(job)});
   return true;
 }
 

@@ -88,7 +88,7 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
                   std::to_string(phi::kMaxSourceViews) + " best of them, the consistency filters take all");
 }
 
-std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
+std::string ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {
   const std::string& name = workspace.views()[job.image].name;
   if (job.file_is_missing) {
     return "image " + name + ": the file " + workspace.ImagePath(job.image).string() +
@@ -103,6 +103,12 @@ std::string ProblemOf(const Workspace& workspace, const ImageJob& job) {
   if (longest < kFewestPixels) {
     return "image " + name + ": at " + std::to_string(working.width) + "x" + std::to_string(working.height) +
            " pixels no other image sees the scene from another side; raise --PatchMatchStereo.max_image_size";
+  }
+  if (formulas == phi::Formulas::kPaper) {
+    return "image " + name +
+           ": the paper's Eq. 2 and 3 leave it no source image; they are for images about 3000 pixels wide: "
+           "lower "
+           "--PhiStereo.min_displacement for smaller ones, or name source images in patch-match.cfg";
   }
   return "image " + name +
          ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
@@ -160,7 +166,7 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
     job.input_key = key.Hex();
     std::error_code unreachable;  // one image's fault, as if there were none
     job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image), unreachable);
-    job.problem = ProblemOf(workspace, job);
+    job.problem = ProblemOf(workspace, job, options.formulas);
   }
   return jobs;
 }

@@ -8,6 +8,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "phi/base/error.h"
+#include "phi/filtering/few_witnesses.h"
 
 namespace colmap_ext {
 namespace {
@@ -31,7 +32,7 @@ std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& k
 
 std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
-std::string FilledKey(const std::string& kind) { return kind + " filled"; }
+std::string MaskKey(const std::string& kind) { return kind + " mask"; }
 
 bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   try {
@@ -84,7 +85,10 @@ std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::stri
   return GetOrRead<phi::DepthMap>(cache_, {image, DepthsKey(kind)}, [&] {
     // A map that has no file yet is in memory.
     const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
-    return map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    phi::DepthMap depths =
+        map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    if (kind == kMeasured) phi::HideFewWitnesses(*MaskOf(image, kind), &depths);
+    return depths;
   });
 }
 
@@ -93,14 +97,15 @@ std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string&
                                  [&] { return ReadDepthMap(workspace_.CostMapPath(image, kind)); });
 }
 
-std::shared_ptr<const phi::Mask> MapStore::Filled(int image, const std::string& kind) {
-  return GetOrRead<phi::Mask>(cache_, {image, FilledKey(kind)},
-                              [&] { return ReadMask(FilledPath(image, kind)); });
+std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& kind) {
+  return GetOrRead<phi::Mask>(cache_, {image, MaskKey(kind)},
+                              [&] { return ReadMask(MaskPath(image, kind)); });
 }
 
 void MapStore::Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete) {
   cache_.PutPinned({image, kind}, MakeSized(result.map));
   if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
+  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
   writers_.Submit([this, image, kind, result, on_complete = std::move(on_complete)] {
     CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
     std::vector<FileIdentity> identities;
@@ -114,10 +119,14 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
   });
 }
 
+void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
+  for (const auto& file : PrepareFiles(image, kind, result, Durability::kProcess)) file->Publish();
+}
+
 void MapStore::KeepTransient(int image, const std::string& kind, const StageResult& result) {
   const auto save = [this, image, kind](const StageResult& part) {
     try {
-      for (const auto& file : PrepareFiles(image, kind, part, Durability::kProcess)) file->Publish();
+      Save(image, kind, part);
     } catch (const phi::InputError& error) {
       throw phi::ResourceError(error.what());  // not the fault of the image whose turn it is
     }
@@ -125,15 +134,14 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
   cache_.PutTransient({image, kind}, MakeSized(result.map), [save](const MemoryCache::Item& item) {
     save({.map = std::static_pointer_cast<const phi::PlaneMap>(item)});
   });
-  if (!result.filled) return;
-  cache_.PutTransient({image, FilledKey(kind)}, MakeSized(result.filled),
-                      [save](const MemoryCache::Item& item) {
-                        save({.filled = std::static_pointer_cast<const phi::Mask>(item)});
-                      });
+  if (!result.mask) return;
+  cache_.PutTransient({image, MaskKey(kind)}, MakeSized(result.mask), [save](const MemoryCache::Item& item) {
+    save({.mask = std::static_pointer_cast<const phi::Mask>(item)});
+  });
 }
 
 void MapStore::Forget(int image, const std::string& kind) {
-  for (const std::string& key : {kind, DepthsKey(kind), FilledKey(kind)}) cache_.Erase({image, key});
+  for (const std::string& key : {kind, DepthsKey(kind), MaskKey(kind)}) cache_.Erase({image, key});
 }
 
 CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const StageResult& result,
@@ -142,7 +150,7 @@ CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const S
   const auto append = [&files](CompleteFiles more) {
     for (auto& file : more) files.push_back(std::move(file));
   };
-  if (result.filled) files.push_back(PrepareMask(FilledPath(image, kind), *result.filled, durability));
+  if (result.mask) files.push_back(PrepareMask(MaskPath(image, kind), *result.mask, durability));
   if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
   if (result.map) {
     append(PreparePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
@@ -185,6 +193,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
     for (const auto& file : ready.files) file->Publish();
     cache_.Unpin({ready.image, ready.kind});
     cache_.Unpin({ready.image, CostKey(ready.kind)});
+    cache_.Unpin({ready.image, MaskKey(ready.kind)});
   }
   std::lock_guard<std::mutex> lock(mutex_);
   for (const Ready& ready : batch) {
@@ -199,17 +208,17 @@ void MapStore::Drain() {
   unsynced_folders_.clear();
 }
 
-fs::path MapStore::FilledPath(int image, const std::string& kind) const {
+fs::path MapStore::MaskPath(int image, const std::string& kind) const {
   const fs::path path = workspace_.FilledMaskPath(image);
   if (kind == kGeometric) return path;
   return path.parent_path() / (path.stem().string() + "." + kind + path.extension().string());
 }
 
-FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_filled,
+FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                              const TaskRecord* record) const {
   std::vector<fs::path> paths = {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind)};
   if (with_cost) paths.push_back(workspace_.CostMapPath(image, kind));
-  if (with_filled) paths.push_back(FilledPath(image, kind));
+  if (with_mask) paths.push_back(MaskPath(image, kind));
   FoundFiles found{.whole = record != nullptr, .foreign = {}};
   for (const fs::path& path : paths) {
     std::error_code unreachable;
@@ -233,12 +242,17 @@ bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
          HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3);
 }
 
+bool MapStore::HasMask(int image, const std::string& kind) const {
+  std::error_code unreachable;
+  return fs::exists(MaskPath(image, kind), unreachable);
+}
+
 void MapStore::RemoveFiles(int image, const std::string& kind) const {
   std::error_code ignored;  // a file that is not there is as good as one removed
   fs::remove(workspace_.DepthMapPath(image, kind), ignored);
   fs::remove(workspace_.NormalMapPath(image, kind), ignored);
   fs::remove(workspace_.CostMapPath(image, kind), ignored);
-  fs::remove(FilledPath(image, kind), ignored);
+  fs::remove(MaskPath(image, kind), ignored);
 }
 
 }  // namespace colmap_ext

@@ -20,11 +20,13 @@
 
 namespace colmap_ext {
 
-// What a stage makes of an image. cost and filled may be null.
+// What a stage makes of an image. cost and mask may be null.
 struct StageResult {
   std::shared_ptr<const phi::PlaneMap> map = nullptr;
   std::shared_ptr<const phi::CostMap> cost = nullptr;
-  std::shared_ptr<const phi::Mask> filled = nullptr;
+  // Of a measured map: which pixels have few witnesses (phi/filtering/few_witnesses.h). Of an inferred or geometric one:
+  // which are inferred (phi/filtering/filled_value.h).
+  std::shared_ptr<const phi::Mask> mask = nullptr;
 };
 
 // What lies under the names of a result.
@@ -40,15 +42,17 @@ class MapStore {
 
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
-  // The map's depths alone.
+  // The map's depths alone, of measured maps without those that have few witnesses.
   std::shared_ptr<const phi::DepthMap> Depths(int image, const std::string& kind);
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
-  std::shared_ptr<const phi::Mask> Filled(int image, const std::string& kind);
+  std::shared_ptr<const phi::Mask> MaskOf(int image, const std::string& kind);
 
   // Queues the files for writing. `on_complete` is called from the writer's thread with what identifies them, before the
   // first of them has its name: see RunRecord::Finish. Files and record are on the disk before the names are.
   using OnComplete = std::function<void(const std::vector<FileIdentity>& files)>;
   void Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete);
+  // Writes the files at once and keeps nothing in memory.
+  void Save(int image, const std::string& kind, const StageResult& result) const;
   // Keeps a result that gets files only when the budget asks for its place.
   void KeepTransient(int image, const std::string& kind, const StageResult& result);
 
@@ -58,8 +62,9 @@ class MapStore {
   // Compares the files of a result with what the record knows of it (null: nothing). A file is ours that the record
   // identifies, or where the record knows the result and the file is damaged: no whole map or mask, or a map without a
   // single value. Every other one is another program's.
-  FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_filled,
+  FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                      const TaskRecord* record) const;
+  bool HasMask(int image, const std::string& kind) const;
   // Whether the maps of a result are there and have the size of the image, whoever made them.
   bool MapsAreWhole(int image, const std::string& kind) const;
   void RemoveFiles(int image, const std::string& kind) const;
@@ -81,7 +86,7 @@ class MapStore {
   };
   void Publish(Ready ready);
   void PublishBatch(const std::vector<Ready>& batch);
-  std::filesystem::path FilledPath(int image, const std::string& kind) const;
+  std::filesystem::path MaskPath(int image, const std::string& kind) const;
 
   const Workspace& workspace_;
   const std::int64_t max_waiting_bytes_;

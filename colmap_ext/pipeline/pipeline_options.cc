@@ -5,7 +5,7 @@
 namespace colmap_ext {
 
 int PipelineOptions::NumGuidedPasses() const {
-  if (!geom_consistency || stereo.formulas == phi::Formulas::kPaper) return 0;
+  if (!geom_consistency) return 0;
   return std::min(num_guided_passes, stereo.num_iterations - 1);
 }
 

@@ -28,7 +28,7 @@ struct PipelineOptions {
                              << 30;  // --PatchMatchStereo.cache_size: images and maps in memory
 
   // Estimations after the first one, one iteration each, that start from all views' maps and are guided by them. They
-  // are part of num_iterations. None in the paper, and none where only photometric maps are wanted.
+  // are part of num_iterations. None where only photometric maps are wanted.
   int NumGuidedPasses() const;
 
   // Whether later stages read the matching cost of the estimate.

@@ -11,10 +11,17 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 2, kFilterRevision = 5, kInferRevision = 7;
+constexpr int kEstimateRevision = 2, kFilterRevision = 7, kInferRevision = 14;
+// The same for what changes with formulas paper alone.
+constexpr int kPaperRevision = 1;
 
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
+
+std::string Text(phi::Formulas formulas) {
+  const std::string text = " formulas=" + std::to_string(static_cast<int>(formulas));
+  return formulas == phi::Formulas::kPaper ? text + "." + std::to_string(kPaperRevision) : text;
+}
 
 std::string Text(const PipelineOptions& pipeline) {
   const phi::StereoOptions& o = pipeline.stereo;
@@ -23,8 +30,8 @@ std::string Text(const PipelineOptions& pipeline) {
   text << "revision=" << kEstimateRevision << " window_radius=" << o.window_radius
        << " window_step=" << o.window_step << " num_iterations=" << o.num_iterations
        << " num_guided_passes=" << pipeline.NumGuidedPasses() << " num_window_levels=" << o.num_window_levels
-       << " formulas=" << static_cast<int>(o.formulas) << " quality=" << static_cast<int>(o.quality)
-       << " seed=" << o.seed << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
+       << Text(o.formulas) << " quality=" << static_cast<int>(o.quality) << " seed=" << o.seed
+       << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
        << " cost=" << pipeline.NeedsCost();
   return text.str();
 }
@@ -36,9 +43,10 @@ std::string Text(const phi::FilterOptions& o) {
        << " inferred=" << o.min_num_consistent_inferred
        << " max_reprojection_error=" << o.max_reprojection_error
        << " max_relative_depth_error=" << o.max_relative_depth_error
+       << (o.max_depth_error > 0 ? " max_depth_error=" + std::to_string(o.max_depth_error) : "")
        << " max_normal_error=" << o.max_normal_error
        << " min_triangulation_angle=" << o.min_triangulation_angle << " max_cost=" << o.max_cost
-       << " formulas=" << static_cast<int>(o.formulas);
+       << Text(o.formulas);
   return text.str();
 }
 
@@ -47,8 +55,7 @@ std::string Text(const phi::InferenceOptions& o) {
   text.precision(17);
   text << "revision=" << kInferRevision << " mode=" << static_cast<int>(o.mode)
        << " num_passes=" << o.num_passes << " kappa1=" << o.kappa1 << " kappa2=" << o.kappa2
-       << " kappa3=" << o.kappa3 << " truncation=" << o.truncation
-       << " formulas=" << static_cast<int>(o.formulas);
+       << " kappa3=" << o.kappa3 << " truncation=" << o.truncation << Text(o.formulas);
   return text.str();
 }
 
@@ -60,10 +67,9 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
           .weight = kFilterWeight};
 }
 
-// Only where inference may put something better in their place; the paper's form knows no such rule.
+// Whether something will be put in their place or not: measured means one thing. The paper's form knows no such rule.
 bool DropsDoubtful(const PipelineOptions& options) {
-  return options.inference.mode != phi::InferenceMode::kOff &&
-         options.filter.formulas == phi::Formulas::kRobust;
+  return options.filter.formulas == phi::Formulas::kRobust;
 }
 
 Stage MakePublish(std::string_view result) {
@@ -139,6 +145,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   }
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
+    stages.back().has_mask = true;
     stages.back().drops_doubtful = DropsDoubtful(options);
     if (stages.back().drops_doubtful) stages.back().options += " drops_doubtful=1";
   }
@@ -152,9 +159,11 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
                     .options = Text(options.inference),
                     .is_output = false,
                     .transient = true,
+                    .has_mask = true,
                     .reads_source_maps = true,
                     .weight = kInferWeight});
   stages.push_back(MakeFilter(kGeometric, options));
+  stages.back().has_mask = true;
   return stages;
 }
 

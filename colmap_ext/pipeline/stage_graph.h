@@ -25,6 +25,7 @@ struct Stage {
   bool drops_doubtful =
       false;               // of a filter: plain and contradicted pixels go too, doubtful ones become negative
   bool transient = false;  // lives in memory and is not recorded
+  bool has_mask = false;   // beside its maps: see StageResult
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation
   double weight = 1;                           // expected time of a task, relative to an estimation

@@ -7,6 +7,7 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
+#include "phi/filtering/few_witnesses.h"
 #include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/matching/cost_aggregation.h"
@@ -101,6 +102,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   input.sparse = std::move(sparse.points);
   input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;
   input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
+  input.depth_range_is_given = options_.depth_min > 0;
   if (previous) {
     input.initial = store_.Map(job.image, previous->result);
     input.source_depths = SourceDepths(*previous, input_keys, job, used);
@@ -126,27 +128,42 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   }
   const bool after_inference = previous.kind == StageKind::kInfer;
   if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
-  if (after_inference) input.filled = store_.Filled(job.image, previous.result);
-  phi::PlaneMap filtered = backend.Filter(input, options_.filter);
-  if (stage.drops_doubtful) {
-    phi::DropPlainPixels(*ReadView(job.image).image, &filtered);
-    const phi::Pinhole& camera = workspace_.views()[job.image].camera.pinhole;
-    phi::JudgeByNeighbors(phi::MakeRayModel(camera), &filtered);
-  }
+  if (after_inference) input.filled = store_.MaskOf(job.image, previous.result);
+  phi::FilterResult filtered = backend.Filter(input, options_.filter);
+  if (stage.drops_doubtful) JudgeMeasurements(job, &filtered);
   StageResult result;
-  result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered));
+  result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered.map));
   if (after_inference) {
-    phi::Mask filled = KeptInferred(*input.filled, *result.map);
-    const std::int64_t num_kept = CountValue(filled, phi::kInferredConfirmed);
-    result.filled = std::make_shared<const phi::Mask>(std::move(filled));
+    phi::Mask inferred = KeptInferred(*input.filled, *result.map);
+    const std::int64_t num_kept = CountValue(inferred, phi::kInferredConfirmed);
+    result.mask = std::make_shared<const phi::Mask>(std::move(inferred));
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;
+  } else if (stage.has_mask) {
+    result.mask = std::make_shared<const phi::Mask>(std::move(filtered.few_witnesses));
   }
   // The filtered photometric map takes the raw one's place, and its cost goes with it.
   if (stage.result == kPhotometric && options_.NeedsCost()) {
     result.cost = store_.Cost(job.image, EstimateKind(options_));
   }
   return result;
+}
+
+// What the filter kept and is no measurement all the same. A doubtful pixel with few witnesses is not even a clue.
+void StageTasks::JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const {
+  phi::DropPlainPixels(*ReadView(job.image).image, &filtered->map);
+  std::vector<const phi::Camera*> sources;
+  for (const int source : job.sources) sources.push_back(&workspace_.views()[source].camera);
+  sources.resize(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));  // those that matching uses
+  const phi::DepthPrecision precision(workspace_.views()[job.image].camera, sources);
+  phi::JudgeByNeighbors(precision, &filtered->map);
+  phi::ForParts(filtered->map.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      phi::PlaneHypothesis& h = filtered->map.data()[i];
+      if (filtered->few_witnesses.data()[i] != 0 && phi::IsDoubtful(h.depth)) h = {};
+      if (!(h.depth > 0)) filtered->few_witnesses.data()[i] = 0;
+    }
+  });
 }
 
 StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::string>& input_keys,
@@ -156,12 +173,21 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.reference = ReadView(job.image);
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);
-  input.measured = store_.Map(job.image, previous.result);
+  const auto measured = store_.Map(job.image, previous.result);
+  const auto few_witnesses = store_.MaskOf(job.image, previous.result);
+  input.measured = measured;
+  const bool has_few = phi::CountIf(*few_witnesses, [](std::uint8_t v) { return v != 0; }) > 0;
+  if (has_few) {
+    auto evidence = std::make_shared<phi::PlaneMap>(*measured);
+    phi::HideFewWitnesses(*few_witnesses, evidence.get());
+    input.measured = std::move(evidence);
+  }
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
-  CountInference(*input.measured, inferred);
+  if (has_few) phi::RestoreFewWitnesses(*measured, *few_witnesses, &inferred);
+  CountInference(*measured, inferred);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
-          .filled = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
+          .mask = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
 }
 
 void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const {

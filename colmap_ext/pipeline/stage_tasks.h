@@ -35,6 +35,7 @@ class StageTasks {
                        const ImageJob& job, phi::Backend& backend, std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
+  void JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const;
   StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend, std::vector<std::string>* warnings) const;
   void CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const;

@@ -137,7 +137,7 @@ void StereoPipeline::CheckFiles() {
     for (std::size_t j = 0; j < jobs_.size() && !stages_[s].transient; ++j) {
       const int stage = static_cast<int>(s);
       const FoundFiles found =
-          store_.Inspect(jobs_[j].image, stages_[s].result, WritesCost(stage), WritesFilled(stage),
+          store_.Inspect(jobs_[j].image, stages_[s].result, WritesCost(stage), stages_[s].has_mask,
                          record_.Find(NameOf(static_cast<int>(j)), stages_[s].result));
       if (stages_[s].is_output && !options_.overwrite) RefuseForeignFile(found.foreign);
       whole[j] = found.whole;
@@ -279,11 +279,6 @@ void StereoPipeline::Summarize(double seconds) {
 bool StereoPipeline::WritesCost(int stage) const {
   const bool makes_photometric = stages_[stage].result == kPhotometric;
   return options_.NeedsCost() && (makes_photometric || stages_[stage].kind == StageKind::kEstimate);
-}
-
-bool StereoPipeline::WritesFilled(int stage) const {
-  return stage > 0 && stages_[stage].kind == StageKind::kFilter &&
-         stages_[stage - 1].kind == StageKind::kInfer;
 }
 
 }  // namespace colmap_ext

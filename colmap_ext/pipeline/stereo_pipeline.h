@@ -55,7 +55,6 @@ class StereoPipeline {
   void Summarize(double seconds);
   const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
   bool WritesCost(int stage) const;
-  bool WritesFilled(int stage) const;
 
   const Workspace& workspace_;
   const PipelineOptions options_;

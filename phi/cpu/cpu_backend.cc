@@ -31,8 +31,8 @@ class CpuBackend : public Backend {
     return result;
   }
 
-  PlaneMap Filter(const FilterInput& input, const FilterOptions& options) override {
-    PlaneMap result;
+  FilterResult Filter(const FilterInput& input, const FilterOptions& options) override {
+    FilterResult result;
     arena_.execute([&] { result = FilterOnCpu(input, options); });
     return result;
   }

@@ -57,8 +57,8 @@ struct StateArrays {
         selected_views(width, height),
         view_costs(static_cast<std::size_t>(width) * height * num_views) {}
 
-  EstimationState View() {
-    return {plane.view(), cost.view(), selected_views.view(), view_costs.data(), plane.view().size()};
+  EstimationState View(const DepthRanges& ranges) {
+    return {plane.view(), cost.view(), selected_views.view(), view_costs.data(), plane.view().size(), ranges};
   }
 };
 
@@ -74,16 +74,14 @@ void ForEachRow(int height, const Function& function) {
 struct Start {
   const PlaneMap* earlier = nullptr;  // null, or an estimate of the same image; depth <= 0: none there
   CoarseHypotheses coarse;
-  const DepthRangeMap& ranges;  // around the sparse points
-  int cell = kDepthRangeCell;   // pixels on a side of an element of `ranges`
+  DepthRanges ranges;
 };
 
 PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& start, int x, int y) {
   if (start.earlier != nullptr && (*start.earlier)(x, y).depth > 0) return (*start.earlier)(x, y);
   PlaneHypothesis h;
   if (start.coarse.map.data != nullptr && HypothesisFromCoarse(p, start.coarse, x, y, &h)) return h;
-  const DepthRange range = start.ranges(x / start.cell, y / start.cell);
-  return FirstHypothesis(p, range.min, range.max, x, y);
+  return FirstHypothesis(p, start.ranges.At(x, y), x, y);
 }
 
 template <int kViews>
@@ -121,7 +119,7 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
   const Matcher matcher(input, parameters, views);
-  CpuContext context{parameters, arrays.View(), matcher, views, {}};
+  CpuContext context{parameters, arrays.View(start.ranges), matcher, views, {}};
   for (const auto& depths : input.source_depths) {
     context.source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
@@ -152,8 +150,7 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
     const PlaneMap coarse = std::move(result.map);
     const Start start = {.earlier = input.initial.get(),
                          .coarse = {coarse.view(), coarser_level - part.level},
-                         .ranges = ranges,
-                         .cell = kDepthRangeCell << (parts.front().level - part.level)};
+                         .ranges = {ranges.view(), kDepthRangeCell << (parts.front().level - part.level)}};
     result = EstimatePart(of_part.input(), of_part.options(), start);
     coarser_level = part.level;
   }

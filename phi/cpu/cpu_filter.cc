@@ -11,27 +11,24 @@
 
 namespace phi {
 
-PlaneMap FilterOnCpu(const FilterInput& input, const FilterOptions& options) {
+FilterResult FilterOnCpu(const FilterInput& input, const FilterOptions& options) {
   const FilterReference reference = MakeFilterReference(input, options);
   const std::vector<SourceMap> sources = SourcesWithMap(input);
-  Mask keep(reference.map.width, reference.map.height);
-  const std::size_t num_turns = std::max<std::size_t>(sources.size(), 1);
-  for (std::size_t j = 0; j < num_turns; ++j) {
-    FilterTurn turn{.is_last = j + 1 == num_turns};
-    std::shared_ptr<const PlaneMap> map;
-    FilterSource source;
-    if (j < sources.size()) {
-      map = sources[j].load();
-      source = {MakeRelativeView(input.reference.view->camera, sources[j].view->camera), map->view()};
-      turn.sources = &source;
-      turn.num_sources = 1;
-    }
-    tbb::parallel_for(0, keep.height(), [&](int y) {
+  Array2D<FilterState> states(reference.map.width, reference.map.height);
+  for (const SourceMap& view : sources) {
+    const std::shared_ptr<const PlaneMap> map = view.load();
+    const FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera), map->view()};
+    const FilterTurn turn{&source, 1};
+    tbb::parallel_for(0, states.height(), [&](int y) {
       ThrowIfCancelled();
-      for (int x = 0; x < keep.width(); ++x) keep(x, y) = FilterPixel(reference, turn, x, y, keep(x, y));
+      for (int x = 0; x < states.width(); ++x) AskSources(reference, turn, x, y, &states(x, y));
     });
   }
-  return KeptPixels(*input.reference.map, keep.data());
+  auto verdicts = Array2D<FilterVerdict>::Uninitialized(states.width(), states.height());
+  tbb::parallel_for(0, states.height(), [&](int y) {
+    for (int x = 0; x < states.width(); ++x) verdicts(x, y) = JudgeByViews(reference, x, y, states(x, y));
+  });
+  return KeptPixels(*input.reference.map, verdicts.data());
 }
 
 }  // namespace phi

@@ -5,6 +5,6 @@
 
 namespace phi {
 
-PlaneMap FilterOnCpu(const FilterInput& input, const FilterOptions& options);
+FilterResult FilterOnCpu(const FilterInput& input, const FilterOptions& options);
 
 }  // namespace phi

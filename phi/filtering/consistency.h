@@ -1,10 +1,13 @@
 // Geometric consistency of a depth between two views (paper section D).
 #pragma once
 
+#include <cstdint>
+
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
 #include "phi/filtering/filled_value.h"
 #include "phi/geometry/plane_hypothesis.h"
+#include "phi/options.h"
 
 namespace phi {
 
@@ -13,12 +16,13 @@ struct ConsistencyThresholds {
   float max_relative_depth_error = 0.01f;  // of the depth in the source camera
   float min_normal_cosine = 0.8660254f;    // normals compared in the reference frame
   float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
-  bool paper = false;                      // absolute depth difference below 0.02 instead of the relative one
+  float max_depth_error = 0;               // world units, instead of the relative one; 0: the relative one
+  Formulas formulas = Formulas::kRobust;
 };
 
-// Depth of `map` at (u, v): bilinear where the four taps agree within 1 %, else the nearest pixel's. 0 =
-// none.
-PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v) {
+// Depth of `map` at (u, v): bilinear where the four taps agree within 1 % (paper: where they have depth), else the nearest
+// pixel's. 0 = none.
+PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v, Formulas formulas) {
   const int nearest_x = static_cast<int>(floorf(u)), nearest_y = static_cast<int>(floorf(v));
   if (!map.Contains(nearest_x, nearest_y)) return 0;
   const float nearest = map(nearest_x, nearest_y).depth;
@@ -29,46 +33,103 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   const float d01 = map(x0, y0 + 1).depth, d11 = map(x0 + 1, y0 + 1).depth;
   const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
               highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
-  if (!(lowest > 0) || highest - lowest > 0.01f * highest) return nearest;
+  if (!(lowest > 0)) return nearest;
+  if (formulas == Formulas::kRobust && highest - lowest > 0.01f * highest) return nearest;
   const float fx = x - x0, fy = y - y0;
   const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
   return top + fy * (bottom - top);
 }
 
-// True when `h` at the reference pixel (u, v) and the source map describe the same surface.
-PHI_HD bool IsConsistent(const RayModel& reference, const RelativeView& view, float u, float v,
-                         const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
-                         const ConsistencyThresholds& t) {
+// What a source view's map says of a hypothesis.
+enum class Testimony : std::uint8_t {
+  kNone,             // the view cannot see the point
+  kContradicts,      // it could, and its map shows another surface, or none
+  kConfirms,         // both describe one surface
+  kConfirmsClosely,  // the same within kCloseDepth and kCloseReprojection of the thresholds
+};
+
+// Shares of the thresholds. One view alone is believed only this close: by chance a depth comes so near less than half as often.
+inline constexpr float kCloseDepth = 0.4f, kCloseReprojection = 0.5f;
+
+// Where a window around the pixel does not fit into the image there is no matching; pixels.
+inline constexpr float kWindowReach = 5;
+// Cosines of the angles beyond which no window matches: of the surface against the source's ray (80 degrees) and between
+// the rays of both views (60 degrees).
+inline constexpr float kMinFacingCosine = 0.17f, kMinRaysCosine = 0.5f;
+// Something stands before the point where the map is nearer by this much, relative, at most of the pixels around it. One
+// wrong pixel of a map that nobody has judged yet hides nothing.
+inline constexpr float kOccluderMargin = 0.02f;
+
+// Whether the point, in the source's frame and at (su, sv) of its image, lies behind what the source's map holds there.
+PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, float sv, float depth) {
+  constexpr int kSpacing = 2;
+  int asked = 0, nearer = 0;
+  for (int dy = -kSpacing; dy <= kSpacing; dy += kSpacing) {
+    for (int dx = -kSpacing; dx <= kSpacing; dx += kSpacing) {
+      const int x = static_cast<int>(floorf(su)) + dx, y = static_cast<int>(floorf(sv)) + dy;
+      if (!source_map.Contains(x, y) || !(source_map(x, y).depth > 0)) continue;
+      ++asked;
+      nearer += source_map(x, y).depth < (1 - kOccluderMargin) * depth;
+    }
+  }
+  return 2 * nearer > asked;
+}
+
+// Whether the source view can see the hypothesis at all. x_reference, x_source: the point in both frames.
+PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, Vec3f x_reference, Vec3f x_source,
+                   float su, float sv, ArrayView2D<const PlaneHypothesis> source_map) {
+  if (!(su >= kWindowReach && sv >= kWindowReach && su <= source_map.width - kWindowReach &&
+        sv <= source_map.height - kWindowReach)) {
+    return false;
+  }
+  const float distance = Norm(x_source);
+  const Vec3f ray =
+      TransposedTimes(view.rotation, x_source);  // from the source's centre, in the reference's axes
+  if (!(-Dot(h.normal, ray) > kMinFacingCosine * distance)) return false;
+  if (!(Dot(ray, x_reference) > kMinRaysCosine * distance * Norm(x_reference))) return false;
+  return !IsHidden(source_map, su, sv, x_source.z);
+}
+
+// Of the source view about `h` at the reference pixel (u, v).
+PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
+                     const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
+                     const ConsistencyThresholds& t) {
   const Vec3f x_reference = h.depth * reference.Ray(u, v);
   const Vec3f x_source = view.rotation * x_reference + view.translation;
-  if (!(x_source.z > 0)) return false;
+  if (!(x_source.z > 0)) return Testimony::kNone;
   const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
   const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
-  const float depth = InterpolatedDepth(source_map, su, sv);
-  if (!(depth > 0)) return false;
+  const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
+  const Testimony no =
+      CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
+  if (!(depth > 0)) return no;
 
   const float difference = fabsf(x_source.z - depth);
-  if (t.paper ? difference >= 0.02f : difference >= t.max_relative_depth_error * x_source.z) return false;
+  const float max_difference =
+      t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * x_source.z;
+  if (difference >= max_difference) return no;
 
   // Back from the source's own depth to the reference image.
   const Vec3f y_source = depth * view.source.Ray(su, sv);
   const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
-  if (!(y_reference.z > 0)) return false;
+  if (!(y_reference.z > 0)) return no;
   const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
   const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
-  if (!(du * du + dv * dv < t.max_reprojection_error * t.max_reprojection_error)) return false;
+  const float error = sqrtf(du * du + dv * dv);
+  if (!(error < t.max_reprojection_error)) return no;
 
   const Vec3f source_normal = source_map(static_cast<int>(floorf(su)), static_cast<int>(floorf(sv))).normal;
-  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return false;
+  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return no;
 
   if (t.max_ray_cosine < 1) {
     // The angle at the point between the rays to both centres.
-    const Vec3f to_source = x_source;  // in the source frame, from its centre
     const Vec3f to_reference = view.rotation * x_reference;
-    const float cosine = Dot(to_source, to_reference) / (Norm(to_source) * Norm(to_reference));
-    if (cosine > t.max_ray_cosine) return false;
+    const float cosine = Dot(x_source, to_reference) / (Norm(x_source) * Norm(to_reference));
+    if (cosine > t.max_ray_cosine) return no;
   }
-  return true;
+  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * x_source.z &&
+                        error < kCloseReprojection * t.max_reprojection_error;
+  return is_close ? Testimony::kConfirmsClosely : Testimony::kConfirms;
 }
 
 }  // namespace phi

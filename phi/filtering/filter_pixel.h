@@ -1,15 +1,32 @@
 // What the consistency filter does at one pixel. Source maps come in turns, so that no more of them need to be in memory at
-// once than fit: between turns a pixel is a count of the views that confirm it.
+// once than fit: between turns a pixel is a FilterState.
 #pragma once
 
 #include <cstdint>
 
+#include "phi/base/array2d.h"
 #include "phi/filtering/consistency.h"
 
 namespace phi {
 
-// The most views that options can ask for: a pixel's count is a byte, and stops at what the pixel needs.
+// The most views that options can ask for: a pixel's count of them is a byte.
 inline constexpr int kMaxRequiredViews = 255;
+
+// What the filter decides.
+enum class FilterVerdict : std::uint8_t {
+  kDropped = 0,
+  kKept = 1,
+  // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.
+  kFewWitnesses = 2,
+};
+
+// A pixel between turns: how many views confirm it, as many as it needs at most, how many could see it, and whether one
+// confirms it closely.
+struct FilterState {
+  std::uint8_t num_confirming = 0;
+  std::uint8_t num_seeing : 7 = 0;
+  std::uint8_t is_close : 1 = 0;
+};
 
 struct FilterReference {
   RayModel rays;
@@ -30,25 +47,44 @@ struct FilterSource {
 struct FilterTurn {
   const FilterSource* sources = nullptr;
   int num_sources = 0;
-  bool is_last = true;
 };
 
-// `before`: what the turn before returned for the pixel, 0 in the first one. Returns how many views confirm it so far, up
-// to as many as it needs; in the last turn 1 where the pixel stays, else 0. Neither how the sources are divided among
-// turns nor their order changes that.
-PHI_HD std::uint8_t FilterPixel(const FilterReference& f, const FilterTurn& turn, int x, int y,
-                                std::uint8_t before) {
+PHI_HD std::uint8_t InferredValue(const FilterReference& f, int x, int y) {
+  return f.filled.data != nullptr ? f.filled(x, y) : kMeasuredPixel;
+}
+
+// Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
+PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, int y, FilterState* state) {
+  constexpr int kMostSeeing = 127;
   const PlaneHypothesis h = f.map(x, y);
-  if (!(h.depth > 0)) return 0;
-  const std::uint8_t inferred = f.filled.data != nullptr ? f.filled(x, y) : kMeasuredPixel;
-  if (f.cost.data != nullptr && inferred == kMeasuredPixel && f.cost(x, y) > f.max_cost) return 0;
-  const int required = RequiredViews(inferred, f.min_num_consistent, f.min_num_consistent_inferred);
-  int count = before;
-  for (int j = 0; j < turn.num_sources && count < required; ++j) {
+  if (!(h.depth > 0)) return;
+  const int required =
+      RequiredViews(InferredValue(f, x, y), f.min_num_consistent, f.min_num_consistent_inferred);
+  for (int j = 0; j < turn.num_sources && state->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
-    count += IsConsistent(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds);
+    const Testimony testimony = Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds);
+    if (testimony == Testimony::kNone) continue;
+    if (state->num_seeing < kMostSeeing) ++state->num_seeing;
+    if (testimony == Testimony::kContradicts) continue;
+    ++state->num_confirming;
+    if (testimony == Testimony::kConfirmsClosely) state->is_close = 1;
   }
-  return static_cast<std::uint8_t>(turn.is_last ? count >= required : count);
+}
+
+// After the last turn.
+PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const FilterState& state) {
+  if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
+  const std::uint8_t inferred = InferredValue(f, x, y);
+  // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
+  if (f.thresholds.formulas == Formulas::kRobust && f.filled.data != nullptr && inferred == kMeasuredPixel)
+    return FilterVerdict::kKept;
+  if (f.cost.data != nullptr && inferred == kMeasuredPixel && f.cost(x, y) > f.max_cost)
+    return FilterVerdict::kDropped;
+  if (state.num_confirming >= RequiredViews(inferred, f.min_num_consistent, f.min_num_consistent_inferred))
+    return FilterVerdict::kKept;
+  const bool all_confirm = state.num_seeing == state.num_confirming && state.is_close;
+  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && inferred == kMeasuredPixel;
+  return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
 }
 
 }  // namespace phi

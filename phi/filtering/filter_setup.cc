@@ -18,7 +18,8 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
   t.max_ray_cosine = options.min_triangulation_angle > 0
                          ? static_cast<float>(std::cos(options.min_triangulation_angle * kRadianPerDegree))
                          : 1.0f;
-  t.paper = options.formulas == Formulas::kPaper;
+  t.max_depth_error = static_cast<float>(options.max_depth_error);
+  t.formulas = options.formulas;
   return t;
 }
 
@@ -42,15 +43,17 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
   return sources;
 }
 
-PlaneMap KeptPixels(const PlaneMap& map, const std::uint8_t* keep) {
-  PlaneMap kept = PlaneMap::Uninitialized(map.width(), map.height());
-  const ArrayView2D<const std::uint8_t> keep_view{keep, map.width(), map.height()};
+FilterResult KeptPixels(const PlaneMap& map, const FilterVerdict* verdicts) {
+  FilterResult result{PlaneMap::Uninitialized(map.width(), map.height()),
+                      Mask::Uninitialized(map.width(), map.height())};
+  const ArrayView2D<const FilterVerdict> verdict{verdicts, map.width(), map.height()};
   tbb::parallel_for(0, map.height(), [&](int y) {
     for (int x = 0; x < map.width(); ++x) {
-      kept(x, y) = keep_view(x, y) != 0 ? map(x, y) : PlaneHypothesis();
+      result.map(x, y) = verdict(x, y) != FilterVerdict::kDropped ? map(x, y) : PlaneHypothesis();
+      result.few_witnesses(x, y) = verdict(x, y) == FilterVerdict::kFewWitnesses ? 255 : 0;
     }
   });
-  return kept;
+  return result;
 }
 
 }  // namespace phi

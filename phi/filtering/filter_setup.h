@@ -18,7 +18,7 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
 // The source views that have a map.
 std::vector<SourceMap> SourcesWithMap(const FilterInput& input);
 
-// The pixels of `map` where `keep` is not 0; the rest have no depth. `keep`: as many values as the map has pixels.
-PlaneMap KeptPixels(const PlaneMap& map, const std::uint8_t* keep);
+// `map` without the dropped pixels, and which of the others have few witnesses. `verdicts`: one for each pixel.
+FilterResult KeptPixels(const PlaneMap& map, const FilterVerdict* verdicts);
 
 }  // namespace phi

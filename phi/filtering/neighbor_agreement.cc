@@ -19,14 +19,17 @@ enum class Verdict : std::uint8_t { kMeasured, kDoubtful, kContradicted };
 struct PlaneRow {
   std::vector<float> normal_x, normal_y, normal_z, offset;  // offset NaN: no depth
   std::vector<float> depth, ray_x;
+  std::vector<float> tolerance;  // of the depth
 
-  PlaneRow(const RayModel& rays, const PlaneMap& map, int y)
+  PlaneRow(const DepthPrecision& precision, const PlaneMap& map, int y)
       : normal_x(map.width()),
         normal_y(map.width()),
         normal_z(map.width()),
         offset(map.width()),
         depth(map.width()),
-        ray_x(map.width()) {
+        ray_x(map.width()),
+        tolerance(map.width(), kMaxNeighborError) {
+    const RayModel& rays = precision.reference();
     for (int x = 0; x < map.width(); ++x) {
       const PlaneHypothesis& h = map(x, y);
       const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
@@ -36,6 +39,10 @@ struct PlaneRow {
       offset[x] = h.depth > 0 ? h.depth * Dot(h.normal, ray) : std::numeric_limits<float>::quiet_NaN();
       depth[x] = h.depth;
       ray_x[x] = ray.x;
+      if (h.depth > 0) {
+        const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, h.depth);
+        tolerance[x] = std::max(kMaxNeighborError, kMaxNeighborDeviations * deviation);
+      }
     }
   }
 };
@@ -55,11 +62,12 @@ struct NeighborCounts {
     const float *nx = planes.normal_x.data() + shift, *ny = planes.normal_y.data() + shift;
     const float *nz = planes.normal_z.data() + shift, *offset = planes.offset.data() + shift;
     const float *depth = pixels.depth.data(), *ray_x = pixels.ray_x.data();
+    const float* tolerance = pixels.tolerance.data();
     std::int32_t *num_asked = asked.data(), *num_agreeing = agreeing.data();
     for (int x = begin; x < end; ++x) {
       const float here = depth[x] * (nx[x] * ray_x[x] + ny[x] * ray_y + nz[x]);
       num_asked[x] += offset[x] == offset[x];
-      num_agreeing[x] += std::fabs(offset[x] - here) < kMaxNeighborError * std::fabs(here);
+      num_agreeing[x] += std::fabs(offset[x] - here) < tolerance[x] * std::fabs(here);
     }
   }
 
@@ -70,15 +78,16 @@ struct NeighborCounts {
   }
 };
 
-void JudgeRows(const RayModel& rays, const PlaneMap& map, int begin, int end, Array2D<Verdict>* verdicts) {
+void JudgeRows(const DepthPrecision& precision, const PlaneMap& map, int begin, int end,
+               Array2D<Verdict>* verdicts) {
   const int first = std::max(begin - kAgreementRadius, 0);
   const int last = std::min(end - 1 + kAgreementRadius, map.height() - 1);
   std::vector<PlaneRow> rows;
-  for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, y);
+  for (int y = first; y <= last; ++y) rows.emplace_back(precision, map, y);
   for (int y = begin; y < end; ++y) {
     NeighborCounts counts(map.width());
     const PlaneRow& pixels = rows[y - first];
-    const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
+    const float ray_y = precision.reference().Ray(0.5f, y + 0.5f).y;
     for (int v = std::max(y - kAgreementRadius, first); v <= std::min(y + kAgreementRadius, last); ++v) {
       for (int shift = -kAgreementRadius; shift <= kAgreementRadius; ++shift)
         counts.Add(pixels, ray_y, rows[v - first], shift);
@@ -91,11 +100,11 @@ void JudgeRows(const RayModel& rays, const PlaneMap& map, int begin, int end, Ar
 
 }  // namespace
 
-void JudgeByNeighbors(const RayModel& rays, PlaneMap* map) {
+void JudgeByNeighbors(const DepthPrecision& precision, PlaneMap* map) {
   const int height = map->height(), num_bands = (height + kBandRows - 1) / kBandRows;
   Array2D<Verdict> verdicts(map->width(), height, Verdict::kMeasured);
   tbb::parallel_for(0, num_bands, [&](int band) {
-    JudgeRows(rays, *map, band * kBandRows, std::min((band + 1) * kBandRows, height), &verdicts);
+    JudgeRows(precision, *map, band * kBandRows, std::min((band + 1) * kBandRows, height), &verdicts);
   });
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < map->width(); ++x) {

@@ -5,14 +5,16 @@
 // wall, a speck or the rim of something before it, is often wrong.
 #pragma once
 
-#include "phi/geometry/device_camera.h"
+#include "phi/geometry/depth_precision.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
 
 inline constexpr int kAgreementRadius = 2;  // pixels: 5 x 5 of them are asked
-// A neighbour agrees when its plane, carried on to the pixel, differs from the pixel's depth by less than this.
-inline constexpr float kMaxNeighborError = 0.003f;  // of the depth
+// A neighbour agrees when its plane, carried on to the pixel, differs from the pixel's depth by less than the greater of
+// these: a share of the depth, and standard deviations of what matching can tell there. By the share alone, right
+// neighbours contradict each other where baselines are short.
+inline constexpr float kMaxNeighborError = 0.003f, kMaxNeighborDeviations = 3;
 // Contradicted: at least half of the 24 neighbours have depth, and fewer than 2 in 5 of those agree. A bar three pixels wide
 // stays (14 of 24 agree at its rim), one of two goes (9).
 inline constexpr int kMinNeighborsAsked = 12, kMinAgreeing = 2, kOutOf = 5;
@@ -20,7 +22,8 @@ inline constexpr int kMinNeighborsAsked = 12, kMinAgreeing = 2, kOutOf = 5;
 inline constexpr int kMinNeighborsAgreeing = 8;
 
 // Takes the depth from contradicted pixels and makes that of doubtful ones negative, judged by the map as it was. They are no
-// measurement, but nothing else may show where a plain wall is, so that inference rests on them too. `rays`: the map's camera.
-void JudgeByNeighbors(const RayModel& rays, PlaneMap* map);
+// measurement, but nothing else may show where a plain wall is, so that inference rests on them too. `precision`: of the
+// map's view.
+void JudgeByNeighbors(const DepthPrecision& precision, PlaneMap* map);
 
 }  // namespace phi

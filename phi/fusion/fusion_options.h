@@ -3,13 +3,13 @@
 
 #include <string>
 
+#include "phi/options.h"
+
 namespace phi {
 
-// support: see support_rule.h. paper: the paper's literal rule, see paper_rule.h.
-enum class FusionRule { kSupport, kPaper };
-
 struct FusionOptions {
-  FusionRule rule = FusionRule::kSupport;  // --PhiFusion.rule
+  Formulas formulas =
+      Formulas::kRobust;  // --PhiFusion.formulas; robust: image_fusion.h, paper: paper_fusion.h
   // --StereoFusion.min_num_pixels: images that must agree on a point, its own included
   int min_num_views = 2;
   // --StereoFusion.max_num_pixels: most measurements merged into one point

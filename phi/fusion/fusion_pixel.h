@@ -42,6 +42,7 @@ struct FusionPixel {
   // Bits of `flags`.
   static constexpr std::uint8_t kInferred = 1;  // depth was inferred by hole filling, not measured
   static constexpr std::uint8_t kEmitted = 2;   // this pixel gave a point of the cloud
+  static constexpr std::uint8_t kMerged = 4;    // formulas paper: an earlier image's point took this pixel in
 
   // As 32-bit words: depth, normal, colour and flags.
   static constexpr int kNumWords = 3, kNormalWord = 1, kColorWord = 2;

@@ -7,7 +7,6 @@
 
 #include "phi/base/error.h"
 #include "phi/fusion/cloud_holes.h"
-#include "phi/fusion/paper_rule.h"
 
 namespace phi {
 namespace {
@@ -51,7 +50,6 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
                        const FusionOptions& options, const BoundingBox* box)
     : reference_(reference),
       rays_(MakeRayModel(reference.camera.pinhole)),
-      rule_(options.rule),
       gates_(MakeGates(options)),
       hole_gates_(gates_),
       box_(box),
@@ -82,18 +80,14 @@ FusedBlock ImageFuser::FuseRows(int begin, int end) {
   FusedBlock block;
   SupportRun run(neighbors_);
   for (int y = begin; y < end; ++y) {
-    if (rule_ == FusionRule::kPaper) {
-      FuseRowAsPaper(y, &block);
-    } else {
-      for (int x = 0; x < reference_.map->width(); x += kRunLength) FuseRun(x, y, &run, &block);
-    }
+    for (int x = 0; x < reference_.map->width(); x += kRunLength) FuseRun(x, y, &run, &block);
   }
   return block;
 }
 
 FusedBlock ImageFuser::FillHoles(int begin, int end) {
   FusedBlock block;
-  if (rule_ == FusionRule::kPaper || hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return block;
+  if (hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return block;
   SupportRun run(neighbors_);
   for (int y = begin; y < end; ++y) {
     const std::vector<char> row = FindHoles(outcomes_, y);
@@ -164,7 +158,7 @@ PixelOutcome ImageFuser::FusePixel(const FusionGates& gates, const ReferenceRun&
   const float num_conflicts = static_cast<float>(run.num_seen_through[i]);
   if (num_conflicts > gates.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
 
-  Candidate candidate;
+  PointCandidate candidate;
   const Vec3f ray = {reference.ray_x[i], reference.ray_y, 1.0f};
   candidate.point = reference.depth[i] * (1 + run.relative_depth[i]) * ray;
   candidate.normal = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
@@ -175,92 +169,7 @@ PixelOutcome ImageFuser::FusePixel(const FusionGates& gates, const ReferenceRun&
   for (const std::uint32_t k : run.agreeing) {
     if (HasPixel(run.answers[k].agrees, i)) block->views.push_back(neighbors_[k].image);
   }
-  return Emit(candidate, block);
-}
-
-void ImageFuser::FuseRowAsPaper(int y, FusedBlock* block) {
-  for (int x = 0; x < reference_.map->width(); ++x) {
-    FusionPixel& pixel = (*reference_.map)(x, y);
-    PixelOutcome outcome = PixelOutcome::kNoDepth;
-    if (pixel.depth > 0) outcome = FuseAsPaper(pixel, rays_.Ray(x + 0.5f, y + 0.5f), block);
-    if (outcome == PixelOutcome::kFused) pixel.flags |= FusionPixel::kEmitted;
-    ++block->outcomes[outcome];
-  }
-}
-
-bool ImageFuser::Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
-                        Vec3f ray) const {
-  if (!neighbor.earlier || (theirs.flags & FusionPixel::kEmitted) == 0) return false;
-  // Steps along the surface are depth / (focal length * slant cosine); see SamplesFinely in
-  // neighbor_answers-inl.h.
-  const RelativeView& view = neighbor.view;
-  const Vec3f normal = UnpackNormal(pixel.normal);
-  const Vec3f seen = view.rotation * (pixel.depth * ray) + view.translation;
-  const float slant = std::max(kMinSlantCosine, -Dot(normal, ray));
-  const float their_slant = std::max(kMinSlantCosine, -Dot(view.rotation * normal, seen) / seen.z);
-  return theirs.depth * rays_.fx * slant <= kMaxCoarsening * view.source.fx * pixel.depth * their_slant;
-}
-
-PixelOutcome ImageFuser::FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const {
-  const Vec3f point = pixel.depth * ray;
-  Candidate candidate;
-  candidate.point = point;
-  candidate.normal = UnpackNormal(pixel.normal);
-  std::array<std::uint32_t, kMaxFusionNeighbors> merged;
-  std::array<const FusionPixel*, kMaxFusionNeighbors> pixels;
-  int count = 0, num_with_depth = 1;
-  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
-    const PaperAnswer answer = AskNeighborAsPaper(neighbors_[k], point, gates_);
-    num_with_depth += answer.pixel != nullptr && answer.pixel->depth > 0;
-    if (!answer.agrees) continue;
-    if (Covers(neighbors_[k], *answer.pixel, pixel, ray)) return PixelOutcome::kCovered;
-    if (count + 1 >= gates_.max_num_views) continue;
-    candidate.point = candidate.point + answer.point;
-    candidate.normal =
-        candidate.normal + TransposedTimes(neighbors_[k].view.rotation, UnpackNormal(answer.pixel->normal));
-    merged[static_cast<std::size_t>(count)] = neighbors_[k].image;
-    pixels[static_cast<std::size_t>(count++)] = answer.pixel;
-  }
-  if (count + 1 < gates_.min_num_views) {
-    return num_with_depth < gates_.min_num_views ? PixelOutcome::kTooFewViews : PixelOutcome::kDepth;
-  }
-  candidate.point = (1.0f / static_cast<float>(count + 1)) * candidate.point;
-  Merge(reference_.index, pixel, &candidate, block);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-    Merge(merged[i], *pixels[i], &candidate, block);
-  return Emit(candidate, block);
-}
-
-void ImageFuser::Merge(std::uint32_t image, const FusionPixel& pixel, Candidate* candidate,
-                       FusedBlock* block) const {
-  for (int c = 0; c < 3; ++c) candidate->rgb_sum[c] += pixel.rgb[c];
-  ++candidate->num_views;
-  candidate->num_inferred += (pixel.flags & FusionPixel::kInferred) != 0;
-  block->views.push_back(image);
-}
-
-PixelOutcome ImageFuser::Emit(const Candidate& candidate, FusedBlock* block) const {
-  const auto to_double = [](Vec3f v) { return Eigen::Vector3d(v.x, v.y, v.z); };
-  const Pose& pose = reference_.camera.pose;
-  const Eigen::Vector3d world = pose.rotation.transpose() * (to_double(candidate.point) - pose.translation);
-  const Eigen::Vector3d normal = pose.rotation.transpose() * to_double(candidate.normal).normalized();
-  const auto first_view = block->views.end() - candidate.num_views;
-  FusedPoint point;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (box_ != nullptr && !(world[axis] >= box_->min[axis] && world[axis] <= box_->max[axis])) {
-      block->views.erase(first_view, block->views.end());
-      return PixelOutcome::kOutsideBox;
-    }
-    point.xyz[axis] = world[axis];
-    point.normal[axis] = static_cast<float>(normal[axis]);
-    const int sum = candidate.rgb_sum[axis];
-    point.rgb[axis] = static_cast<std::uint8_t>((sum + candidate.num_views / 2) / candidate.num_views);
-  }
-  std::sort(first_view, block->views.end());
-  point.inferred = 2 * candidate.num_inferred > candidate.num_views;
-  block->points.push_back(point);
-  block->view_counts.push_back(static_cast<std::uint32_t>(candidate.num_views));
-  return PixelOutcome::kFused;
+  return EmitPoint(reference_.camera.pose, box_, candidate, block);
 }
 
 }  // namespace phi

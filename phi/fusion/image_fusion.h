@@ -11,32 +11,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "phi/fusion/fused_block.h"
 #include "phi/fusion/fusion_options.h"
-#include "phi/fusion/pixel_outcome.h"
 #include "phi/fusion/support_run.h"
 #include "phi/geometry/camera.h"
 
 namespace phi {
-
-struct FusedPoint {
-  double xyz[3] = {0, 0, 0};    // world
-  float normal[3] = {0, 0, 0};  // world, unit
-  std::uint8_t rgb[3] = {0, 0, 0};
-  std::uint8_t inferred = 0;  // 1: more of its measurements were inferred than measured
-};
-
-// Points in pixel order. The views of point k are the next view_counts[k] entries of views, ascending.
-struct FusedBlock {
-  std::vector<FusedPoint> points;
-  std::vector<std::uint32_t> view_counts;
-  std::vector<std::uint32_t> views;
-  OutcomeCounts outcomes;
-};
-
-// World units; points outside are dropped.
-struct BoundingBox {
-  double min[3], max[3];
-};
 
 class ImageFuser {
  public:
@@ -59,13 +39,6 @@ class ImageFuser {
   FusedBlock FillHoles(int begin, int end);
 
  private:
-  // A point about to be written: position and normal in the reference frame, normal of any length.
-  struct Candidate {
-    Vec3f point, normal;
-    int rgb_sum[3] = {0, 0, 0};
-    int num_views = 0, num_inferred = 0;
-  };
-
   // The support rule for up to kRunLength pixels of row y, from x on.
   void FuseRun(int x, int y, SupportRun* run, FusedBlock* block);
   // The same for the pixels `holes`, with the gates of holes.
@@ -73,17 +46,10 @@ class ImageFuser {
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
   PixelOutcome FusePixel(const FusionGates& gates, const ReferenceRun& reference, const SupportRun& run,
                          int i, FusedBlock* block) const;
-  void FuseRowAsPaper(int y, FusedBlock* block);
-  PixelOutcome FuseAsPaper(const FusionPixel& pixel, Vec3f ray, FusedBlock* block) const;
-  bool Covers(const FusionNeighbor& neighbor, const FusionPixel& theirs, const FusionPixel& pixel,
-              Vec3f ray) const;
-  void Merge(std::uint32_t image, const FusionPixel& pixel, Candidate* candidate, FusedBlock* block) const;
-  PixelOutcome Emit(const Candidate& candidate, FusedBlock* block) const;
 
   Image reference_;
   RayModel rays_;
   std::vector<FusionNeighbor> neighbors_;  // earlier ones first: they may end a pixel's work
-  FusionRule rule_;
   FusionGates gates_;
   FusionGates hole_gates_;  // normals that differ by more
   const BoundingBox* box_;

@@ -25,6 +25,7 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
       if (hypotheses.measured(x, y)) measured_(i, j) = full(x, y);
     }
   }
+  unlabelled_ = measured_;
   std::atomic<std::int64_t> num_without{0}, num_seen_through{0}, num_mismatched{0};
   tbb::parallel_for(0, height_, [&](int j) {
     HypothesisMatcher::Scratch scratch;
@@ -35,6 +36,7 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
       without += pixel.existing == 0;
       seen_through += pixel.AllSeenThrough();
       mismatched += pixel.AllMismatched();
+      if (pixel.AllRefused()) unlabelled_(i, j) = kRefusedNode;
       AddNode(hypotheses, pixel, i, j);
     }
     num_without += without;
@@ -81,7 +83,7 @@ FieldView Field::view() const {
 }
 
 Array2D<float> Field::ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const {
-  Array2D<float> chosen = measured_;
+  Array2D<float> chosen = unlabelled_;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] != kNoLabel) chosen.data()[i] = inverse_depth_[kMaxLabels * i + labels[i]];
   }

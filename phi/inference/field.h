@@ -20,7 +20,8 @@ class Field {
   FieldView view() const;
   // The counts of nodes and of holes that are none.
   const FieldStatistics& counts() const { return counts_; }
-  // Per node the inverse depth of its label; measured pixels keep theirs; 0 where there is neither.
+  // Per node the inverse depth of its label; measured pixels keep theirs; kRefusedNode where all hypotheses were refused;
+  // 0 where there was none.
   Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
 
  private:
@@ -29,7 +30,8 @@ class Field {
   int width_, height_;
   FieldStatistics counts_;
   PotentialTables potentials_;
-  Array2D<float> measured_;  // inverse depth at the nodes' pixels, 0 at holes
+  Array2D<float> measured_;    // inverse depth at the nodes' pixels, 0 at holes
+  Array2D<float> unlabelled_;  // the same, and kRefusedNode: what ChosenInverseDepth gives pixels without a label
   std::vector<std::uint8_t> allowed_;
   std::vector<float> inverse_depth_;  // kMaxLabels per node
   std::vector<std::int32_t> unary_;   // kMaxLabels per node

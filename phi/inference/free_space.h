@@ -1,6 +1,9 @@
 // What the other views' measured depths say about a depth that was inferred. One that lies there too confirms it; a
 // surface behind it was seen through it, so nothing is there. Inferred depths say neither: views that rest on the same
 // measurements repeat each other's errors.
+//
+// A view can be wrong: where a thing ends its map is good to a pixel only, and some measured depths are mistakes. So a view
+// sees through a point where all that it measured at the pixel and the eight around it lies behind, and views are counted.
 #pragma once
 
 #include <cmath>
@@ -25,16 +28,28 @@ inline constexpr float kAgreementTolerance = 0.01f;  // a surface within this co
 
 // Of all source views together.
 struct DepthEvidence {
-  bool confirmed = false, seen_through = false;
+  int num_confirming = 0, num_seeing_through = 0;  // views
+
+  // As many on either side leave the depth where it is: that two measure the same depth by mistake is rarer than that one
+  // is mistaken.
+  PHI_HD bool SeenThrough() const { return num_seeing_through > num_confirming; }
 
   // Of an inferred depth in the filled mask; 0: refused, nothing can be there.
   PHI_HD std::uint8_t FilledValue() const {
-    return seen_through ? 0 : confirmed ? kInferredConfirmed : kInferredAlone;
+    return SeenThrough() ? 0 : num_confirming > 0 ? kInferredConfirmed : kInferredAlone;
   }
 };
 
+// Of a source view's measured depth, for ProjectInverseDepth's `p` at inverse depth w.
+PHI_HD bool LiesBehind(Vec3f p, float measured, float w) {
+  return p.z < (1 - kSeenThroughMargin) * measured * w;
+}
+PHI_HD bool Agrees(Vec3f p, float measured, float w) {
+  return fabsf(p.z - measured * w) < kAgreementTolerance * p.z;
+}
+
 // Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). `source_depths`:
-// measured only; without data, or with a hole there, it knows nothing.
+// measured only; without data, or with a hole at the pixel where the point lands, it knows nothing.
 PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<const float> source_depths, float u, float v,
                         float w, DepthEvidence* evidence) {
   if (source_depths.data == nullptr) return;
@@ -42,10 +57,22 @@ PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<const float> sourc
   if (!(p.z > 0)) return;
   const float su = p.x / p.z, sv = p.y / p.z;
   if (!(su >= 0 && sv >= 0 && su < source_depths.width && sv < source_depths.height)) return;
-  const float measured = source_depths(static_cast<int>(su), static_cast<int>(sv));
-  if (!(measured > 0)) return;
-  evidence->seen_through |= p.z < (1 - kSeenThroughMargin) * measured * w;
-  evidence->confirmed |= fabsf(p.z - measured * w) < kAgreementTolerance * p.z;
+  const int x = static_cast<int>(su), y = static_cast<int>(sv);
+  const float own = source_depths(x, y);
+  if (!(own > 0)) return;
+  bool confirms = Agrees(p, own, w);
+  // Only against its own word are the pixels around asked: on a slanted surface one of them agrees with many a depth.
+  const bool own_lies_behind = LiesBehind(p, own, w);
+  bool all_lie_behind = own_lies_behind;
+  for (int i = 0; own_lies_behind && i < 9; ++i) {
+    const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
+    const float beside = source_depths.Contains(nx, ny) ? source_depths(nx, ny) : 0;
+    if (!(beside > 0)) continue;
+    all_lie_behind = all_lie_behind && LiesBehind(p, beside, w);
+    confirms = confirms || Agrees(p, beside, w);
+  }
+  evidence->num_confirming += confirms;
+  evidence->num_seeing_through += all_lie_behind;
 }
 
 }  // namespace phi

@@ -15,8 +15,8 @@ Array2D<float> InverseDepth(const PlaneMap& map) {
 }
 
 // Doubtful pixels support lines and planes as measured ones do; not in the paper's form.
-Array2D<float> SupportingInverseDepth(const PlaneMap& map, bool literal) {
-  if (literal) return InverseDepth(map);
+Array2D<float> SupportingInverseDepth(const PlaneMap& map, Formulas formulas) {
+  if (formulas == Formulas::kPaper) return InverseDepth(map);
   return Transformed(map,
                      [](const PlaneHypothesis& h) { return h.depth != 0 ? 1 / std::abs(h.depth) : 0.0f; });
 }
@@ -35,12 +35,13 @@ Array2D<float> StartHypotheses(const PlaneMap& measured, const Array2D<Support>&
 }  // namespace
 
 Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
-                       std::uint32_t image_id, std::span<const PooledSupport> pooled)
+                       std::uint32_t image_id, std::span<const PooledSupport> pooled,
+                       const DepthPrecision& precision)
     : measured_inverse_depth_(InverseDepth(measured)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
-  options.literal = formulas == Formulas::kPaper;
-  const Array2D<float> supporting = SupportingInverseDepth(measured, options.literal);
+  options.formulas = formulas;
+  const Array2D<float> supporting = SupportingInverseDepth(measured, formulas);
   const ArrayView2D<const float> inverse_depth = supporting.view();
   auto supports = Array2D<Support>::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
@@ -56,7 +57,8 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    ReplaceDiagonals(RegionPlanes(*image, ValuesOf(const_supports.view()), image_id, pooled));
+    region_planes_.emplace(*image, ValuesOf(const_supports.view()), image_id, pooled, precision);
+    ReplaceDiagonals(*region_planes_);
     RemoveOverexposed(*image);
   }
 }

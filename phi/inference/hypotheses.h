@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "phi/backend.h"
@@ -14,12 +15,15 @@ class Hypotheses {
  public:
   // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
-  // `pooled`: what else the planes rest on.
+  // `pooled`: what else the planes rest on. `precision`: of the image's view.
   Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image = nullptr,
-             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {});
+             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {},
+             const DepthPrecision& precision = {});
 
   bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
   HypothesisMaps maps() const;
+  // Null: none were looked for.
+  const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
   // Bit k: hypothesis k is a region's plane.
   std::uint8_t from_region(int x, int y) const { return from_region_.size() > 0 ? from_region_(x, y) : 0; }
 
@@ -28,6 +32,7 @@ class Hypotheses {
   void RemoveOverexposed(const GrayImage& image);
 
   Array2D<float> measured_inverse_depth_;
+  std::optional<RegionPlanes> region_planes_;
   Array2D<std::uint8_t> from_region_;  // empty: none
   std::array<Array2D<float>, kNumDirections> inverse_depth_;
 };

@@ -56,6 +56,18 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
 inline constexpr float kTexturedVariance = 36.0f;
 inline constexpr float kMaxTexturedCost = 0.6f;
 
+template <class Sampler>
+PHI_HD bool IsTextured(const Sampler& reference, const MatchingWindow& window, int x, int y) {
+  return WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance;
+}
+
+// Whether the texture at (x, y) contradicts one hypothesis. `cost()`: its cost, asked for where it matters.
+template <class Sampler, class Cost>
+PHI_HD bool MismatchesTexture(const Sampler& reference, const MatchingWindow& window, int x, int y,
+                              const Cost& cost) {
+  return IsTextured(reference, window, x, y) && cost() > kMaxTexturedCost;
+}
+
 // The hypotheses of one pixel. Bit k of a mask: direction k.
 struct PixelHypotheses {
   float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
@@ -65,6 +77,7 @@ struct PixelHypotheses {
 
   PHI_HD bool AllSeenThrough() const { return existing != 0 && free == 0; }
   PHI_HD bool AllMismatched() const { return free != 0 && allowed == 0; }
+  PHI_HD bool AllRefused() const { return existing != 0 && allowed == 0; }
   // The allowed one of lowest cost, ties to the lowest index; -1 = none.
   PHI_HD int Cheapest() const {
     int best = -1;
@@ -97,7 +110,7 @@ PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& win
     }
   }
   if (kept == hypotheses->free) return;
-  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance) hypotheses->allowed = kept;
+  if (IsTextured(reference, window, x, y)) hypotheses->allowed = kept;
 }
 
 }  // namespace phi

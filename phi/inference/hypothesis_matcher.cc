@@ -128,30 +128,39 @@ DepthEvidence HypothesisMatcher::Evidence(int x, int y, float inverse_depth) con
   return evidence;
 }
 
+float HypothesisMatcher::Cost(int x, int y, int k, Scratch* scratch) const {
+  SampleMap(hypotheses_.maps().inverse_depth[k], x, y, scratch);
+  const int num_views = static_cast<int>(views_.size());
+  float view_costs[kMaxSourceViews];
+  for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
+  return formulas_ == Formulas::kRobust ? BestMatchesCost(view_costs, num_views)
+                                        : HarmonicMeanCost(view_costs, num_views);
+}
+
+bool HypothesisMatcher::Mismatches(int x, int y, int k, Scratch* scratch) const {
+  return formulas_ == Formulas::kRobust && MismatchesTexture(reference_, window_, x, y, [&] {
+           SampleReference(x, y, scratch);
+           return Cost(x, y, k, scratch);
+         });
+}
+
 PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   PixelHypotheses result;
   const HypothesisMaps maps = hypotheses_.maps();
-  const bool robust = formulas_ == Formulas::kRobust;
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
     result.existing |= static_cast<std::uint8_t>(1 << k);
-    if (!robust || !Evidence(x, y, w).seen_through) result.free |= static_cast<std::uint8_t>(1 << k);
+    const bool is_judged = formulas_ == Formulas::kRobust;
+    if (!is_judged || !Evidence(x, y, w).SeenThrough()) result.free |= static_cast<std::uint8_t>(1 << k);
   }
   result.allowed = result.free;
   if (result.free == 0) return result;
   SampleReference(x, y, scratch);
-  const int num_views = static_cast<int>(views_.size());
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(result.free >> k & 1)) continue;
-    SampleMap(maps.inverse_depth[k], x, y, scratch);
-    float view_costs[kMaxSourceViews];
-    for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
-    std::uint32_t mask = 0;
-    result.cost[k] =
-        robust ? BestViewsCost(view_costs, num_views, &mask) : HarmonicMeanCost(view_costs, num_views);
+    if (result.free >> k & 1) result.cost[k] = Cost(x, y, k, scratch);
   }
-  if (robust) RefuseMismatches(reference_, window_, x, y, &result);
+  if (formulas_ == Formulas::kRobust) RefuseMismatches(reference_, window_, x, y, &result);
   PreferRegionPlanes(hypotheses_.from_region(x, y), &result);
   return result;
 }

@@ -37,6 +37,24 @@ InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatc
   return result;
 }
 
+// The hypotheses that the field chose, at full size.
+InverseDepthMap Upsample(const Hypotheses& hypotheses, const HypothesisMatcher& matcher,
+                         const Array2D<float>& chosen, Formulas formulas) {
+  const HypothesisMaps maps = hypotheses.maps();
+  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
+  tbb::parallel_for(0, result.height(), [&](int y) {
+    HypothesisMatcher::Scratch scratch;
+    for (int x = 0; x < result.width(); ++x) {
+      result(x, y) = 0;
+      if (hypotheses.measured(x, y)) continue;
+      const int k = UpsampleHypothesis(maps, chosen.view(), formulas, x, y);
+      if (k < 0 || (!IsNode(x, y) && matcher.Mismatches(x, y, k, &scratch))) continue;
+      result(x, y) = maps.inverse_depth[k](x, y);
+    }
+  });
+  return result;
+}
+
 InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatcher& matcher,
                               const InferenceOptions& options, FieldStatistics* statistics) {
   const Field field(hypotheses, matcher, options);
@@ -51,15 +69,7 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
     statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
   }
 
-  const Array2D<float> chosen = field.ChosenInverseDepth(solution.labels);
-  const HypothesisMaps maps = hypotheses.maps();
-  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
-  tbb::parallel_for(0, result.height(), [&](int y) {
-    for (int x = 0; x < result.width(); ++x) {
-      result(x, y) = hypotheses.measured(x, y) ? 0 : UpsampleHypothesis(maps, chosen.view(), x, y);
-    }
-  });
-  return result;
+  return Upsample(hypotheses, matcher, field.ChosenInverseDepth(solution.labels), options.formulas);
 }
 
 // What becomes of an inferred depth: the value in the filled mask, 0 where another view sees through it.
@@ -102,7 +112,7 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
       if (!(h.depth > 0)) h = {};
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
-      h.normal = FilledNormal(rays, all_view, x, y, formulas == Formulas::kPaper);
+      h.normal = FilledNormal(rays, all_view, x, y, formulas);
       h.depth = 1 / w;
     }
   });
@@ -113,7 +123,7 @@ Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
   std::vector<PooledSupport> pooled;
   if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
   return Hypotheses(*input.measured, formulas, input.reference.image.get(), input.reference.view->image_id,
-                    pooled);
+                    pooled, PrecisionOf(input));
 }
 
 void CheckInput(const InferenceInput& input) {
@@ -143,8 +153,11 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
                                  : ChooseByField(hypotheses, matcher, options, &result.statistics);
   ThrowIfCancelled();
   result.filled = MarkInferred(matcher, options.formulas, &inferred);
-  result.map =
-      Compose(measured, inferred, MakeRayModel(input.reference.view->camera.pinhole), options.formulas);
+  const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
+  result.map = Compose(measured, inferred, rays, options.formulas);
+  if (hypotheses.region_planes() != nullptr) {
+    SetRegionNormals(*hypotheses.region_planes(), rays, result.filled, &result.map);
+  }
   return result;
 }
 

@@ -2,7 +2,7 @@
 // pixels, three a side where they exist. Four directions give four hypotheses a pixel.
 //
 // Along any scanline of a plane inverse depth is affine, so lines are fitted in inverse depth (robust) and are exact on
-// planes of any slant. The paper's literal form fits depth, without bounds.
+// planes of any slant. The paper fits depth, without bounds.
 #pragma once
 
 #include <cmath>
@@ -12,6 +12,7 @@
 #include "phi/base/hd.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/inference/plane_fit.h"
+#include "phi/options.h"
 
 namespace phi {
 
@@ -19,14 +20,14 @@ inline constexpr int kNumDirections = 4;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
 
 struct LineOptions {
-  bool literal = false;  // the paper's form: lines in depth, no bounds, every measured pixel supports
+  Formulas formulas = Formulas::kRobust;  // paper: lines in depth, no bounds, every measured pixel supports
   int max_extrapolation =
       12;              // pixels that a line reaches beyond its outermost support where only one side has any
   int max_reach = 16;  // pixels from the gap within which a side's supports are looked for
   float max_jump = 0.05f;  // relative: a gap whose two sides miss each other by more is a depth edge
 };
 
-// A pixel that lines may rest on: value (inverse depth; depth if literal) and its slopes per pixel; value <= 0 = none.
+// A pixel that lines may rest on: value (inverse depth; paper: depth) and its slopes per pixel; value <= 0 = none.
 struct Support {
   float value = 0, slope_x = 0, slope_y = 0;
 };
@@ -119,12 +120,12 @@ PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> sup
   LineSums sums;
   for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count;
        t += step, ++walked) {
-    if (!options.literal && walked >= options.max_reach) break;
+    if (options.formulas == Formulas::kRobust && walked >= options.max_reach) break;
     const Support& s = supports(line.x0 + t * line.dx, line.y0 + t * line.dy);
     if (!(s.value > 0)) continue;
     const float position = static_cast<float>(t - origin);
     const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
-    if (!options.literal && sums.n > 0) {
+    if (options.formulas == Formulas::kRobust && sums.n > 0) {
       const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
       if (!(fabsf(s.value - predicted) < kSameSurfaceTolerance * sums.nearest_w)) break;
     }
@@ -157,6 +158,12 @@ PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports
   LineSums before, after;
   if (open_before) before = CollectSide(line, supports, options, begin - 1, -1, open_after ? 3 : 6, begin);
   if (open_after) after = CollectSide(line, supports, options, end, 1, open_before ? 3 : 6, begin);
+  // The paper's are always the closest six: what one side lacks the other one gives.
+  if (options.formulas == Formulas::kPaper && after.n < 3) {
+    before = CollectSide(line, supports, options, begin - 1, -1, 6 - static_cast<int>(after.n), begin);
+  } else if (options.formulas == Formulas::kPaper && before.n < 3) {
+    after = CollectSide(line, supports, options, end, 1, 6 - static_cast<int>(before.n), begin);
+  }
   GapModel model;
   model.has_before = before.n > 0;
   model.has_after = after.n > 0;
@@ -164,7 +171,8 @@ PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports
   model.end = after.nearest_t;
   if (model.has_before) model.before = FitLine(before);
   if (model.has_after) model.after = FitLine(after);
-  if (model.has_before && model.has_after && (options.literal || SidesMeet(before, after, options))) {
+  if (model.has_before && model.has_after &&
+      (options.formulas == Formulas::kPaper || SidesMeet(before, after, options))) {
     model.across = true;
     model.line = FitLine(before, after);
   }
@@ -180,10 +188,11 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   const float from_before = model.has_before ? t - model.begin : 1e9f;
   const float from_after = model.has_after ? model.end - t : 1e9f;
   const float distance = fminf(from_before, from_after);
-  if (distance >= 1e9f || (!options.literal && distance > static_cast<float>(options.max_extrapolation)))
-    return 0;
+  if (distance >= 1e9f) return 0;
+  const bool is_far = distance > static_cast<float>(options.max_extrapolation);
+  if (options.formulas == Formulas::kRobust && is_far) return 0;
   const float value = from_before <= from_after ? model.before.At(t) : model.after.At(t);
-  if (options.literal) return value > 0 ? value : 0;
+  if (options.formulas == Formulas::kPaper) return value > 0 ? value : 0;
   // An extrapolated line never doubles or halves the depth of what it rests on.
   return value > 0.5f * model.min_value && value < 2 * model.max_value ? value : 0;
 }
@@ -213,7 +222,7 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> suppor
       float& target = hypothesis(line.x0 + s * line.dx, line.y0 + s * line.dy);
       if (target > 0) continue;
       const float value = GapValue(model, options, static_cast<float>(s - begin));
-      target = value > 0 ? (options.literal ? 1 / value : value) : 0;
+      target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
     }
   }
 }
@@ -224,7 +233,7 @@ PHI_HD Support MakeSupport(ArrayView2D<const float> inverse_depth, int x, int y,
   constexpr int kMinSurfacePixels = 12;  // of 49; less than a third of the half window at a straight border
   const float w = inverse_depth(x, y);
   if (!(w > 0)) return {};
-  if (options.literal) return {1 / w, 0, 0};
+  if (options.formulas == Formulas::kPaper) return {1 / w, 0, 0};
   const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y);
   if (plane.count < kMinSurfacePixels || !(plane.value > 0)) return {};
   return {plane.value, plane.slope_x, plane.slope_y};

@@ -12,13 +12,15 @@
 
 #include "phi/base/random.h"
 #include "phi/inference/image_regions.h"
+#include "phi/inference/plane_normal.h"
 
 namespace phi {
 namespace {
 
-constexpr int kMinSupports = 60;      // that a plane rests on
-constexpr double kMinShare = 0.15;    // of the region's supports not yet explained
-constexpr double kTolerance = 0.003;  // of an inlier, relative inverse depth
+constexpr int kMinSupports = 60;    // that a plane rests on
+constexpr double kMinShare = 0.15;  // of the region's supports not yet explained
+// Of an inlier, relative inverse depth: the greater of a share and of standard deviations of what matching can tell.
+constexpr float kTolerance = 0.003f, kToleranceDeviations = 3;
 // Relative inverse depth: within this, two planes are one but for noise, or meet.
 constexpr double kMinApart = 0.02;
 constexpr int kMaxDraws = 100;
@@ -32,6 +34,7 @@ constexpr double kReach = 5;
 struct Point {
   float x, y;
   double w;
+  double tolerance;    // of w
   std::uint32_t hash;  // of the pixel, once more than what sampled it: uniform again
 };
 
@@ -70,7 +73,7 @@ std::uint32_t PixelHash(std::uint32_t pixel) {
 }
 
 bool IsInlier(const RegionPlane& plane, const Point& p) {
-  return std::abs(plane.InverseDepth(p.x, p.y) - p.w) < kTolerance * p.w;
+  return std::abs(plane.InverseDepth(p.x, p.y) - p.w) < p.tolerance;
 }
 
 bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* plane) {
@@ -263,19 +266,32 @@ std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& coun
   return list;
 }
 
-Point MeasuredPoint(SupportValues supports, std::int32_t pixel) {
-  const int x = pixel % supports.width, y = pixel / supports.width;
-  return {static_cast<float>(x), static_cast<float>(y), supports(x, y), PixelHash(PixelHash(pixel))};
+Point MakePoint(const DepthPrecision& precision, float x, float y, float w, std::uint32_t hash) {
+  const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w);
+  return {x, y, w, std::max(kTolerance, kToleranceDeviations * deviation) * w, hash};
 }
 
-Point PooledPoint(const PooledSupport& support) {
-  return {support.x, support.y, support.inverse_depth, PixelHash(support.hash)};
+Point MeasuredPoint(const DepthPrecision& precision, SupportValues supports, std::int32_t pixel) {
+  const int x = pixel % supports.width, y = pixel / supports.width;
+  return MakePoint(precision, static_cast<float>(x), static_cast<float>(y), supports(x, y),
+                   PixelHash(PixelHash(pixel)));
+}
+
+// Another view measured it, about as precisely as this one would.
+Point PooledPoint(const DepthPrecision& precision, const PooledSupport& support) {
+  return MakePoint(precision, support.x, support.y, support.inverse_depth, PixelHash(support.hash));
 }
 
 }  // namespace
 
+DepthPrecision PrecisionOf(const InferenceInput& input) {
+  std::vector<const Camera*> sources;
+  for (const ViewImage& source : input.sources) sources.push_back(&source.view->camera);
+  return {input.reference.view->camera, sources};
+}
+
 RegionPlanes::RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
-                           std::span<const PooledSupport> pooled) {
+                           std::span<const PooledSupport> pooled, const DepthPrecision& precision) {
   ImageRegions regions = FindRegions(image);
   std::int64_t num_places = 0;
   std::vector<SupportedRegion> supported =
@@ -310,7 +326,8 @@ RegionPlanes::RegionPlanes(const GrayImage& image, SupportValues supports, std::
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(supports, *member) : PooledPoint(pooled[~*member]));
+      points.push_back(*member >= 0 ? MeasuredPoint(precision, supports, *member)
+                                    : PooledPoint(precision, pooled[~*member]));
     }
     // Threads found them in any order.
     planes_[k] = FitPlanes(Sorted(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
@@ -321,6 +338,20 @@ const std::array<RegionPlane, kPlanesPerRegion>& RegionPlanes::At(int x, int y) 
   static const std::array<RegionPlane, kPlanesPerRegion> kNone{};
   const std::int32_t region = region_(x, y);
   return region < 0 ? kNone : planes_[region];
+}
+
+void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, const Mask& filled, PlaneMap* map) {
+  tbb::parallel_for(0, map->height(), [&](int y) {
+    for (int x = 0; x < map->width(); ++x) {
+      if (filled(x, y) == kMeasuredPixel) continue;
+      PlaneHypothesis& h = (*map)(x, y);
+      for (const RegionPlane& plane : planes.At(x, y)) {
+        const float w = plane.At(x, y);
+        // To the bit: a hypothesis is copied, never blended.
+        if (w > 0 && h.depth == 1 / w) h.normal = NormalOfInverseDepthPlane(rays, plane.Around(x, y), x, y);
+      }
+    }
+  });
 }
 
 }  // namespace phi

@@ -1,5 +1,6 @@
 // From the half-size field to full size: each pixel takes the one of its own hypotheses that is nearest to what the
-// field chose beside it. Depths are never blended, so nothing lies between two surfaces.
+// field chose beside it. Depths are never blended, so nothing lies between two surfaces. What the pixel's own images say
+// about it is asked again (MismatchesTexture in hypothesis_cost.h): three pixels in four are no node.
 #pragma once
 
 #include <cmath>
@@ -19,14 +20,21 @@ struct HypothesisMaps {
 // Node (i, j) of the field is pixel (2 i, 2 j).
 inline constexpr int kFieldStride = 2;
 
-// The index of the pixel's hypothesis nearest to `reference` (inverse depth), ties to the lowest; -1 = it has none.
-PHI_HD int NearestHypothesis(const HypothesisMaps& maps, int x, int y, float reference) {
+PHI_HD bool IsNode(int x, int y) { return x % kFieldStride == 0 && y % kFieldStride == 0; }
+
+// Among the chosen inverse depths: a hole all of whose hypotheses were refused.
+inline constexpr float kRefusedNode = -1;
+
+// The index of the pixel's hypothesis nearest to `reference` (inverse depth; paper: nearest in depth), ties to the lowest;
+// -1 = it has none.
+PHI_HD int NearestHypothesis(const HypothesisMaps& maps, Formulas formulas, int x, int y, float reference) {
   int best = -1;
   float best_difference = 0;
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
-    const float difference = fabsf(w - reference);
+    float difference = fabsf(w - reference);
+    if (formulas == Formulas::kPaper) difference /= w;  // |z - z'| = z' |w - w'| / w, z' the same for all
     if (best < 0 || difference < best_difference) {
       best = k;
       best_difference = difference;
@@ -35,16 +43,17 @@ PHI_HD int NearestHypothesis(const HypothesisMaps& maps, int x, int y, float ref
   return best;
 }
 
-// Inverse depth for pixel (x, y), from the chosen inverse depths of the field's nodes (<= 0 = none); 0 = stays a hole.
-// The pixel's own node speaks first, then the other nodes around it.
-PHI_HD float UpsampleHypothesis(const HypothesisMaps& maps, ArrayView2D<const float> chosen, int x, int y) {
+// The index of pixel (x, y)'s hypothesis, from the chosen inverse depths of the field's nodes (0 = none); -1 = stays a
+// hole. The pixel's own node speaks first, then, unless it was refused, the other nodes around it.
+PHI_HD int UpsampleHypothesis(const HypothesisMaps& maps, ArrayView2D<const float> chosen, Formulas formulas,
+                              int x, int y) {
+  if (chosen(x / kFieldStride, y / kFieldStride) == kRefusedNode) return -1;
   for (int neighbour = 0; neighbour < 4; ++neighbour) {
     const int i = x / kFieldStride + (neighbour & 1), j = y / kFieldStride + (neighbour >> 1);
     if (!chosen.Contains(i, j) || !(chosen(i, j) > 0)) continue;
-    const int k = NearestHypothesis(maps, x, y, chosen(i, j));
-    return k < 0 ? 0 : maps.inverse_depth[k](x, y);
+    return NearestHypothesis(maps, formulas, x, y, chosen(i, j));
   }
-  return 0;
+  return -1;
 }
 
 }  // namespace phi

@@ -25,8 +25,7 @@ PHI_HD bool HypothesisFromCoarse(const EstimationParameters& p, const CoarseHypo
   const float u = (column + 0.5f) * size, v = (row + 0.5f) * size;
   hypothesis->normal = from.normal;
   hypothesis->depth = PlaneDepthAt(p.reference, from, u, v, x + 0.5f, y + 0.5f);
-  return hypothesis->depth >= p.depth_min && hypothesis->depth <= p.depth_max &&
-         FacesCamera(from.normal, p.reference.Ray(x + 0.5f, y + 0.5f));
+  return p.IsInRange(hypothesis->depth) && FacesCamera(from.normal, p.reference.Ray(x + 0.5f, y + 0.5f));
 }
 
 }  // namespace phi

@@ -21,7 +21,7 @@ SceneView ReduceView(SceneView view, int level) {
   return view;
 }
 
-// Iterations at a level, in eighths of all of them; docs/experiments.md says what other schedules reach.
+// Iterations at a level, in eighths of all of them; docs/development/experiments.md says what other schedules reach.
 struct LevelShare {
   int level, first_eighth, end_eighth;
 };

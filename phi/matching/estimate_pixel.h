@@ -17,6 +17,7 @@
 #include "phi/base/random.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/matching/cost_aggregation.h"
+#include "phi/matching/depth_ranges.h"
 #include "phi/matching/initial_hypothesis.h"
 #include "phi/matching/propagation.h"
 #include "phi/matching/refinement.h"
@@ -30,15 +31,19 @@ struct EstimationParameters {
   RayModel reference;
   MatchingWindow window;
   RandomKey key;
-  float depth_min = 0, depth_max = 0;  // world units
+  float depth_min = 0,
+        depth_max = 0;                // range of the first hypotheses without sparse points near, world units
+  float nearest = 0, farthest = 0;    // depths outside are no hypotheses; world units
   float inverse_depth_per_pixel = 0;  // change of 1 / z that moves a match by one pixel (median of the views)
   int num_views = 0;
   int num_iterations = 8;                      // of all parts of the estimation
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
-  bool paper = false;                          // Formulas::kPaper
+  Formulas formulas = Formulas::kRobust;
 
-  PHI_HD RefinementRange Range(int iteration) const;
+  // near: of the sparse points around the pixel.
+  PHI_HD RefinementRange Range(int iteration, DepthRange near) const;
+  PHI_HD bool IsInRange(float depth) const { return depth >= nearest && depth <= farthest; }
 };
 
 // Per-pixel state of the current hypothesis.
@@ -48,6 +53,7 @@ struct EstimationState {
   ArrayView2D<std::uint32_t> selected_views;  // bit j: view j counts at this pixel
   std::uint16_t* view_costs = nullptr;        // [view][pixel], see StoreCost
   std::int64_t view_stride = 0;               // elements of view_costs from one view to the next
+  DepthRanges ranges = {};                    // of the sparse points, of the whole image; never written
 
   PHI_HD std::uint16_t& ViewCost(int view, int x, int y) const {
     return view_costs[view * view_stride + static_cast<std::int64_t>(y) * plane.width + x];
@@ -58,14 +64,14 @@ struct EstimationState {
 PHI_HD std::uint16_t StoreCost(float cost) { return static_cast<std::uint16_t>(cost * 32767.0f + 0.5f); }
 PHI_HD float LoadCost(std::uint16_t stored) { return stored * (1.0f / 32767.0f); }
 
-// Ranges fall geometrically from the first to the last iteration.
-PHI_HD RefinementRange EstimationParameters::Range(int iteration) const {
+// Robust ranges fall geometrically from the first to the last iteration.
+PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange near) const {
   constexpr float kFirstPixels = 16.0f, kLastPixels = 0.2f;
   constexpr float kFirstAngle = 0.8f, kLastAngle = 0.05f;  // radian
   const float t = num_iterations > 1 ? static_cast<float>(iteration) / (num_iterations - 1) : 1.0f;
   RefinementRange range;
-  range.paper = paper;
-  range.depth = depth_max / 4;
+  range.formulas = formulas;
+  range.depth = (near.max > 0 ? near.max : depth_max) / 4;
   range.inverse_depth = inverse_depth_per_pixel * kFirstPixels * powf(kLastPixels / kFirstPixels, t);
   range.angle = kFirstAngle * powf(kLastAngle / kFirstAngle, t);
   return range;
@@ -91,7 +97,7 @@ PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis&
   moved->normal = from.normal;
   moved->depth =
       PlaneDepthAt(p.reference, from, x + offset.dx + 0.5f, y + offset.dy + 0.5f, x + 0.5f, y + 0.5f);
-  return moved->depth >= p.depth_min && moved->depth <= p.depth_max && FacesCamera(from.normal, ray);
+  return p.IsInRange(moved->depth) && FacesCamera(from.normal, ray);
 }
 
 PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHypothesis& hypothesis,
@@ -102,14 +108,13 @@ PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHy
   for (int j = 0; j < num_views; ++j) state.ViewCost(j, x, y) = StoreCost(costs[j]);
 }
 
-// The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where
-// `range_min` is 0 (too few points).
-PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, float range_min, float range_max, int x,
-                                       int y) {
-  const bool near = range_min > 0;
-  const float lo = Clamp(near ? range_min : p.depth_min, p.depth_min, p.depth_max);
-  const float hi = Clamp(near ? range_max : p.depth_max, p.depth_min, p.depth_max);
-  return InitialHypothesis(p.reference, x, y, lo, hi, p.key, p.paper ? Formulas::kPaper : Formulas::kRobust);
+// The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where that is
+// unknown (too few points).
+PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, DepthRange near, int x, int y) {
+  const bool known = near.min > 0;
+  const float lo = Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest);
+  const float hi = Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest);
+  return InitialHypothesis(p.reference, x, y, lo, hi, p.key, p.formulas);
 }
 
 template <int kViews, class Context>
@@ -120,7 +125,7 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   context.Costs(patch, x, y, hypothesis, kAllViews, costs);
   std::uint32_t selected = 0;
   float cost = BestViewsCost(costs, p.num_views, &selected);
-  if (p.paper) cost = HarmonicMeanCost(costs, p.num_views);
+  if (p.formulas == Formulas::kPaper) cost = HarmonicMeanCost(costs, p.num_views);
   WriteState(context.state, x, y, hypothesis, cost, selected, costs, p.num_views);
 }
 
@@ -190,11 +195,12 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
 
   float weights[kViews];
   std::uint32_t selected = kAllViews;
-  if (!p.paper) {
+  if (p.formulas == Formulas::kRobust) {
     selected = SelectViews<kViews>(state, p.num_views, x, y, iteration, costs, num_candidates, weights);
   }
   const auto aggregate = [&](const float* c) {
-    return p.paper ? HarmonicMeanCost(c, p.num_views) : WeightedMeanCost(c, weights, p.num_views);
+    return p.formulas == Formulas::kPaper ? HarmonicMeanCost(c, p.num_views)
+                                          : WeightedMeanCost(c, weights, p.num_views);
   };
 
   int best = 0;
@@ -213,8 +219,10 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
   const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
   const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
+  // Only the paper's range depends on the pixel.
+  const DepthRange near = p.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
   const PlaneHypothesis disturbed =
-      DisturbHypothesis(current, p.Range(iteration), ray, p.depth_min, p.depth_max, random);
+      DisturbHypothesis(current, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
   const PlaneHypothesis old = current;
   float refined_costs[2][kViews];
   int slot = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "phi/base/error.h"
@@ -30,7 +31,6 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
 // Levels on which a window is still small beside the image.
 int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
   constexpr int kMinSide = 96;  // pixels
-  if (options.formulas == Formulas::kPaper) return 1;
   int num_levels = 1;
   while (num_levels < options.num_window_levels &&
          (std::min(size.width, size.height) >> num_levels) >= kMinSide) {
@@ -73,8 +73,8 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window.samples_per_side = options.SamplesPerSide();
   p.window.step = static_cast<float>(options.window_step);
-  // One fixed window on request (one level), and in the paper's form.
-  if (options.num_window_levels > 1 && options.formulas == Formulas::kRobust && p.window.step > kNearStep) {
+  // One fixed window on request (one level).
+  if (options.num_window_levels > 1 && p.window.step > kNearStep) {
     p.window.near_step = kNearStep;
     p.window.near_variance = NearWindowVariance(input.noise);
   }
@@ -83,13 +83,16 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
+  const bool is_free = options.formulas == Formulas::kPaper && !input.depth_range_is_given;
+  p.nearest = is_free ? std::numeric_limits<float>::min() : p.depth_min;
+  p.farthest = is_free ? std::numeric_limits<float>::max() : p.depth_max;
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
   p.first_iteration = input.first_iteration;
   p.end_iteration = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
-  p.paper = options.formulas == Formulas::kPaper;
+  p.formulas = options.formulas;
   return p;
 }
 

@@ -6,9 +6,12 @@ import math
 import os
 import sys
 
-import bpy
+import bpy  # first: it brings the others
+import bmesh
 import numpy as np
-from mathutils import Vector
+from mathutils import Quaternion, Vector
+
+OPEN = 1  # pass index of materials that one looks through: their pixels have no truth, as the sky's
 
 
 def reset():
@@ -67,6 +70,25 @@ def material(name, color=(0.8, 0.8, 0.8), rough=0.6, spec=0.3, tex=None, scale=5
     return result
 
 
+def glass(name, tint=(0.95, 0.98, 0.97)):
+    """A thin pane: lets light through unbent and mirrors some of it, at a slant more than real glass."""
+    result = bpy.data.materials.new(name)
+    result.use_nodes = True
+    result.pass_index = OPEN
+    tree = result.node_tree
+    through = tree.nodes.new("ShaderNodeBsdfTransparent")
+    through.inputs["Color"].default_value = (*tint, 1)
+    mirror = tree.nodes.new("ShaderNodeBsdfGlossy")
+    mirror.inputs["Roughness"].default_value = 0.02
+    fresnel = tree.nodes.new("ShaderNodeFresnel")
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    tree.links.new(fresnel.outputs[0], mix.inputs[0])
+    tree.links.new(through.outputs[0], mix.inputs[1])
+    tree.links.new(mirror.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    return result
+
+
 def mix_bricks(tree, place, texture, first, second, scale):
     """Courses along z, with noise on the bricks."""
     place.inputs["Rotation"].default_value = (math.pi / 2, 0, 0)
@@ -102,42 +124,78 @@ def mix_ramp(tree, texture, first, second):
     return ramp.outputs["Color"]
 
 
-def finish(m):
-    """Gives the object just added its material, and smooth shading."""
-    o = bpy.context.object
-    o.data.materials.append(m)
-    bpy.ops.object.shade_smooth()
-    return o
-
-
 def box(lo, hi, m, rot=0, bevel=0):
     """Between two corners, turned about its own vertical by `rot` radians."""
     lo, hi = Vector(lo), Vector(hi)
-    bpy.ops.mesh.primitive_cube_add(size=1, location=(lo + hi) / 2, rotation=(0, 0, rot))
-    o = bpy.context.object
-    o.scale = hi - lo
-    o.data.materials.append(m)
-    bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
+    x, y, z = (hi - lo) / 2
+    corners = [(sx * x, sy * y, sz * z) for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    o = mesh(corners, faces, m, smooth=False)
+    o.location = (lo + hi) / 2
+    o.rotation_euler = (0, 0, rot)
     if bevel:
         modifier = o.modifiers.new("bevel", "BEVEL")
         modifier.width = bevel
         modifier.segments = 3
 
 
+def solid(build, center, m):
+    """A smooth object of what `build` adds to an empty bmesh. Blender's operators would look at all objects that are there already."""
+    shape, data = bmesh.new(), bpy.data.meshes.new("solid")
+    build(shape)
+    shape.to_mesh(data)
+    shape.free()
+    data.materials.append(m)
+    for polygon in data.polygons:
+        polygon.use_smooth = True
+    o = link(data)
+    o.location = center
+    return o
+
+
+def round_bar(center, r1, r2, h, m, sides):
+    """A cylinder or cone along z, its rims sharp."""
+    o = solid(lambda s: bmesh.ops.create_cone(s, cap_ends=True, segments=sides, radius1=r1, radius2=r2, depth=h), center, m)
+    o.modifiers.new("rims", "EDGE_SPLIT").split_angle = math.radians(40)
+    return o
+
+
 def cylinder(center, r, h, m, axis="z"):
-    rotation = {"z": (0, 0, 0), "y": (math.pi / 2, 0, 0)}[axis]
-    bpy.ops.mesh.primitive_cylinder_add(radius=r, depth=h, location=center, rotation=rotation, vertices=96)
-    finish(m).modifiers.new("rims", "EDGE_SPLIT").split_angle = math.radians(40)
+    round_bar(center, r, r, h, m, 96).rotation_euler = {"z": (0, 0, 0), "y": (math.pi / 2, 0, 0)}[axis]
+
+
+def tube(start, end, r, m):
+    """A round bar between two points."""
+    start, end = Vector(start), Vector(end)
+    bar = round_bar((start + end) / 2, r, r, (end - start).length, m, 32)
+    bar.rotation_euler = (end - start).to_track_quat("Z", "Y").to_euler()
+
+
+def quad(a, b, c, d, m):
+    """A flat piece between four corners; its texture is the world's."""
+    mesh([a, b, c, d], [(0, 1, 2, 3)], m, smooth=False)
+
+
+def foliage(center, radii, count, leaf, m, seed):
+    """`count` square leaves of edge `leaf` metres, turned at random, in an ellipsoid that is denser outside."""
+    random = np.random.default_rng(seed)
+    places = random.normal(size=(count, 3))
+    places *= (random.uniform(0.2, 1, count) ** (1 / 3) / np.linalg.norm(places, axis=1))[:, None]
+    places = places * radii + center
+    first, second = random.normal(size=(2, count, 3))
+    second -= first * ((first * second).sum(1) / (first * first).sum(1))[:, None]
+    first *= leaf / 2 / np.linalg.norm(first, axis=1)[:, None]
+    second *= leaf / 2 / np.linalg.norm(second, axis=1)[:, None]
+    corners = np.stack([places + first, places + second, places - first, places - second], 1).reshape(-1, 3)
+    mesh(corners.tolist(), np.arange(4 * count).reshape(-1, 4).tolist(), m, smooth=False)
 
 
 def sphere(center, r, m):
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=r, location=center, segments=128, ring_count=64)
-    finish(m)
+    solid(lambda s: bmesh.ops.create_uvsphere(s, u_segments=128, v_segments=64, radius=r), center, m)
 
 
 def cone(center, r1, r2, h, m):
-    bpy.ops.mesh.primitive_cone_add(radius1=r1, radius2=r2, depth=h, location=center, vertices=96)
-    finish(m)
+    round_bar(center, r1, r2, h, m, 96)
 
 
 def mesh(vertices, faces, m, smooth=True):
@@ -191,38 +249,58 @@ def world(color, strength):
     b.inputs[1].default_value = strength
 
 
-def render(name, cameras, horizontal_view_degrees, samples):
-    """Renders 1080x720 from each (eye, target) into the folder that the command line names.
+def render(name, cameras, horizontal_view_degrees, samples, size=(1080, 720)):
+    """Renders from each (eye, target) or (eye, target, roll in degrees) into the folder that the command line names.
 
-    Writes raw/NNNN.png (16 bit), raw/NNNN.exr (exact depth along the camera's z at pixel centres, metres) and poses.npz:
-    rotation (n, 3, 3) and translation (n, 3) from world to camera, x right, y down, z forward; focal length in pixels.
-    Images that are there already are kept."""
-    width, height = 1080, 720
-    folder = sys.argv[1]
+    Command line: FOLDER, factors of the size and of the samples. Writes raw/NNNN.png (16 bit), raw/NNNN.exr (exact depth along the
+    camera's z at pixel centres, metres, and the material's pass index) and poses.npz: rotation (n, 3, 3) and translation (n, 3) from world
+    to camera, x right, y down, z forward; focal length in pixels. Images that are there already are kept, if their poses are these."""
+    folder, size_factor, sample_factor = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+    width, height = (2 * round(v * size_factor / 2) for v in size)
+    samples = max(1, round(samples * sample_factor))
     os.makedirs(f"{folder}/raw", exist_ok=True)
     scene = bpy.context.scene
     camera = bpy.data.cameras.new(name)
     camera.sensor_fit = "HORIZONTAL"
     camera.angle = math.radians(horizontal_view_degrees)
+    camera.clip_start = 0.02
     camera.clip_end = 2000
     owner = link(camera)
     scene.camera = owner
     configure(scene, width, height)
+    focal_length = width / 2 / math.tan(math.radians(horizontal_view_degrees) / 2)
+    write_poses(f"{folder}/poses.npz", owner, cameras, focal_length, (width, height))
+    for i, view in enumerate(cameras):
+        if not os.path.exists(f"{folder}/raw/{i:04d}.exr"):
+            place(owner, view)
+            render_colour(scene, samples, f"{folder}/raw/{i:04d}.png")
+            render_depth(scene, f"{folder}/raw/{i:04d}.exr")
+            print(f"{name}: {i + 1} of {len(cameras)} images", flush=True)
+
+
+def place(owner, view):
+    """Puts the camera object at (eye, target) or (eye, target, roll in degrees)."""
+    eye, target = Vector(view[0]), Vector(view[1])
+    roll = math.radians(view[2]) if len(view) > 2 else 0
+    owner.location = eye
+    owner.rotation_euler = ((target - eye).to_track_quat("-Z", "Y") @ Quaternion((0, 0, 1), roll)).to_euler()
+    bpy.context.view_layer.update()
+
+
+def write_poses(path, owner, cameras, focal_length, size):
     rotations, translations = [], []
-    for i, (eye, target) in enumerate(cameras):
-        owner.location = eye
-        look_along(owner, Vector(target) - Vector(eye))
-        bpy.context.view_layer.update()
+    for view in cameras:
+        place(owner, view)
         world_from_camera = np.array(owner.matrix_world)
         rotation = (world_from_camera[:3, :3] @ np.diag([1, -1, -1])).T
         rotations.append(rotation)
         translations.append(-rotation @ world_from_camera[:3, 3])
-        if not os.path.exists(f"{folder}/raw/{i:04d}.exr"):
-            render_colour(scene, samples, f"{folder}/raw/{i:04d}.png")
-            render_depth(scene, f"{folder}/raw/{i:04d}.exr")
-            print(f"{name}: {i + 1} of {len(cameras)} images", flush=True)
-    focal_length = width / 2 / math.tan(math.radians(horizontal_view_degrees) / 2)
-    np.savez(f"{folder}/poses.npz", rotation=rotations, translation=translations, focal_length=focal_length, size=(width, height))
+    new = {"rotation": rotations, "translation": translations, "focal_length": focal_length, "size": size}
+    if os.path.exists(path):
+        old = np.load(path)
+        if any(old[key].shape != np.shape(value) or not np.allclose(old[key], value, atol=1e-6) for key, value in new.items()):
+            sys.exit(f"{path}: other cameras or another size than asked for; choose another folder or remove this one")
+    np.savez(path, **new)
 
 
 def configure(scene, width, height):
@@ -232,6 +310,8 @@ def configure(scene, width, height):
     scene.render.use_persistent_data = True
     scene.view_settings.view_transform = "Standard"
     scene.view_layers[0].use_pass_z = True
+    scene.view_layers[0].use_pass_material_index = True
+    scene.view_layers[0].pass_alpha_threshold = 0  # depth ends at the pane, not behind it
     cycles = scene.cycles
     cycles.diffuse_bounces = 4
     cycles.caustics_reflective = cycles.caustics_refractive = False
@@ -247,6 +327,7 @@ def render_colour(scene, samples, path):
     scene.cycles.max_bounces = 5
     scene.cycles.use_denoising = True
     scene.cycles.denoiser = "OPENIMAGEDENOISE"
+    scene.cycles.denoising_prefilter = "FAST"
     scene.cycles.pixel_filter_type = "BLACKMAN_HARRIS"
     scene.cycles.filter_width = 1.5
     write(scene, path, "IMAGE", "PNG", "16")
@@ -267,5 +348,7 @@ def write(scene, path, media_type, file_format, bits):
     settings.media_type = media_type
     settings.file_format = file_format
     settings.color_depth = bits
-    scene.render.filepath = path
+    folder, name = os.path.split(path)
+    scene.render.filepath = os.path.join(folder, f"part{os.path.splitext(name)[1]}")
     bpy.ops.render.render(write_still=True)
+    os.replace(scene.render.filepath, path)  # complete or absent

@@ -15,6 +15,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
+OPEN = 1  # pass index of panes: see blender_scene.py
 EXPOSURE = 0.04  # largest relative change of an image's brightness
 
 
@@ -42,11 +43,18 @@ def write_images(folder, names, noise):
 
 
 def read_depth(folder, name, max_depth):
-    """(height, width), 0 where there is nothing."""
+    """(height, width), 0 where there is nothing to hit: the sky, and what is seen through a pane."""
     file = OpenEXR.File(str(folder / "raw" / f"{name}.exr"))
-    part = next(p for p in file.parts if p.name().endswith("Depth"))
-    depth = next(iter(part.channels.values())).pixels.astype(np.float32)
-    return np.where(depth < max_depth, depth, np.float32(0))
+
+    def layer(end):
+        part = next((p for p in file.parts if p.name().endswith(end)), None)
+        return part and next(iter(part.channels.values())).pixels.astype(np.float32)
+
+    depth, material = layer("Depth"), layer("Material Index")
+    is_open = depth >= max_depth
+    if material is not None:
+        is_open |= material == OPEN
+    return np.where(is_open, np.float32(0), depth)
 
 
 def write_depth(path, depth):

@@ -114,4 +114,5 @@ for i in range(14):
     cams.append(((x, y, z), (-0.6 + 0.9 * a - 0.6 * math.cos(i * 2.1), 2.0, 1.0 + 0.25 * math.sin(i * 1.3))))
 for i in range(4):
     cams.append(((2.3 - 0.5 * i, -1.4 + 0.3 * i, 1.5), (-2.9, 0.8 + 0.25 * i, 0.9)))
-render("office", cams, 68, samples=10)
+if __name__ == "__main__":  # another scene walks through this room
+    render("office", cams, 68, samples=10)

@@ -2,8 +2,11 @@
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
@@ -30,14 +33,28 @@ phi::PlaneMap NoisyPlane() {
   return map;
 }
 
+// Eight source views on a circle around the reference.
+phi::DepthPrecision Precision() {
+  phi::Camera reference;
+  reference.pinhole = {kWidth, kHeight, 2500, 2500, 1536, 1024};
+  std::vector<phi::RelativeView> sources;
+  for (int k = 0; k < 8; ++k) {
+    phi::Camera source = reference;
+    source.pose.translation = {0.3 * std::cos(k), 0.3 * std::sin(k), 0};
+    sources.push_back(phi::MakeRelativeView(reference, source));
+  }
+  return {kRays, std::move(sources)};
+}
+
 void NeighborAgreement(benchmark::State& state) {
+  const phi::DepthPrecision precision = Precision();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const phi::PlaneMap map = NoisyPlane();
   for (auto _ : state) {
     state.PauseTiming();
     phi::PlaneMap judged = map;
     state.ResumeTiming();
-    phi::JudgeByNeighbors(kRays, &judged);
+    phi::JudgeByNeighbors(precision, &judged);
     benchmark::DoNotOptimize(judged.data());
   }
 }

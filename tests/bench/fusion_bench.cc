@@ -46,9 +46,8 @@ phi::ImageFuser MakeFuser(FusionScene* fusion, std::size_t reference, const phi:
   return phi::ImageFuser(image(reference), neighbors, options, nullptr);
 }
 
-void FuseImage(benchmark::State& state, FusionScene* fusion, std::size_t reference, phi::FusionRule rule) {
-  const phi::FusionOptions options = {.rule = rule};
-  phi::ImageFuser fuser = MakeFuser(fusion, reference, options);
+void FuseImage(benchmark::State& state, FusionScene* fusion, std::size_t reference) {
+  phi::ImageFuser fuser = MakeFuser(fusion, reference, {});
   std::int64_t num_points = 0;
   for (auto _ : state) {
     const phi::FusedBlock block = fuser.FuseRows(0, kHeight);
@@ -59,26 +58,18 @@ void FuseImage(benchmark::State& state, FusionScene* fusion, std::size_t referen
   state.counters["points"] = static_cast<double>(num_points);
 }
 
-void FirstImage(benchmark::State& state, phi::FusionRule rule) {
+void FirstImage(benchmark::State& state) {
   FusionScene fusion = MakeFusionScene(static_cast<int>(state.range(0)));
-  FuseImage(state, &fusion, 0, rule);
+  FuseImage(state, &fusion, 0);
 }
 
-void LastImage(benchmark::State& state, phi::FusionRule rule) {
+void LastImage(benchmark::State& state) {
   FusionScene fusion = MakeFusionScene(static_cast<int>(state.range(0)));
-  for (std::size_t i = 0; i + 1 < fusion.maps.size(); ++i)
-    MakeFuser(&fusion, i, {.rule = rule}).FuseRows(0, kHeight);
-  FuseImage(state, &fusion, fusion.maps.size() - 1, rule);
+  for (std::size_t i = 0; i + 1 < fusion.maps.size(); ++i) MakeFuser(&fusion, i, {}).FuseRows(0, kHeight);
+  FuseImage(state, &fusion, fusion.maps.size() - 1);
 }
 
-BENCHMARK_CAPTURE(FirstImage, support, phi::FusionRule::kSupport)
-    ->Arg(5)
-    ->Arg(20)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(FirstImage, paper, phi::FusionRule::kPaper)->Arg(5)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(LastImage, support, phi::FusionRule::kSupport)
-    ->Arg(5)
-    ->Arg(20)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(FirstImage)->Arg(5)->Arg(20)->Unit(benchmark::kMillisecond);
+BENCHMARK(LastImage)->Arg(5)->Arg(20)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -85,6 +85,52 @@ TEST(EvaluateCommand, ScoresInferredPointsApart) {
   EXPECT_THAT(raw.errors, HasSubstr("geometric"));
 }
 
+// Four true points, a metre apart: one image sees the first, two the second, three the third, five the last. The cloud
+// has the first two, 1.5 cm off, and the last; and a point above them all that lies on no surface, as one in the sky.
+TEST(EvaluateCommand, ScoresByViewsAndCountsPointsInTheSkyAsWrong) {
+  const TemporaryFolder folder;
+  const std::string head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n";
+  WriteBytes(folder / "truth.ply", head +
+                                       "property float z\nproperty uchar views\nend_header\n"
+                                       "0.003 0 0 1\n1.003 0 0 2\n2.003 0 0 3\n3.003 0 0 5\n");
+  WriteBytes(folder / "cloud.ply",
+             head + "property float z\nend_header\n0.003 0 0.015\n1.003 0 0.015\n3.003 0 0\n2.003 0 40\n");
+  const std::vector<std::string> words{"--cloud_path",  folder / "cloud.ply",
+                                       "--truth_path",  folder / "truth.ply",
+                                       "--tolerances",  "0.01,0.02",
+                                       "--output_path", folder / "e.json",
+                                       "--table",       "markdown"};
+  const ProgramResult result = Evaluate(words);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("| 4-5     |               1 |        100.00 |        100.00 |"));
+  const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_THAT(json["accuracy"], ElementsAre(25.0, 75.0)) << "the point in the sky counts, and is wrong";
+  EXPECT_THAT(json["completeness"], ElementsAre(25.0, 75.0));
+  EXPECT_FALSE(json.contains("accuracy_of_all")) << "nothing was left out";
+  ASSERT_EQ(json["by_views"].size(), 4u);
+  const std::vector<std::string> names{"0-1", "2", "3", "4-5"};
+  const std::vector<std::vector<double>> completeness{{0, 100}, {0, 100}, {0, 0}, {100, 100}};
+  for (int c = 0; c < 4; ++c) {
+    EXPECT_EQ(json["by_views"][c]["views"], names[c]);
+    EXPECT_EQ(json["by_views"][c]["num_truth"], 1);
+    EXPECT_EQ(json["by_views"][c]["completeness"], completeness[c]) << names[c];
+  }
+
+  std::vector<std::string> two = words;
+  two.insert(two.end(), {"--min_truth_views", "2"});
+  ASSERT_EQ(Evaluate(two).exit_code, 0);
+  const auto seen_twice = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_EQ(seen_twice["num_truth"], 3);
+  EXPECT_THAT(seen_twice["accuracy"], ElementsAre(25.0, 50.0))
+      << "the first point's surface is not asked for";
+  EXPECT_THAT(seen_twice["accuracy_of_all"], ElementsAre(25.0, 75.0)) << "but it is there";
+  EXPECT_EQ(seen_twice["by_views"][0]["views"], "2") << "what one image sees was left out";
+
+  WriteBytes(folder / "truth.ply", PlanePly(0));
+  ASSERT_EQ(Evaluate(words).exit_code, 0);
+  EXPECT_FALSE(nlohmann::json::parse(ReadBytes(folder / "e.json")).contains("by_views"));
+}
+
 TEST(EvaluateCommand, SaysWhatIsMissing) {
   const ProgramResult none = Evaluate({});
   EXPECT_EQ(none.exit_code, 1);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "colmap_ext/image_file.h"
@@ -111,6 +112,54 @@ TEST_F(PointsLost, CountsByClassOfSurface) {
   EXPECT_GE(counts.at("texture").at("plain").at("pixels"), 12 * kHeight);
   EXPECT_LT(counts.at("texture").at("plain").at("pixels"), 16 * kHeight);
   EXPECT_GE(counts.at("texture").at("textured").at("pixels"), 16 * kHeight);
+}
+
+// A plane that turns away by 60 degrees, z = 1 + sqrt(3) x. Depths are too large by 3.086 cm in the upper half and by
+// 3.053 cm in the lower; at the ray (x, y, 1) a unit of depth is |sqrt(3) x - 1| / 2 of surface, 0.6516 at pixel 16 and
+// 0.608 at pixel 17. So 2 cm of surface are kept from pixel 17 on above and from 16 on below. Rays half a pixel off on
+// either side (0.6447 or 0.6588 at pixel 16) would change one of them.
+TEST_F(PointsLost, JudgesTheDistanceToASlantedSurface) {
+  Array2D<float> truth(kWidth, kHeight, 0.0f), map(kWidth, kHeight, 0.0f);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < 28; ++x) {
+      truth(x, y) = static_cast<float>(1 / (1 - std::sqrt(3.0) * (x + 0.5 - 20) / 20));
+      map(x, y) = truth(x, y) + (y < 15 ? 0.03086f : 0.03053f);
+    }
+  }
+  colmap_ext::WriteDepthMap(folder_ / "truth/left.png.bin", truth);
+  for (const std::string kind : {"photometric", "measured", "geometric"}) {
+    colmap_ext::WriteDepthMap(dense_ / "stereo/depth_maps" / ("left.png." + kind + ".bin"), map);
+  }
+  const ProgramResult result = Run();
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto slants = nlohmann::json::parse(ReadBytes(folder_ / "counts.json")).at("slant, degrees");
+  double near = 0, raw = 0, right = 0;
+  for (const auto& [label, figures] : slants.items()) {
+    near += figures.at("final_near").get<double>();
+    raw += figures.at("raw_near").get<double>();
+    right += figures.at("final_right").get<double>();
+  }
+  EXPECT_EQ(near, 15 * 11 + 15 * 12);
+  EXPECT_EQ(raw, 15 * 11 + 15 * 12);
+  EXPECT_EQ(right, 0) << "3 cm of depth are no 2 cm";
+  EXPECT_THAT(result.output, testing::HasSubstr("near %"));
+}
+
+// Between two walls that face the camera no surface is slanted: a depth in the middle between them is near to neither.
+TEST_F(PointsLost, StepsBetweenSurfacesAreNoSlant) {
+  Array2D<float> truth(kWidth, kHeight, 2.0f), map(kWidth, kHeight, 0.0f);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 20; x < kWidth; ++x) truth(x, y) = 4;
+    map(19, y) = 2.5f;
+    map(20, y) = 3.5f;
+  }
+  colmap_ext::WriteDepthMap(folder_ / "truth/left.png.bin", truth);
+  colmap_ext::WriteDepthMap(dense_ / "stereo/depth_maps/left.png.geometric.bin", map);
+  const ProgramResult result = Run();
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto slants = nlohmann::json::parse(ReadBytes(folder_ / "counts.json")).at("slant, degrees");
+  EXPECT_EQ(slants.at("75-90").at("pixels"), 0);
+  for (const auto& [label, figures] : slants.items()) EXPECT_EQ(figures.at("final_near"), 0) << label;
 }
 
 TEST_F(PointsLost, PaintsWhatIsRightAndWrong) {

@@ -261,7 +261,7 @@ TEST(SceneFusion, SmoothsMapsWhoseNoiseMatters) {
 
   // The paper's rule takes maps as they are, and so does a tolerance that the noise hardly touches.
   SceneFusionOptions options;
-  options.rule.rule = phi::FusionRule::kPaper;
+  options.rule.formulas = phi::Formulas::kPaper;
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
   options.rule = {.max_depth_error = 0.04};
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());

@@ -130,7 +130,7 @@ TEST_P(BackendTest, FilterKeepsTheTruthAndDropsWhatContradictsIt) {
       if (is_wrong(x, y)) map(x, y).depth *= 1.2f;
     }
   }
-  const PlaneMap kept = backend_->Filter(FilterInputOf(scene, map), FilterOptions());
+  const PlaneMap kept = backend_->Filter(FilterInputOf(scene, map), FilterOptions()).map;
   for (int y = 20; y < 60; ++y) {
     for (int x = 30; x < 70; ++x) (is_wrong(x, y) ? num_kept_false : num_kept_true) += kept(x, y).depth > 0;
   }
@@ -213,19 +213,22 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
   input.cost = std::make_shared<const CostMap>(estimate.cost);
   auto filled = std::make_shared<Mask>(estimate.map.width(), estimate.map.height());
   for (int x = 0; x < filled->width(); ++x) (*filled)(x, 40) = 255;
-  input.filled = filled;
   FilterOptions options;
   options.max_cost = 0.5;
   options.min_triangulation_angle = 1;
-  const PlaneMap gpu = MakeBackend("cuda")->Filter(input, options);
-  const PlaneMap cpu = MakeBackend("cpu")->Filter(input, options);
-  std::size_t num_different = 0, num_kept = 0;
-  for (std::size_t i = 0; i < gpu.size(); ++i) {
-    num_different += std::memcmp(&gpu.data()[i], &cpu.data()[i], sizeof(PlaneHypothesis)) != 0;
-    num_kept += cpu.data()[i].depth > 0;
+  for (const bool after_inference : {false, true}) {
+    input.filled = after_inference ? filled : nullptr;
+    const FilterResult gpu = MakeBackend("cuda")->Filter(input, options);
+    const FilterResult cpu = MakeBackend("cpu")->Filter(input, options);
+    std::size_t num_different = 0, num_kept = 0;
+    for (std::size_t i = 0; i < gpu.map.size(); ++i) {
+      num_different += std::memcmp(&gpu.map.data()[i], &cpu.map.data()[i], sizeof(PlaneHypothesis)) != 0 ||
+                       gpu.few_witnesses.data()[i] != cpu.few_witnesses.data()[i];
+      num_kept += cpu.map.data()[i].depth > 0;
+    }
+    EXPECT_GT(num_kept, cpu.map.size() / 4);
+    EXPECT_LE(num_different, cpu.map.size() / 2000);  // thresholds met within rounding
   }
-  EXPECT_GT(num_kept, cpu.size() / 4);
-  EXPECT_LE(num_different, cpu.size() / 2000);  // thresholds met within rounding
 }
 
 // Energies are integers, so a field solved on the GPU is the CPU's field; costs differ by what the texture units round.

@@ -229,7 +229,7 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
   const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 2);
   EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
   DeviceResources ample(QueryDevice(0), 0);
-  const PlaneMap whole = FilterOnGpu(&ample, input, options);
+  const PlaneMap whole = FilterOnGpu(&ample, input, options).map;
   std::size_t num_kept = 0;
   for (const PlaneHypothesis& h : whole) num_kept += h.depth > 0;
   EXPECT_GT(num_kept, whole.size() / 4);
@@ -238,7 +238,7 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
     const std::int64_t budget = smallest + (num_sources - 1) * std::int64_t{kWidth} * kHeight * 16;
     EXPECT_EQ(PlanFilter(input, budget, TestTask()).num_sources_at_once, num_sources);
     DeviceResources scarce(QueryDevice(0), budget);
-    const PlaneMap parts = FilterOnGpu(&scarce, input, options);
+    const PlaneMap parts = FilterOnGpu(&scarce, input, options).map;
     EXPECT_EQ(std::memcmp(whole.data(), parts.data(), whole.bytes()), 0) << num_sources << " at once";
   }
 }

@@ -27,7 +27,10 @@ class ConsistencyTest : public ::testing::Test {
   }
 
   bool Consistent(float depth, Vec3f normal = {0, 0, -1}) const {
-    return IsConsistent(k_, view_, 60.5f, 30.5f, {normal, depth}, map_.view(), thresholds_);
+    return AskAt(60.5f, {normal, depth}) >= Testimony::kConfirms;
+  }
+  Testimony AskAt(float u, const PlaneHypothesis& h) const {
+    return Ask(k_, view_, u, 30.5f, h, map_.view(), thresholds_);
   }
 
   Camera reference_, source_;
@@ -68,7 +71,8 @@ TEST_F(ConsistencyTest, TriangulationAngle) {
 TEST_F(ConsistencyTest, NoDepthInTheSourceOrOutsideOfIt) {
   map_ = PlaneMap(80, 60);
   EXPECT_FALSE(Consistent(2.0f));
-  EXPECT_FALSE(IsConsistent(k_, view_, 10.5f, 30.5f, {{0, 0, -1}, 2.0f}, map_.view(), thresholds_));
+  EXPECT_EQ(AskAt(60.5f, {{0, 0, -1}, 2.0f}), Testimony::kContradicts);
+  EXPECT_EQ(AskAt(10.5f, {{0, 0, -1}, 2.0f}), Testimony::kNone);
 }
 
 TEST_F(ConsistencyTest, DepthIsNotBlendedAcrossAnEdge) {
@@ -76,8 +80,28 @@ TEST_F(ConsistencyTest, DepthIsNotBlendedAcrossAnEdge) {
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
   }
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 39.9f, 20.5f), 2.0f);
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f), 3.0f);
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 39.9f, 20.5f, Formulas::kRobust), 2.0f);
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kRobust), 3.0f);
+}
+
+TEST_F(ConsistencyTest, ThePaperInterpolatesWhereverThereIsDepth) {
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
+  }
+  // 0.6 of the way from the centre of column 39 to that of column 40.
+  EXPECT_NEAR(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 2.6f, 1e-5);
+  map_(39, 20).depth = 0;
+  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 3.0f);
+}
+
+TEST_F(ConsistencyTest, ALengthTakesThePlaceOfTheRelativeError) {
+  thresholds_.max_reprojection_error = 10;
+  thresholds_.max_depth_error = 0.02f;
+  EXPECT_TRUE(Consistent(2.0198f));
+  EXPECT_FALSE(Consistent(2.0202f));
+  FilterOptions options;
+  options.max_depth_error = 0.03;
+  EXPECT_EQ(MakeConsistencyThresholds(options).max_depth_error, 0.03f);
 }
 
 // The filter of the fixture's map, whose source views have the same map.
@@ -87,10 +111,15 @@ class FilterTest : public ConsistencyTest {
     input_.reference = {&reference_view_, std::make_shared<PlaneMap>(map_)};
     AddSource();
   }
-  void AddSource() {
-    input_.sources.push_back({&source_view_, [map = std::make_shared<PlaneMap>(map_)] { return map; }});
+  void AddSource() { AddMap(2); }
+  void AddContradictingSource() { AddMap(2.4f); }
+  // Another source view at the same place, whose map is a plane at this depth.
+  void AddMap(float depth) {
+    input_.sources.push_back(
+        {&source_view_,
+         [map = std::make_shared<PlaneMap>(80, 60, PlaneHypothesis{{0, 0, -1}, depth})] { return map; }});
   }
-  bool Keeps(int x, int y) const { return FilterOnCpu(input_, options_)(x, y).depth > 0; }
+  bool Keeps(int x, int y) const { return FilterOnCpu(input_, options_).map(x, y).depth > 0; }
 
   const SceneView reference_view_{"a", 1, reference_}, source_view_{"b", 2, source_};
   FilterInput input_;
@@ -98,6 +127,7 @@ class FilterTest : public ConsistencyTest {
 };
 
 TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
+  AddContradictingSource();
   EXPECT_FALSE(Keeps(60, 30));
   AddSource();
   EXPECT_TRUE(Keeps(60, 30));
@@ -110,7 +140,69 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   EXPECT_TRUE(Keeps(60, 30));
 }
 
+// One view confirms, and no other one could: the pixel is kept, and said to have few witnesses.
+TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
+  const auto verdict = [&] {
+    const FilterResult result = FilterOnCpu(input_, options_);
+    if (!(result.map(60, 30).depth > 0)) return FilterVerdict::kDropped;
+    return result.few_witnesses(60, 30) != 0 ? FilterVerdict::kFewWitnesses : FilterVerdict::kKept;
+  };
+  EXPECT_EQ(verdict(), FilterVerdict::kFewWitnesses);
+  AddSource();
+  EXPECT_EQ(verdict(), FilterVerdict::kKept);
+  input_.sources.pop_back();
+  AddContradictingSource();  // it sees another surface behind
+  EXPECT_EQ(verdict(), FilterVerdict::kDropped);
+  input_.sources.pop_back();
+  AddMap(1.9f);  // 5 % before the point: hidden from this one
+  EXPECT_EQ(verdict(), FilterVerdict::kFewWitnesses);
+  options_.formulas = Formulas::kPaper;
+  EXPECT_EQ(verdict(), FilterVerdict::kDropped);
+}
+
+// Of the tolerances, 1 % and one pixel, 0.4 and 0.5: depth 2 moves by 25 pixels between the views, and by half of one
+// where it is 2.04.
+TEST_F(FilterTest, AViewAloneMustConfirmClosely) {
+  options_.max_normal_error = 60;
+  for (const auto& [depth, is_kept] : {std::pair(2.0f * 1.0039f, true), std::pair(2.0f * 1.0045f, false)}) {
+    input_.sources.clear();
+    AddMap(depth);
+    EXPECT_EQ(Keeps(60, 30), is_kept) << depth;
+  }
+  options_.max_relative_depth_error = 0.05;
+  for (const auto& [depth, is_kept] :
+       {std::pair(1 / (0.5f - 0.48f / 50), true), std::pair(1 / (0.5f - 0.52f / 50), false)}) {
+    input_.sources.clear();
+    AddMap(depth);
+    EXPECT_EQ(Keeps(60, 30), is_kept) << depth;
+  }
+}
+
+// What a view could see: the point inside its image with room for a window, the surface not edge-on.
+TEST_F(FilterTest, ViewsThatCannotSeeAreNoWitnesses) {
+  map_ = PlaneMap(80, 60, {{0, 0, -1}, 2.4f});  // contradicts depth 2
+  const auto ask = [&](float u, Vec3f normal) { return AskAt(u, {normal, 2.0f}); };
+  // Depth 2 at column u lies at u - 25 of the source.
+  EXPECT_EQ(ask(25 + 5.5f, {0, 0, -1}), Testimony::kContradicts);
+  EXPECT_EQ(ask(25 + 4.5f, {0, 0, -1}), Testimony::kNone);
+  // The source's ray at the middle is (-0.045, 0.005, 1): an angle of 79 degrees to the first normal, 82 to the second.
+  const float middle = 60.5f;
+  EXPECT_EQ(ask(middle, {0.975f, 0, -0.222f}), Testimony::kContradicts);
+  EXPECT_EQ(ask(middle, {0.995f, 0, -0.0999f}), Testimony::kNone);
+}
+
+// Before inference two views are asked for; after it the measured pixels have been judged.
+TEST_F(FilterTest, MeasuredPixelsAreNotAskedForAgain) {
+  AddContradictingSource();
+  EXPECT_FALSE(Keeps(60, 30));
+  input_.filled = std::make_shared<Mask>(80, 60, kMeasuredPixel);
+  EXPECT_TRUE(Keeps(60, 30));
+  options_.formulas = Formulas::kPaper;
+  EXPECT_FALSE(Keeps(60, 30));
+}
+
 TEST_F(FilterTest, InferredPixelsHaveTheirOwnNumberOfViews) {
+  AddContradictingSource();
   options_.min_num_consistent_inferred = 1;
   EXPECT_FALSE(Keeps(60, 30));
   for (const std::uint8_t value : {kInferredConfirmed, kInferredAlone}) {
@@ -144,6 +236,7 @@ TEST_F(FilterTest, AsksForNoMoreViewsThanItCounts) {
 }
 
 TEST_F(FilterTest, ViewsWithoutAMapTakeNoPart) {
+  AddContradictingSource();
   input_.sources.push_back({&source_view_, nullptr});
   EXPECT_FALSE(Keeps(60, 30));
 }
@@ -181,31 +274,34 @@ TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
     }
     input_.sources.push_back({&source_view_, [map = maps[j]] { return map; }});
   }
-  auto filled = std::make_shared<Mask>(80, 60);
-  for (int x = 0; x < 80; ++x) (*filled)(x, 20) = kInferredAlone;
+  auto filled = std::make_shared<Mask>(80, 60, kInferredAlone);
+  for (int x = 0; x < 80; ++x) (*filled)(x, 20) = kMeasuredPixel;
   input_.filled = filled;
   options_.min_num_consistent = 3;
   options_.min_num_consistent_inferred = 5;
-  const PlaneMap whole = FilterOnCpu(input_, options_);
+  const PlaneMap whole = FilterOnCpu(input_, options_).map;
   const auto num_kept = std::count_if(whole.begin(), whole.end(), [](const auto& h) { return h.depth > 0; });
   EXPECT_GT(num_kept, 80 * 60 / 4);
   EXPECT_LT(num_kept, 80 * 60 * 3 / 4);
 
   const FilterReference reference = MakeFilterReference(input_, options_);
   for (const int turn_size : {1, 2, 3, kNumSources}) {
-    Mask keep(80, 60);
+    Array2D<FilterState> states(80, 60);
     for (int begin = 0; begin < kNumSources; begin += turn_size) {
       std::vector<FilterSource> sources;
       for (int j = begin; j < std::min(begin + turn_size, kNumSources); ++j) {
         sources.push_back({view_, maps[j]->view()});
       }
-      const FilterTurn turn{sources.data(), static_cast<int>(sources.size()),
-                            begin + turn_size >= kNumSources};
+      const FilterTurn turn{sources.data(), static_cast<int>(sources.size())};
       for (int y = 0; y < 60; ++y) {
-        for (int x = 0; x < 80; ++x) keep(x, y) = FilterPixel(reference, turn, x, y, keep(x, y));
+        for (int x = 0; x < 80; ++x) AskSources(reference, turn, x, y, &states(x, y));
       }
     }
-    const PlaneMap kept = KeptPixels(*input_.reference.map, keep.data());
+    Array2D<FilterVerdict> verdicts(80, 60);
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, states(x, y));
+    }
+    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data()).map;
     EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
 }

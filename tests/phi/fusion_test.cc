@@ -388,21 +388,6 @@ TEST(Fusion, ReprojectionErrorIsThatOfTheDepthDifference) {
   EXPECT_EQ(num_refused(1.01 * error), 0);
 }
 
-TEST(Fusion, PaperRuleAveragesPointsAndNeedsNoOtherImage) {
-  const RenderedScene scene = PlaneScene({}, {0, 0, -1});
-  std::vector<FusionMap> maps = MakeMaps(scene);
-  for (FusionPixel& pixel : maps[0]) pixel.depth *= 1.004f;
-  FusionOptions options;
-  options.rule = FusionRule::kPaper;
-  options.min_num_views = 1;
-  const FusedBlock block = MakeFuser(scene, 0, options, &maps).FuseRows(60, 61);
-  ASSERT_EQ(block.points.size(), static_cast<std::size_t>(maps[0].width()));
-  for (std::size_t i = 0; i < block.points.size(); ++i) {
-    // The plain mean of one 4.016 and the others' 4.
-    EXPECT_NEAR(block.points[i].xyz[2], 4 + 0.016 / block.view_counts[i], 1e-5);
-  }
-}
-
 TEST(FusionOptions, NamesTheWrongOption) {
   FusionOptions options;
   EXPECT_EQ(options.Check(), "");

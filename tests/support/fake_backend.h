@@ -59,7 +59,7 @@ class FakeBackend : public phi::Backend {
   }
 
   // Depth of the reference plus a share of the sources' depths: shows which maps a filter has read.
-  phi::PlaneMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
+  phi::FilterResult Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
     const Call call(this, "filter", *input.reference.view);
     ++calls_.filters;
     if (calls_.on_filter) calls_.on_filter(input);
@@ -68,14 +68,17 @@ class FakeBackend : public phi::Backend {
       maps.push_back(source.load != nullptr ? source.load() : nullptr);
     }
     phi::PlaneMap map = *input.reference.map;
-    if (input.reference.view->name == calls_.emptied) return phi::PlaneMap(map.width(), map.height());
+    const phi::Mask few_witnesses(map.width(), map.height());
+    if (input.reference.view->name == calls_.emptied) {
+      return {phi::PlaneMap(map.width(), map.height()), few_witnesses};
+    }
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
       if (!(depth > 0)) continue;
       for (const auto& source : maps) depth += source ? 0.1f * source->data()[i].depth : 3;
       if (i % 7 == 0) map.data()[i] = {};
     }
-    return map;
+    return {std::move(map), few_witnesses};
   }
 
   phi::InferenceResult Infer(const phi::InferenceInput& input, const phi::StereoOptions&,

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/log_capture.h"
@@ -83,8 +85,8 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
   const RunSummary summary = Run();
   EXPECT_TRUE(summary.failures.empty());
   EXPECT_EQ(summary.num_images, kNumImages);
-  // Per image: depth and normals of three kinds, and a mask. Nothing else stays.
-  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 7));
+  // Per image: depth and normals of three kinds, and masks of two. Nothing else stays.
+  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 8));
   EXPECT_EQ(calls_.estimates, kNumImages);
   EXPECT_EQ(calls_.inferences, kNumImages);
   EXPECT_EQ(calls_.filters, 2 * kNumImages);
@@ -208,10 +210,10 @@ TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
   EXPECT_LE(summary.peak_cache_bytes, options_.cache_bytes + 5 * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths,
-  // images and masks of what is filled.
+  // images, and masks of what is filled and of what few views see.
   options_.cache_bytes = std::int64_t{1} << 30;
   options_.stereo.seed = 1;
-  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 2 * map_bytes / 16));
+  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 3 * map_bytes / 16));
 }
 
 TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
@@ -474,8 +476,28 @@ TEST_F(StereoPipelineTest, WithoutInferenceTheGeometricMapsAreTheMeasuredOnes) {
   options_.inference.mode = phi::InferenceMode::kOff;
   Run();
   EXPECT_EQ(calls_.inferences, 0);
-  EXPECT_EQ(test_support::ReadBytes(DepthPath(0, "geometric")),
-            test_support::ReadBytes(DepthPath(0, "measured")));
+  const phi::DepthMap measured = ReadDepthMap(DepthPath(0, "measured"));
+  const phi::DepthMap geometric = ReadDepthMap(DepthPath(0, "geometric"));
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    ASSERT_EQ(geometric.data()[i], std::max(measured.data()[i], 0.0f));  // without the doubtful ones
+  }
+}
+
+// A plain image measures nothing, whatever comes after.
+TEST_F(StereoPipelineTest, WhatIsMeasuredIsTheSameWithoutInference) {
+  WriteGrayImage(folder_ / "images" / names_[0], phi::GrayImage(24, 16, std::uint8_t{128}));
+  options_.inference.mode = phi::InferenceMode::kOff;
+  Run();
+  const auto is_hole = [](float depth) { return depth == 0; };
+  EXPECT_EQ(phi::CountIf(ReadDepthMap(DepthPath(0, "measured")), is_hole), 24 * 16);
+  EXPECT_EQ(phi::CountIf(ReadDepthMap(DepthPath(0, "geometric")), is_hole), 24 * 16);
+  EXPECT_LT(phi::CountIf(ReadDepthMap(DepthPath(1, "measured")), is_hole), 24 * 16);
+  const std::string measured = test_support::ReadBytes(DepthPath(1, "measured"));
+  options_.inference.mode = phi::InferenceMode::kMrf;
+  calls_.filters = 0;
+  Run();
+  EXPECT_EQ(test_support::ReadBytes(DepthPath(1, "measured")), measured);
+  EXPECT_EQ(calls_.filters, kNumImages);  // of what was inferred; the measured maps are there
 }
 
 TEST_F(StereoPipelineTest, GuidedPassesStartFromTheMapsOfAllViews) {

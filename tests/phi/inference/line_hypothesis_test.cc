@@ -64,7 +64,7 @@ TEST(LineHypothesis, IsExactOnAnObliquePlaneInAllDirections) {
   }
 }
 
-TEST(LineHypothesis, LiteralFormFitsDepthAndBendsOnAnObliquePlane) {
+TEST(LineHypothesis, ThePapersLinesFitDepthAndBendOnAnObliquePlane) {
   const PlaneMap map = MakeMap([&](int x, int y) { return x >= 40 && x < 80 ? 0.0f : ObliquePlane(x, y); });
   // Depths 1 / w at x = 37..39 and 80..82, least squares in depth, at x = 60, y = 45: worked out here in double.
   double st = 0, sd = 0, stt = 0, std_ = 0;
@@ -110,7 +110,7 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
 }
 
 TEST(LineHypothesis, SingleSideUsesSixPixels) {
-  // Literal supports are raw pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
+  // The paper's supports are single pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
   const PlaneMap map = MakeMap([](int x, int) { return x >= 60 ? 1.0f / (x - 59) : 0.0f; });
   // Three pixels would give the same line; a kink after the third tells six from three.
   PlaneMap kinked = map;
@@ -120,6 +120,18 @@ TEST(LineHypothesis, SingleSideUsesSixPixels) {
   EXPECT_EQ(ValueAt(map, Formulas::kPaper, kHorizontal, 58, 45), 0);  // depth -1 is no hypothesis
   // Least squares of depths (1, 2, 3, 3, 3, 3) at 0..5: mean 2.5, slope 6.5 / 17.5; at -1: 2.5 - 3.5 * 6.5 / 17.5.
   EXPECT_NEAR(1 / ValueAt(kinked, Formulas::kPaper, kHorizontal, 59, 45), 2.5 - 3.5 * 6.5 / 17.5, 1e-4);
+}
+
+// One pixel before the gap, and four behind it that are kinked after the third: of six there are five, and all count.
+TEST(LineHypothesis, ThePapersLineTakesFromOneSideWhatTheOtherLacks) {
+  PlaneMap map(kWidth, kHeight);
+  const auto measure = [&](int x, float depth) { map(x, 45) = {{0, 0, -1}, depth}; };
+  measure(20, 2);
+  for (int x = 30; x < 33; ++x) measure(x, 2);
+  measure(33, 6);
+  // Depths (2, 2, 2, 2, 6) at (20, 30, 31, 32, 33): means 29.2 and 2.8, slope (3.8 * 4) / 110.8.
+  const double mean = 29.2, slope = 3.8 * 4 / 110.8;
+  EXPECT_NEAR(1 / ValueAt(map, Formulas::kPaper, kHorizontal, 25, 45), 2.8 + slope * (25 - mean), 1e-4);
 }
 
 TEST(LineHypothesis, IgnoresIsolatedSpecks) {

@@ -1,5 +1,5 @@
-// Keeps the emitted flags of images whose maps were dropped and will be read again, a bit a pixel, in an unnamed
-// scratch file: they are the only state of fusion, and memory must not grow with the number of images.
+// Keeps a flag (emitted, or merged) of the pixels of images whose maps were dropped and will be read again, a bit a pixel,
+// in an unnamed scratch file: it is the only state of fusion, and memory must not grow with the number of images.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace colmap_ext {
 
-class EmittedStore {
+class FlagStore {
  public:
-  // The scratch file is made in `folder` at the first Save.
-  EmittedStore(std::filesystem::path folder, std::size_t num_images);
-  ~EmittedStore();
-  EmittedStore(const EmittedStore&) = delete;
-  EmittedStore& operator=(const EmittedStore&) = delete;
+  // flag: a bit of FusionPixel::flags. The scratch file is made in `folder` at the first Save.
+  FlagStore(std::filesystem::path folder, std::size_t num_images, std::uint8_t flag);
+  ~FlagStore();
+  FlagStore(const FlagStore&) = delete;
+  FlagStore& operator=(const FlagStore&) = delete;
 
   // Throws phi::ResourceError when the disk is full.
   void Save(int image, const phi::FusionMap& map);
@@ -28,6 +28,7 @@ class EmittedStore {
   [[noreturn]] void Fail(const char* action) const;
 
   std::filesystem::path folder_;
+  std::uint8_t flag_;
   int descriptor_ = -1;
   std::int64_t end_ = 0;
   std::vector<std::int64_t> offsets_;  // -1: not saved

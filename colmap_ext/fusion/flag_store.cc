@@ -1,4 +1,4 @@
-#include "colmap_ext/fusion/emitted_store.h"
+#include "colmap_ext/fusion/flag_store.h"
 
 #include <fcntl.h>
 #include <stdlib.h>
@@ -18,16 +18,16 @@ std::size_t NumBytes(const phi::FusionMap& map) { return (map.size() + 7) / 8; }
 
 }  // namespace
 
-EmittedStore::EmittedStore(std::filesystem::path folder, std::size_t num_images)
-    : folder_(std::move(folder)), offsets_(num_images, -1) {
+FlagStore::FlagStore(std::filesystem::path folder, std::size_t num_images, std::uint8_t flag)
+    : folder_(std::move(folder)), flag_(flag), offsets_(num_images, -1) {
   if (folder_.empty()) folder_ = ".";
 }
 
-EmittedStore::~EmittedStore() {
+FlagStore::~FlagStore() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void EmittedStore::Fail(const char* action) const {
+void FlagStore::Fail(const char* action) const {
   const std::string what =
       folder_.string() + ": fusion cannot " + action + " its scratch file: " + std::strerror(errno);
   if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
@@ -35,7 +35,7 @@ void EmittedStore::Fail(const char* action) const {
   throw phi::InputError(what);
 }
 
-void EmittedStore::OpenScratchFile() {
+void FlagStore::OpenScratchFile() {
   std::filesystem::create_directories(folder_);
   std::string name = (folder_ / ".phimvs-fusion-XXXXXX.tmp").string();
   constexpr int kSuffixLength = 4;
@@ -45,12 +45,11 @@ void EmittedStore::OpenScratchFile() {
   ::unlink(name.c_str());
 }
 
-void EmittedStore::Save(int image, const phi::FusionMap& map) {
+void FlagStore::Save(int image, const phi::FusionMap& map) {
   if (descriptor_ < 0) OpenScratchFile();
   std::vector<std::uint8_t> bits(NumBytes(map), 0);
   for (std::size_t i = 0; i < map.size(); ++i) {
-    if ((map.data()[i].flags & phi::FusionPixel::kEmitted) != 0)
-      bits[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
+    if ((map.data()[i].flags & flag_) != 0) bits[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
   }
   std::int64_t& offset = offsets_[static_cast<std::size_t>(image)];
   if (offset < 0) {
@@ -65,7 +64,7 @@ void EmittedStore::Save(int image, const phi::FusionMap& map) {
   }
 }
 
-void EmittedStore::Restore(int image, phi::FusionMap* map) const {
+void FlagStore::Restore(int image, phi::FusionMap* map) const {
   const std::int64_t offset = offsets_[static_cast<std::size_t>(image)];
   if (offset < 0) return;
   std::vector<std::uint8_t> bits(NumBytes(*map));
@@ -76,7 +75,7 @@ void EmittedStore::Restore(int image, phi::FusionMap* map) const {
     if (got > 0) done += static_cast<std::size_t>(got);
   }
   for (std::size_t i = 0; i < map->size(); ++i) {
-    if ((bits[i / 8] >> (i % 8)) & 1u) map->data()[i].flags |= phi::FusionPixel::kEmitted;
+    if ((bits[i / 8] >> (i % 8)) & 1u) map->data()[i].flags |= flag_;
   }
 }
 

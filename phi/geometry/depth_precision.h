@@ -1,0 +1,36 @@
+// How precisely matching can tell a depth: a fraction of a pixel in the source views, carried back to the reference's ray.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "phi/geometry/camera.h"
+#include "phi/geometry/device_camera.h"
+
+namespace phi {
+
+// Standard deviation of a match, pixels of a source view. A window of 121 samples with noise of a grey level reaches
+// this; tolerances are made of several of them.
+inline constexpr float kMatchDeviation = 0.15f;
+
+class DepthPrecision {
+ public:
+  // Where no source view sees a point its deviation is 0: nothing is known of it.
+  DepthPrecision() = default;
+  DepthPrecision(const RayModel& reference, std::vector<RelativeView> sources)
+      : reference_(reference), sources_(std::move(sources)) {}
+  DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources);
+
+  const RayModel& reference() const { return reference_; }
+
+  // Of a depth (or an inverse depth), relative to it, at (u, v) of the reference image, K's coordinates. As one source
+  // view tells it: a typical one of those whose images contain the point, by the root mean square of how far the point
+  // moves in them when its depth changes.
+  float RelativeDeviation(float u, float v, float depth) const;
+
+ private:
+  RayModel reference_;
+  std::vector<RelativeView> sources_;
+};
+
+}  // namespace phi
