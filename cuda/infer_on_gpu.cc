@@ -1,6 +1,7 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -110,16 +111,16 @@ struct RegionBuffers {
 };
 
 // Regions are found on the host; the scanlines run meanwhile, and the supports while other views' are pooled.
-void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
-                     const Event& supports_ready, const Task& task) {
+RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
+                             const Event& supports_ready, const Task& task) {
   const int width = launch.supports.width, height = launch.supports.height;
   const std::int64_t n = launch.supports.size();
   InferenceScratch& buffers = scratch->inference;
   const std::vector<PooledSupport> pooled = PoolSupports(input);
   supports_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
-  const RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
-                            input.reference.view->image_id, pooled, PrecisionOf(input));
+  RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
+                      input.reference.view->image_id, pooled, PrecisionOf(input));
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
@@ -132,6 +133,7 @@ void AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const Infere
   const std::int64_t first = launch.region_planes[0].data - buffers.inverse_depths.data();
   buffers.inverse_depths.UploadAt(first, host, kPlanesPerRegion * n, stream, task);
   LaunchRegionPlanes(launch, stream, task);
+  return planes;
 }
 
 void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t stream, const Task& task) {
@@ -140,17 +142,21 @@ void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t strea
         "cudaMemcpyAsync to the host", task);
 }
 
-void MakeHypotheses(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
-                    const Task& task) {
+// Returns the regions' planes; nullopt: none were looked for.
+std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch* scratch,
+                                           const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchSupports(launch, stream, task);
-  if (launch.formulas == Formulas::kPaper) return LaunchScanlines(launch, stream, task);
+  if (launch.formulas == Formulas::kPaper) {
+    LaunchScanlines(launch, stream, task);
+    return std::nullopt;
+  }
   const Event supports_ready(Event::Timing::kOff, task);
   CopyToHost(launch.support_values, RegionBuffers(scratch, launch.supports.size()).support_values, stream,
              task);
   supports_ready.Record(stream, task);
   LaunchScanlines(launch, stream, task);
-  AddRegionPlanes(input, scratch, launch, supports_ready, task);
+  return AddRegionPlanes(input, scratch, launch, supports_ready, task);
 }
 
 FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables,
@@ -227,7 +233,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
 
   ThrowIfCancelled();
   scratch->begin.Record(stream, task);
-  MakeHypotheses(input, scratch.get(), launch, task);
+  const std::optional<RegionPlanes> region_planes = MakeHypotheses(input, scratch.get(), launch, task);
   if (solves_field) {
     const FieldLaunch field = BindField(scratch.get(), width, height, tables, task);
     LaunchFieldSetup(launch, field, stream, task);
@@ -249,6 +255,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   InferenceResult result{PlaneMap::Uninitialized(width, height), Mask::Uninitialized(width, height), {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.data());
   CopyAll(scratch->host_mask.data(), result.filled.size(), result.filled.data());
+  if (region_planes) SetRegionNormals(*region_planes, launch.reference, result.filled, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

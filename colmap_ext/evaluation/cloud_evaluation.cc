@@ -13,9 +13,10 @@ namespace {
 constexpr std::size_t kBytesPerPoint = sizeof(phi::Vec3f) + sizeof(std::uint32_t) + sizeof(ToleranceClass);
 
 std::size_t WorkingMemory(const CloudPair& clouds, const CloudEvaluationOptions& options) {
-  const std::size_t needed = (clouds.points.size() + clouds.truth.size()) * kBytesPerPoint +
-                             clouds.inferred.size() * sizeof(ToleranceClass) +
-                             clouds.truth_views.size() * (sizeof(std::uint8_t) + sizeof(ToleranceClass));
+  const std::size_t needed =
+      (clouds.points.size() + clouds.truth.size() + clouds.truth_left_out.size()) * kBytesPerPoint +
+      clouds.inferred.size() * sizeof(ToleranceClass) +
+      clouds.truth_views.size() * (sizeof(std::uint8_t) + sizeof(ToleranceClass));
   if (needed >= options.memory) {
     throw phi::ResourceError(
         "evaluate: the two clouds need " + std::to_string((needed >> 20) + 1) +
@@ -46,6 +47,19 @@ OriginAccuracy AccuracyOf(bool inferred, const CloudPair& clouds, std::vector<To
   }
   result.accuracy = AverageOverVoxels(clouds.points, classes, num_tolerances, voxels);
   for (double& share : result.accuracy) share *= 100;
+  return result;
+}
+
+// `classes`: of all points, against the true points that count. A point is right where either truth is near.
+std::vector<double> AccuracyOfAll(const CloudPair& clouds, std::vector<ToleranceClass> classes,
+                                  const CloudEvaluationOptions& options, const VoxelAverageOptions& voxels) {
+  const std::vector<ToleranceClass> others =
+      ClassifyByNearest(clouds.points, clouds.truth_left_out, options.tolerances, voxels.working_memory);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (classes[i] != kNotCounted) classes[i] = std::min(classes[i], others[i]);
+  }
+  std::vector<double> result = AverageOverVoxels(clouds.points, classes, options.tolerances.size(), voxels);
+  for (double& share : result) share *= 100;
   return result;
 }
 
@@ -103,6 +117,9 @@ CloudScores EvaluateCloud(const CloudPair& clouds, const CloudEvaluationOptions&
   {
     const std::vector<ToleranceClass> classes = ClassifyPoints(clouds, options, working_memory);
     scores.accuracy = AverageOverVoxels(clouds.points, classes, num_tolerances, voxels);
+    if (!clouds.truth_left_out.empty() && clouds.scans.empty()) {
+      scores.accuracy_of_all = AccuracyOfAll(clouds, classes, options, voxels);
+    }
     if (!clouds.inferred.empty()) {
       scores.measured = AccuracyOf(false, clouds, classes, num_tolerances, voxels);
       scores.inferred = AccuracyOf(true, clouds, classes, num_tolerances, voxels);

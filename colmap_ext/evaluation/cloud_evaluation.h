@@ -25,8 +25,10 @@ struct CloudPair {
   std::vector<bool> counted;       // empty, or whether each point counts for accuracy
   std::vector<bool> inferred;      // empty, or whether each point's depth was inferred: then scored apart
   std::vector<phi::Vec3f> truth;
-  std::vector<std::uint8_t>
-      truth_views;  // empty, or how many images see each true point (255: as many or more)
+  // Surfaces that fewer images see than --min_truth_views asks for: there, but not asked for.
+  std::vector<phi::Vec3f> truth_left_out;
+  // Empty, or how many images see each point of `truth` (255: as many or more).
+  std::vector<std::uint8_t> truth_views;
   // Empty: accuracy by the nearest truth point, on one voxel grid. Else ETH3D's protocol: accuracy by the
   // scanners' beams, averages over two voxel grids.
   std::vector<ScanBeams> scans;
@@ -53,6 +55,8 @@ struct CloudScores {
   std::vector<double> tolerances, accuracy, completeness, f1;
   std::size_t num_points = 0, num_counted = 0, num_truth = 0;
   std::optional<OriginAccuracy> measured, inferred;  // where CloudPair::inferred tells them apart
+  // Where truth was left out: accuracy when a point on those surfaces is right too.
+  std::optional<std::vector<double>> accuracy_of_all;
   std::vector<ViewsCompleteness> by_views;  // where CloudPair::truth_views is known: classes that hold points
 };
 

@@ -54,6 +54,12 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
   }
   std::string counts = std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
                        " counted, against " + std::to_string(scores.num_truth) + " points of truth";
+  if (scores.accuracy_of_all) {
+    rows[0].push_back("accuracy, all truth %");
+    for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
+      rows[t + 1].push_back(Percent((*scores.accuracy_of_all)[t]));
+    }
+  }
   if (scores.measured && scores.inferred) {
     rows[0].insert(rows[0].end(), {"of measured points %", "of inferred points %"});
     for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
@@ -194,6 +200,7 @@ void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evalua
     json["num_points"] = cloud.num_points;
     json["num_counted"] = cloud.num_counted;
     json["num_truth"] = cloud.num_truth;
+    if (cloud.accuracy_of_all) json["accuracy_of_all"] = *cloud.accuracy_of_all;
     for (const ViewsCompleteness& of : cloud.by_views) json["by_views"].push_back(ToJson(of));
     if (cloud.measured) json["measured"] = ToJson(*cloud.measured);
     if (cloud.inferred) json["inferred"] = ToJson(*cloud.inferred);

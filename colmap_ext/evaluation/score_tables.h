@@ -23,7 +23,8 @@ std::string FormatTables(const Evaluation& evaluation, TableFormat format);
 
 // {"tolerances": [], "accuracy": [], "completeness": [], "f1": [], ...}: percent, indexed by tolerance. Maps
 // are under "depth_maps" and "normal_maps"; what was scored apart under "measured" and "inferred"; completeness by
-// the number of images that see a true point, where the truth tells it, under "by_views".
+// the number of images that see a true point, where the truth tells it, under "by_views"; accuracy when the
+// truth that was left out counts too, under "accuracy_of_all".
 void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evaluation);
 
 }  // namespace colmap_ext

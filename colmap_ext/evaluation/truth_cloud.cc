@@ -9,6 +9,7 @@
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -40,16 +41,15 @@ void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
 
 bool HasViews(const std::filesystem::path& path) { return PlyRows(path).Find("vertex")->Has("views"); }
 
-// on_point(position, property `views`, NaN where there is none).
+// on_point(position, property `views`, NaN where there is none); `needs_views`: refuses files without it.
 template <typename OnPoint>
-void ForEachPoint(const std::filesystem::path& path, int min_views, OnPoint on_point) {
+void ForEachPoint(const std::filesystem::path& path, bool needs_views, OnPoint on_point) {
   const PlyRows rows(path);
   CheckVertices(rows, path);
-  if (min_views > 0 && !rows.Find("vertex")->Has("views")) {
+  if (needs_views && !rows.Find("vertex")->Has("views")) {
     throw phi::InputError(path.string() + " has no property 'views', which --min_truth_views needs");
   }
   rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [&](const double* v) {
-    if (min_views > 0 && v[3] < min_views) return;
     const Vector3d p(v[0], v[1], v[2]);
     if (p.allFinite()) on_point(p, v[3]);
   });
@@ -71,13 +71,16 @@ std::vector<bool> ReadInferred(const std::filesystem::path& path) {
   return inferred;
 }
 
-std::vector<Vector3d> SampleMesh(const std::filesystem::path& path, double spacing) {
+// Triangles of finite corners.
+template <typename OnTriangle>
+void ForEachTriangle(const std::filesystem::path& path, OnTriangle on_triangle) {
   const PlyRows rows(path);
-  std::vector<Vector3d> corners, samples;
+  std::vector<Vector3d> corners;
   rows.ForEachRow("vertex", {"x", "y", "z"},
                   [&](const double* v) { corners.emplace_back(v[0], v[1], v[2]); });
   const char* list = rows.Find("face")->Has("vertex_indices") ? "vertex_indices" : "vertex_index";
   rows.ForEachList("face", list, [&](const std::vector<std::int64_t>& face) {
+    phi::ThrowIfCancelled();
     for (std::int64_t index : face) {
       if (index < 0 || index >= static_cast<std::int64_t>(corners.size())) {
         throw phi::InputError(path.string() + ": a face names vertex " + std::to_string(index) + " of " +
@@ -85,10 +88,10 @@ std::vector<Vector3d> SampleMesh(const std::filesystem::path& path, double spaci
       }
     }
     for (std::size_t i = 2; i < face.size(); ++i) {
-      SampleTriangle(corners[face[0]], corners[face[i - 1]], corners[face[i]], spacing, samples);
+      const Vector3d &a = corners[face[0]], &b = corners[face[i - 1]], &c = corners[face[i]];
+      if (a.allFinite() && b.allFinite() && c.allFinite()) on_triangle(a, b, c);
     }
   });
-  return samples;
 }
 
 bool IsMesh(const std::filesystem::path& path) {
@@ -107,21 +110,31 @@ class Loader {
     if (truth_.path.extension() == ".mlp") {
       LoadScans();
     } else if (IsMesh(truth_.path)) {
-      for (const Vector3d& p : SampleMesh(truth_.path, truth_.mesh_spacing)) AddTruth(p);
+      LoadMesh();
     } else {
       const bool has_views = HasViews(truth_.path);
-      ForEachPoint(truth_.path, truth_.min_views, [&](const Vector3d& p, double views) {
+      std::vector<Vector3d> left_out;
+      ForEachPoint(truth_.path, truth_.min_views > 0, [&](const Vector3d& p, double views) {
+        if (IsLeftOut(views)) {
+          if (IsInside(p)) left_out.push_back(p);
+          return;
+        }
         if (AddTruth(p) && has_views) AddViews(views);
       });
+      for (const Vector3d& p : left_out) {
+        result_.clouds.truth_left_out.push_back(Relative(p, result_.origin));
+      }
     }
     if (result_.clouds.truth.empty())
       throw phi::InputError(truth_.path.string() + " holds no point to compare with");
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
     const Eigen::Affine3d truth_from_cloud(
         preparation_.truth_from_cloud.value_or(Eigen::Matrix4d::Identity()));
-    ForEachPoint(cloud_path, 0, [&](const Vector3d& given, double) {
+    ForEachPoint(cloud_path, false, [&](const Vector3d& given, double) {
       const Vector3d p = truth_from_cloud * given;
-      if (IsInside(p)) result_.clouds.points.push_back(Relative(p, result_.origin));
+      if (!IsInside(p)) return;
+      result_.clouds.points.push_back(Relative(p, result_.origin));
+      RequireMemory(0, "the clouds");
     });
     if (preparation_.thin) {
       result_.clouds.points = ThinCloud(result_.clouds.points, voxel_size_);
@@ -138,8 +151,28 @@ class Loader {
     if (!IsInside(p)) return false;
     if (result_.clouds.truth.empty()) result_.origin = ChooseOrigin(p, voxel_size_);
     result_.clouds.truth.push_back(Relative(p, result_.origin));
+    RequireMemory(0, "the clouds");
     return true;
   }
+
+  // For `more` points beyond those that are there.
+  void RequireMemory(double more, const char* what) const {
+    const auto num_points = static_cast<double>(result_.clouds.truth.size() + result_.clouds.points.size());
+    if ((num_points + more) * sizeof(Vec3f) <= static_cast<double>(truth_.memory)) return;
+    throw phi::ResourceError(truth_.path.string() + ": " + what +
+                             " need more than --memory allows; raise it, thin the clouds, or raise "
+                             "--mesh_sample_spacing where the truth is a mesh");
+  }
+
+  // A triangle's samples are counted before they are made: a single one may be larger than any memory.
+  void LoadMesh() {
+    ForEachTriangle(truth_.path, [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+      RequireMemory(NumTriangleSamples(a, b, c, truth_.mesh_spacing), "the mesh's samples");
+      SampleTriangle(a, b, c, truth_.mesh_spacing, [&](const Vector3d& p) { AddTruth(p); });
+    });
+  }
+
+  bool IsLeftOut(double views) const { return views < truth_.min_views; }
 
   void AddViews(double views) {
     result_.clouds.truth_views.push_back(static_cast<std::uint8_t>(std::clamp(views, 0.0, 255.0)));
@@ -154,8 +187,9 @@ class Loader {
     for (const MeshLabLayer& layer : ReadMeshLabProject(truth_.path)) {
       const Eigen::Affine3d world_from_scan(layer.world_from_layer);
       const std::size_t begin = result_.clouds.truth.size();
-      ForEachPoint(layer.path, truth_.min_views,
-                   [&](const Vector3d& p, double) { AddTruth(world_from_scan * p); });
+      ForEachPoint(layer.path, truth_.min_views > 0, [&](const Vector3d& p, double views) {
+        if (!IsLeftOut(views)) AddTruth(world_from_scan * p);
+      });
       if (begin == result_.clouds.truth.size()) continue;
       AddScan({result_.clouds.truth.begin() + begin, result_.clouds.truth.end()},
               world_from_scan.translation());
@@ -170,17 +204,26 @@ class Loader {
 
 }  // namespace
 
+double NumTriangleSamples(const Vector3d& a, const Vector3d& b, const Vector3d& c, double spacing) {
+  const double rows = std::max(1.0, std::max((b - a).norm(), (c - a).norm()) / spacing);
+  return rows * std::max(1.0, (c - b).norm() / spacing / 2);
+}
+
 void SampleTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, double spacing,
-                    std::vector<Vector3d>& samples) {
+                    const std::function<void(const Vector3d&)>& on_sample) {
   // Rows parallel to bc, from a; row r of n has its own number of samples, so that both spacings hold.
   const double reach = std::max((b - a).norm(), (c - a).norm());
-  const int rows = std::max(1, static_cast<int>(std::ceil(reach / spacing)));
-  samples.push_back(a);
-  for (int r = 1; r <= rows; ++r) {
-    const double t = static_cast<double>(r) / rows;
+  const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(reach / spacing)));
+  on_sample(a);
+  for (std::int64_t r = 1; r <= rows; ++r) {
+    phi::ThrowIfCancelled();
+    const double t = static_cast<double>(r) / static_cast<double>(rows);
     const Vector3d from = a + t * (b - a), to = a + t * (c - a);
-    const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / spacing)));
-    for (int s = 0; s <= steps; ++s) samples.push_back(from + (to - from) * (static_cast<double>(s) / steps));
+    const auto steps =
+        std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil((to - from).norm() / spacing)));
+    for (std::int64_t s = 0; s <= steps; ++s) {
+      on_sample(from + (to - from) * (static_cast<double>(s) / static_cast<double>(steps)));
+    }
   }
 }
 

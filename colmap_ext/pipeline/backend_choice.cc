@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "colmap_ext/byte_count.h"
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
 #include "cuda/cuda_backend.h"
@@ -76,6 +76,9 @@ Backends MakeBackends(const BackendOptions& options) {
     Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
     LogCuda(backends, "a working GPU was found");
     return backends;
+  } catch (const phi::DeviceError&) {  // its reasons were told
+    phi::LogWarning("no GPU of this machine works: the CPU does everything, which takes many times as long");
+    return MakeCpu(options, "because every GPU failed");
   } catch (const phi::ResourceError& error) {
     return MakeCpu(options, std::string("because no GPU can be used: ") + error.what());
   }

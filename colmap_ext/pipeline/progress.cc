@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <system_error>
 
 #include "phi/base/log.h"
 
@@ -92,7 +93,11 @@ ProgressLine::ProgressLine(std::vector<std::string> stage_names, std::vector<dou
       DrawBar();
     });
   }
-  thread_ = std::thread([this] { Loop(); });
+  try {
+    thread_ = std::thread([this] { Loop(); });
+  } catch (const std::system_error&) {  // the maps can be made without
+    phi::LogDebug("no thread for the progress line");
+  }
 }
 
 ProgressLine::~ProgressLine() {
@@ -101,7 +106,7 @@ ProgressLine::~ProgressLine() {
     stop_ = true;
   }
   stopped_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   if (terminal_) {
     phi::SetLogSink(nullptr);
     std::fprintf(stderr, "\r\033[K");

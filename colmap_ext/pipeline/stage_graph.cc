@@ -11,7 +11,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 2, kFilterRevision = 6, kInferRevision = 11;
+constexpr int kEstimateRevision = 3, kFilterRevision = 7, kInferRevision = 14;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -67,10 +67,9 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
           .weight = kFilterWeight};
 }
 
-// Only where inference may put something better in their place; the paper's form knows no such rule.
+// Whether something will be put in their place or not: measured means one thing. The paper's form knows no such rule.
 bool DropsDoubtful(const PipelineOptions& options) {
-  return options.inference.mode != phi::InferenceMode::kOff &&
-         options.filter.formulas == phi::Formulas::kRobust;
+  return options.filter.formulas == phi::Formulas::kRobust;
 }
 
 Stage MakePublish(std::string_view result) {

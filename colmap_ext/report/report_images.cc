@@ -47,7 +47,8 @@ class ImageMaker {
     const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
     const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadDepthMap);
     const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
-    const auto filled = Read(workspace_.FilledMaskPath(image_), ReadGrayImage);
+    const auto filled =
+        Read(workspace_.FilledMaskPath(image_), [](const auto& path) { return ReadGrayImage(path); });
     if (photometric) result_.photometric = ValidPercent(*photometric);
     if (measured) result_.measured = ValidPercent(*measured);
     if (geometric) result_.geometric = ValidPercent(*geometric);

@@ -57,7 +57,8 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    ReplaceDiagonals(RegionPlanes(*image, ValuesOf(const_supports.view()), image_id, pooled, precision));
+    region_planes_.emplace(*image, ValuesOf(const_supports.view()), image_id, pooled, precision);
+    ReplaceDiagonals(*region_planes_);
     RemoveOverexposed(*image);
   }
 }

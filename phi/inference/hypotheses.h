@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "phi/backend.h"
@@ -21,6 +22,8 @@ class Hypotheses {
 
   bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
   HypothesisMaps maps() const;
+  // Null: none were looked for.
+  const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
   // Bit k: hypothesis k is a region's plane.
   std::uint8_t from_region(int x, int y) const { return from_region_.size() > 0 ? from_region_(x, y) : 0; }
 
@@ -29,6 +32,7 @@ class Hypotheses {
   void RemoveOverexposed(const GrayImage& image);
 
   Array2D<float> measured_inverse_depth_;
+  std::optional<RegionPlanes> region_planes_;
   Array2D<std::uint8_t> from_region_;  // empty: none
   std::array<Array2D<float>, kNumDirections> inverse_depth_;
 };

@@ -153,8 +153,11 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
                                  : ChooseByField(hypotheses, matcher, options, &result.statistics);
   ThrowIfCancelled();
   result.filled = MarkInferred(matcher, options.formulas, &inferred);
-  result.map =
-      Compose(measured, inferred, MakeRayModel(input.reference.view->camera.pinhole), options.formulas);
+  const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
+  result.map = Compose(measured, inferred, rays, options.formulas);
+  if (hypotheses.region_planes() != nullptr) {
+    SetRegionNormals(*hypotheses.region_planes(), rays, result.filled, &result.map);
+  }
   return result;
 }
 

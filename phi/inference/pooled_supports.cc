@@ -10,13 +10,14 @@
 
 #include "phi/base/random.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/support_visibility.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace phi {
 namespace {
 
 // Grey levels, after the images' exposures were made alike. A point that is hidden in the reference image lands on what
-// hides it, which mostly has another brightness; an even surface keeps its own but for noise and a slight gloss.
+// hides it, which often has another brightness; an even surface keeps its own but for noise and a slight gloss.
 constexpr float kMaxBrightnessChange = 6;
 // Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
 constexpr int kGainStride = 4;
@@ -38,8 +39,10 @@ int SamplingStep(int width, int height) {
 
 class SourcePool {
  public:
-  SourcePool(const InferenceInput& input, const ViewImage& source, const DepthMap& depths)
+  SourcePool(const InferenceInput& input, const Surroundings& surroundings, const ViewImage& source,
+             const DepthMap& depths)
       : measured_(*input.measured),
+        surroundings_(surroundings),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
         depths_(depths),
@@ -97,6 +100,7 @@ class SourcePool {
     if (measured_(px, py).depth != 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
+    if (surroundings_.Hide(px, py, support->inverse_depth)) return;
     support->hash = Hash(x, y);
     row->push_back(*support);
   }
@@ -118,6 +122,7 @@ class SourcePool {
   }
 
   const PlaneMap& measured_;
+  const Surroundings& surroundings_;
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
   const DepthMap& depths_;
@@ -131,13 +136,14 @@ class SourcePool {
 }  // namespace
 
 std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
+  const Surroundings surroundings(input);
   std::vector<SourcePool> sources;
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
   const std::size_t num_views =
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
-    sources.emplace_back(input, input.sources[j], *input.source_depths[j]);
+    sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j]);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
@@ -152,6 +158,8 @@ std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
     pooled.insert(pooled.end(), row.begin(), row.end());
     row = {};
   }
+  const int width = input.measured->width(), height = input.measured->height();
+  RemoveHidden(width, height, SamplingStep(width, height), &pooled);
   return pooled;
 }
 

@@ -12,6 +12,7 @@
 
 #include "phi/base/random.h"
 #include "phi/inference/image_regions.h"
+#include "phi/inference/plane_normal.h"
 
 namespace phi {
 namespace {
@@ -337,6 +338,20 @@ const std::array<RegionPlane, kPlanesPerRegion>& RegionPlanes::At(int x, int y) 
   static const std::array<RegionPlane, kPlanesPerRegion> kNone{};
   const std::int32_t region = region_(x, y);
   return region < 0 ? kNone : planes_[region];
+}
+
+void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, const Mask& filled, PlaneMap* map) {
+  tbb::parallel_for(0, map->height(), [&](int y) {
+    for (int x = 0; x < map->width(); ++x) {
+      if (filled(x, y) == kMeasuredPixel) continue;
+      PlaneHypothesis& h = (*map)(x, y);
+      for (const RegionPlane& plane : planes.At(x, y)) {
+        const float w = plane.At(x, y);
+        // To the bit: a hypothesis is copied, never blended.
+        if (w > 0 && h.depth == 1 / w) h.normal = NormalOfInverseDepthPlane(rays, plane.Around(x, y), x, y);
+      }
+    }
+  });
 }
 
 }  // namespace phi

@@ -13,6 +13,7 @@
 
 #include "phi/backend.h"
 #include "phi/geometry/depth_precision.h"
+#include "phi/geometry/device_camera.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/pooled_supports.h"
 
@@ -29,6 +30,11 @@ struct RegionPlane {
 
   // Anywhere on the plane.
   double InverseDepth(double x, double y) const { return a + b * x + c * y; }
+
+  // The plane around (x, y).
+  InverseDepthPlane Around(int x, int y) const {
+    return {static_cast<float>(InverseDepth(x, y)), static_cast<float>(b), static_cast<float>(c), 1};
+  }
 
   // 0 outside the ellipse.
   float At(int x, int y) const {
@@ -55,5 +61,9 @@ class RegionPlanes {
   Array2D<std::int32_t> region_;  // index into planes_, -1 = too little support
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
 };
+
+// Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the
+// plane would bend it. `filled`, `map`: as InferenceResult's.
+void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, const Mask& filled, PlaneMap* map);
 
 }  // namespace phi

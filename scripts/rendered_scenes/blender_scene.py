@@ -71,7 +71,7 @@ def material(name, color=(0.8, 0.8, 0.8), rough=0.6, spec=0.3, tex=None, scale=5
 
 
 def glass(name, tint=(0.95, 0.98, 0.97)):
-    """A thin pane: lets light through unbent and mirrors some of it, more at a slant."""
+    """A thin pane: lets light through unbent and mirrors some of it, at a slant more than real glass."""
     result = bpy.data.materials.new(name)
     result.use_nodes = True
     result.pass_index = OPEN
@@ -146,8 +146,7 @@ def solid(build, center, m):
     shape.to_mesh(data)
     shape.free()
     data.materials.append(m)
-    for polygon in data.polygons:
-        polygon.use_smooth = True
+    data.polygons.foreach_set("use_smooth", [True] * len(data.polygons))
     o = link(data)
     o.location = center
     return o
@@ -202,8 +201,7 @@ def mesh(vertices, faces, m, smooth=True):
     data = bpy.data.meshes.new("mesh")
     data.from_pydata(vertices, [], faces)
     data.materials.append(m)
-    for polygon in data.polygons:
-        polygon.use_smooth = smooth
+    data.polygons.foreach_set("use_smooth", [smooth] * len(data.polygons))
     return link(data)
 
 

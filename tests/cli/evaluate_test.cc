@@ -106,6 +106,7 @@ TEST(EvaluateCommand, ScoresByViewsAndCountsPointsInTheSkyAsWrong) {
   const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
   EXPECT_THAT(json["accuracy"], ElementsAre(25.0, 75.0)) << "the point in the sky counts, and is wrong";
   EXPECT_THAT(json["completeness"], ElementsAre(25.0, 75.0));
+  EXPECT_FALSE(json.contains("accuracy_of_all")) << "nothing was left out";
   ASSERT_EQ(json["by_views"].size(), 4u);
   const std::vector<std::string> names{"0-1", "2", "3", "4-5"};
   const std::vector<std::vector<double>> completeness{{0, 100}, {0, 100}, {0, 0}, {100, 100}};
@@ -120,6 +121,9 @@ TEST(EvaluateCommand, ScoresByViewsAndCountsPointsInTheSkyAsWrong) {
   ASSERT_EQ(Evaluate(two).exit_code, 0);
   const auto seen_twice = nlohmann::json::parse(ReadBytes(folder / "e.json"));
   EXPECT_EQ(seen_twice["num_truth"], 3);
+  EXPECT_THAT(seen_twice["accuracy"], ElementsAre(25.0, 50.0))
+      << "the first point's surface is not asked for";
+  EXPECT_THAT(seen_twice["accuracy_of_all"], ElementsAre(25.0, 75.0)) << "but it is there";
   EXPECT_EQ(seen_twice["by_views"][0]["views"], "2") << "what one image sees was left out";
 
   WriteBytes(folder / "truth.ply", PlanePly(0));

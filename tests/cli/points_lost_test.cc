@@ -114,15 +114,16 @@ TEST_F(PointsLost, CountsByClassOfSurface) {
   EXPECT_GE(counts.at("texture").at("textured").at("pixels"), 16 * kHeight);
 }
 
-// A plane that turns away by 60 degrees, z = 1 + sqrt(3) x. Depths are too large by 3 cm in the upper half and by 2.95 cm
-// in the lower; at the ray (x, y, 1) a unit of depth is |sqrt(3) x - 1| / 2 of surface. So 2 cm of surface are kept from column
-// 16.15 on above, and from 15.89 on below: from pixel 16 in both, and half a pixel more or less would change one of them.
+// A plane that turns away by 60 degrees, z = 1 + sqrt(3) x. Depths are too large by 3.086 cm in the upper half and by
+// 3.053 cm in the lower; at the ray (x, y, 1) a unit of depth is |sqrt(3) x - 1| / 2 of surface, 0.6516 at pixel 16 and
+// 0.608 at pixel 17. So 2 cm of surface are kept from pixel 17 on above and from 16 on below. Rays half a pixel off on
+// either side (0.6447 or 0.6588 at pixel 16) would change one of them.
 TEST_F(PointsLost, JudgesTheDistanceToASlantedSurface) {
   Array2D<float> truth(kWidth, kHeight, 0.0f), map(kWidth, kHeight, 0.0f);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < 28; ++x) {
       truth(x, y) = static_cast<float>(1 / (1 - std::sqrt(3.0) * (x + 0.5 - 20) / 20));
-      map(x, y) = truth(x, y) + (y < 15 ? 0.03f : 0.0295f);
+      map(x, y) = truth(x, y) + (y < 15 ? 0.03086f : 0.03053f);
     }
   }
   colmap_ext::WriteDepthMap(folder_ / "truth/left.png.bin", truth);
@@ -138,8 +139,8 @@ TEST_F(PointsLost, JudgesTheDistanceToASlantedSurface) {
     raw += figures.at("raw_near").get<double>();
     right += figures.at("final_right").get<double>();
   }
-  EXPECT_EQ(near, 12 * kHeight);
-  EXPECT_EQ(raw, 12 * kHeight);
+  EXPECT_EQ(near, 15 * 11 + 15 * 12);
+  EXPECT_EQ(raw, 15 * 11 + 15 * 12);
   EXPECT_EQ(right, 0) << "3 cm of depth are no 2 cm";
   EXPECT_THAT(result.output, testing::HasSubstr("near %"));
 }

@@ -44,7 +44,7 @@ class StereoBytes : public testing::Test {
 
 TEST_F(StereoBytes, DoNotDependOnTheNumberOfThreads) {
   const auto maps = MapsOf(room_, "1");
-  EXPECT_EQ(maps.size(), 5u * 7);  // depth and normals of three kinds, and a mask
+  EXPECT_EQ(maps.size(), 5u * 8);  // depth and normals of three kinds, and masks of two
   EXPECT_EQ(MapsOf(room_, "2"), maps);
   EXPECT_EQ(MapsOf(room_, "5"), maps);
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -14,6 +15,8 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
+#include "tests/support/error_message.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/noise_workspace.h"
@@ -82,8 +85,8 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
   const RunSummary summary = Run();
   EXPECT_TRUE(summary.failures.empty());
   EXPECT_EQ(summary.num_images, kNumImages);
-  // Per image: depth and normals of three kinds, and a mask. Nothing else stays.
-  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 7));
+  // Per image: depth and normals of three kinds, and masks of two. Nothing else stays.
+  EXPECT_THAT(HashMaps(folder_.path()), SizeIs(kNumImages * 8));
   EXPECT_EQ(calls_.estimates, kNumImages);
   EXPECT_EQ(calls_.inferences, kNumImages);
   EXPECT_EQ(calls_.filters, 2 * kNumImages);
@@ -207,10 +210,10 @@ TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
   EXPECT_LE(summary.peak_cache_bytes, options_.cache_bytes + 5 * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths,
-  // images and masks of what is filled.
+  // images, and masks of what is filled and of what few views see.
   options_.cache_bytes = std::int64_t{1} << 30;
   options_.stereo.seed = 1;
-  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 2 * map_bytes / 16));
+  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 3 * map_bytes / 16));
 }
 
 TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
@@ -276,6 +279,71 @@ TEST_F(StereoPipelineTest, RefusesMapsOfAnotherProgramUnlessToldToReplaceThem) {
   options_.overwrite = true;
   EXPECT_TRUE(Run().failures.empty());
   EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+// As COLMAP does in a workspace whose maps were moved away: maps of the right size under the same names.
+TEST_F(StereoPipelineTest, MapsThatAnotherProgramMadeSinceAreNeverTouchedUnasked) {
+  Run();
+  for (const std::string kind : {"photometric", "geometric"}) {
+    const auto path = DepthPath(2, kind);
+    WriteDepthMap(path, phi::Array2D<float>(24, 16, 5.0f));
+    const std::string foreign = test_support::ReadBytes(path);
+    for (const double max_normal_error : {60.0, 20.0}) {  // the same options and others
+      options_.filter.max_normal_error = max_normal_error;
+      EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }),
+                  ::testing::AllOf(HasSubstr(path.string()), HasSubstr("--overwrite true")))
+          << max_normal_error;
+      EXPECT_EQ(test_support::ReadBytes(path), foreign) << kind;
+    }
+    options_.overwrite = true;
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_EQ(HashMaps(folder_.path()), CleanMaps()) << kind;
+    options_.overwrite = false;
+  }
+}
+
+TEST_F(StereoPipelineTest, ACopiedWorkspaceKeepsItsMaps) {
+  Run();
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "stereo")) {
+    if (entry.is_regular_file())
+      std::filesystem::last_write_time(entry.path(), std::filesystem::file_time_type::clock::now());
+  }
+  calls_.estimates = calls_.filters = 0;
+  EXPECT_EQ(Run().num_images_kept, kNumImages);
+  EXPECT_EQ(calls_.estimates + calls_.filters, 0);
+}
+
+// Sizes are on the disk before data after some power cuts.
+TEST_F(StereoPipelineTest, MakesMapsOfNothingAndDamagedMasksAgain) {
+  Run();
+  const auto expected = HashMaps(folder_.path());
+  const auto mask = [this](int image) { return folder_ / "stereo/filled_masks" / (names_[image] + ".png"); };
+  WriteDepthMap(DepthPath(0, "geometric"), phi::Array2D<float>(24, 16, 0.0f));
+  test_support::WriteBytes(DepthPath(1, "photometric"),
+                           std::string(std::filesystem::file_size(DepthPath(1, "photometric")), '\0'));
+  test_support::WriteBytes(mask(2), "");
+  test_support::WriteBytes(mask(3), std::string(std::filesystem::file_size(mask(3)), '\0'));
+  calls_.estimates = 0;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(calls_.estimates, 1);
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
+}
+
+// A run with other options that breaks off leaves maps of both runs, which are ours all the same.
+TEST_F(StereoPipelineTest, GoesOnAfterABreakOverEarlierMaps) {
+  Run();
+  options_.stereo.seed = 3;
+  const auto expected = CleanMaps();
+  for (const std::string stage : {"estimate", "filter", "infer"}) {
+    std::atomic<int> count{0};
+    calls_.on_call = [&](const std::string& s, const std::string&) {
+      if (s == stage && ++count == 3) throw std::runtime_error("power cut");
+    };
+    EXPECT_THROW(Run(), std::runtime_error) << stage;
+  }
+  calls_.on_call = nullptr;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
 }
 
 TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
@@ -408,8 +476,28 @@ TEST_F(StereoPipelineTest, WithoutInferenceTheGeometricMapsAreTheMeasuredOnes) {
   options_.inference.mode = phi::InferenceMode::kOff;
   Run();
   EXPECT_EQ(calls_.inferences, 0);
-  EXPECT_EQ(test_support::ReadBytes(DepthPath(0, "geometric")),
-            test_support::ReadBytes(DepthPath(0, "measured")));
+  const phi::DepthMap measured = ReadDepthMap(DepthPath(0, "measured"));
+  const phi::DepthMap geometric = ReadDepthMap(DepthPath(0, "geometric"));
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    ASSERT_EQ(geometric.data()[i], std::max(measured.data()[i], 0.0f));  // without the doubtful ones
+  }
+}
+
+// A plain image measures nothing, whatever comes after.
+TEST_F(StereoPipelineTest, WhatIsMeasuredIsTheSameWithoutInference) {
+  WriteGrayImage(folder_ / "images" / names_[0], phi::GrayImage(24, 16, std::uint8_t{128}));
+  options_.inference.mode = phi::InferenceMode::kOff;
+  Run();
+  const auto is_hole = [](float depth) { return depth == 0; };
+  EXPECT_EQ(phi::CountIf(ReadDepthMap(DepthPath(0, "measured")), is_hole), 24 * 16);
+  EXPECT_EQ(phi::CountIf(ReadDepthMap(DepthPath(0, "geometric")), is_hole), 24 * 16);
+  EXPECT_LT(phi::CountIf(ReadDepthMap(DepthPath(1, "measured")), is_hole), 24 * 16);
+  const std::string measured = test_support::ReadBytes(DepthPath(1, "measured"));
+  options_.inference.mode = phi::InferenceMode::kMrf;
+  calls_.filters = 0;
+  Run();
+  EXPECT_EQ(test_support::ReadBytes(DepthPath(1, "measured")), measured);
+  EXPECT_EQ(calls_.filters, kNumImages);  // of what was inferred; the measured maps are there
 }
 
 TEST_F(StereoPipelineTest, GuidedPassesStartFromTheMapsOfAllViews) {

@@ -158,6 +158,21 @@ TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
   EXPECT_GE(close, 0.95 * filled);
 }
 
+// The hole takes the plane of the whole plain wall, and its normal up to the rim, where the noise of the measured pixels
+// would bend a fit.
+TEST(Infer, FilledPixelsOfARegionHaveItsPlanesNormal) {
+  const InferenceResult result = InferPlanes(PlainScene().Input(MakeMeasured(0.5)), StereoOptions(), {});
+  int filled = 0, close = 0;
+  for (int y = 40; y < 80; ++y) {
+    for (int x = 50; x < 110; ++x) {
+      filled += result.filled(x, y) != 0;
+      close += Dot(result.map(x, y).normal, Wall().normal) > std::cos(1 * M_PI / 180);
+    }
+  }
+  EXPECT_EQ(filled, 60 * 40);
+  EXPECT_GE(close, 0.8 * filled);  // the others chose a line
+}
+
 TEST(Infer, AMeasurementOfAnotherViewConfirms) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));

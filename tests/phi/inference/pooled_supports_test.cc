@@ -155,7 +155,7 @@ TEST(PooledSupports, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
 
 TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
   OnePointScene scene;
-  scene.measured(74, 45).depth = scene.measured(75, 44).depth = 2;
+  scene.measured(74, 45).depth = scene.measured(75, 44).depth = 3;
   EXPECT_EQ(scene.NumPooled(), 1u);
   scene.measured(75, 45).depth = 2;
   EXPECT_EQ(scene.NumPooled(), 0u);
