@@ -74,6 +74,7 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
 }
 
 void FusionCommandOptions::Finish(const OptionParser& parser) {
+  workspace.path = FindWorkspaceFolder(workspace.path);
   std::string problem = fusion.rule.Check();
   const bool is_number = fusion.max_neighbors >= 1 && 2 * fusion.max_neighbors <= phi::kMaxFusionNeighbors;
   if (problem.empty() && fusion.max_neighbors != -1 && !is_number) {

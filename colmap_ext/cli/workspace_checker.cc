@@ -21,6 +21,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
            "Longest side of the working resolution, for the estimate of disk space; -1: full size")
       .Unit("pixels");
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
+  options.path = FindWorkspaceFolder(options.path);
 
   const WorkspaceReport report = CheckWorkspace(options, config_path);
   for (const std::string& error : report.errors) std::cout << "error: " << error << "\n";

@@ -44,13 +44,35 @@ MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int nu
     : workspace_(workspace), cache_(budget_bytes), writers_(num_writers) {}
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
-  const auto item = cache_.GetOrLoad({image, "gray"}, [&] { return MakeSized(workspace_.ReadGray(image)); });
+  const auto item = cache_.GetOrLoad({image, "gray"}, [&] {
+    std::shared_ptr<const phi::GrayImage> gray = workspace_.ReadGray(image);
+    const auto mask = ImageMask(image);
+    if (mask != nullptr) gray = std::make_shared<const phi::GrayImage>(phi::ExtendIntoMask(*gray, *mask));
+    return MakeSized(gray);
+  });
   return std::static_pointer_cast<const phi::GrayImage>(item);
+}
+
+std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
+  const auto mask = ImageMask(image);
+  if (mask == nullptr) return Gray(image);
+  return GetOrRead<phi::GrayImage>(cache_, {image, "cut gray"},
+                                   [&] { return phi::CutOutMask(*Gray(image), *mask); });
+}
+
+std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
+  const std::filesystem::path path = workspace_.ImageMaskPath(image);
+  if (path.empty() || !fs::exists(path)) return nullptr;
+  const auto item =
+      cache_.GetOrLoad({image, "mask"}, [&] { return MakeSized(workspace_.ReadImageMask(image)); });
+  return std::static_pointer_cast<const phi::ImageMask>(item);
 }
 
 std::shared_ptr<const phi::PlaneMap> MapStore::Map(int image, const std::string& kind) {
   return GetOrRead<phi::PlaneMap>(cache_, {image, kind}, [&] {
-    return ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+    phi::PlaneMap map = ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+    if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &map);
+    return map;
   });
 }
 
@@ -60,6 +82,7 @@ std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::stri
     const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
     phi::DepthMap depths =
         map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &depths);
     if (kind == kMeasured) phi::HideFewWitnesses(*MaskOf(image, kind), &depths);
     return depths;
   });
@@ -72,7 +95,7 @@ std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string&
 
 std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& kind) {
   return GetOrRead<phi::Mask>(cache_, {image, MaskKey(kind)},
-                              [&] { return ReadMask(MaskPath(image, kind)); });
+                              [&] { return ReadMask(workspace_.FilledMaskPath(image, kind)); });
 }
 
 void MapStore::Write(int image, const std::string& kind, const StageResult& result,
@@ -107,7 +130,7 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
   cache_.PutTransient(
       {image, MaskKey(kind)}, MakeSized(result.mask),
       [this, image, kind, guard](const MemoryCache::Item& item) {
-        guard([&] { WriteMask(MaskPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
+        guard([&] { WriteMask(workspace_.FilledMaskPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
       });
 }
 
@@ -116,15 +139,9 @@ void MapStore::Forget(int image, const std::string& kind) {
 }
 
 void MapStore::WriteFiles(int image, const std::string& kind, const StageResult& result) const {
-  if (result.mask) WriteMask(MaskPath(image, kind), *result.mask);
+  if (result.mask) WriteMask(workspace_.FilledMaskPath(image, kind), *result.mask);
   if (result.cost) WriteDepthMap(workspace_.CostMapPath(image, kind), *result.cost);
   WritePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), *result.map);
-}
-
-fs::path MapStore::MaskPath(int image, const std::string& kind) const {
-  const fs::path path = workspace_.FilledMaskPath(image);
-  if (kind == kGeometric) return path;
-  return path.parent_path() / (path.stem().string() + "." + kind + path.extension().string());
 }
 
 bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_mask) const {
@@ -132,7 +149,7 @@ bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost,
   return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
          HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3) &&
          (!with_cost || HasSize(workspace_.CostMapPath(image, kind), pinhole, 1)) &&
-         (!with_mask || fs::exists(MaskPath(image, kind)));
+         (!with_mask || fs::exists(workspace_.FilledMaskPath(image, kind)));
 }
 
 void MapStore::RemoveFiles(int image, const std::string& kind) const {
@@ -140,7 +157,7 @@ void MapStore::RemoveFiles(int image, const std::string& kind) const {
   fs::remove(workspace_.DepthMapPath(image, kind), ignored);
   fs::remove(workspace_.NormalMapPath(image, kind), ignored);
   fs::remove(workspace_.CostMapPath(image, kind), ignored);
-  fs::remove(MaskPath(image, kind), ignored);
+  fs::remove(workspace_.FilledMaskPath(image, kind), ignored);
 }
 
 }  // namespace colmap_ext
