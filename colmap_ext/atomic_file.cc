@@ -1,13 +1,18 @@
 #include "colmap_ext/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
+#include <set>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "phi/base/error.h"
 
@@ -36,7 +41,51 @@ bool IsShortageOfSpace(int error) { return error == ENOSPC || error == EDQUOT ||
     throw phi::ResourceError(what +
                              "; free some space (nothing incomplete was left) and run the command again");
   }
+  if (error == EMFILE || error == ENFILE || error == ENOMEM) {
+    throw phi::ResourceError(what + "; raise the limit of open files (ulimit -n) or end other programs");
+  }
   throw phi::InputError(what + "; check that the folder exists and can be written");
+}
+
+void RemoveLeftOversOnce(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> done;
+  {
+    std::lock_guard<std::mutex> lock(mutex);
+    if (!done.insert(folder).second) return;
+  }
+  std::vector<fs::path> paths;  // removed after the walk, which must not see changes
+  std::error_code error;
+  for (fs::directory_iterator it(folder.empty() ? "." : folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (IsTemporaryFile(it->path())) paths.push_back(it->path());
+  }
+  for (const fs::path& path : paths) RemoveIfLeftOver(path);
+}
+
+// Follows links, also to a file that is not there yet.
+fs::path FollowLinks(const fs::path& path) {
+  constexpr int kMaxLinks = 40;
+  fs::path target = path;
+  std::error_code error;
+  for (int i = 0; i < kMaxLinks && fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) break;
+    target = next.is_absolute() ? next : target.parent_path() / next;
+  }
+  if (fs::is_symlink(fs::symlink_status(target, error))) {
+    throw phi::InputError(path.string() + ": this link leads nowhere; give the name of a file");
+  }
+  return target;
+}
+
+void RefuseSpecialFile(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status) || fs::is_regular_file(status)) return;  // other errors come up when it is opened
+  const std::string what = fs::is_directory(status) ? "a folder" : "a device or a pipe";
+  throw phi::InputError(path.string() + ": this is " + what +
+                        ", which a file must not replace; give the name of a file");
 }
 
 }  // namespace
@@ -46,19 +95,66 @@ bool IsTemporaryFile(const fs::path& path) {
   return name.starts_with(kTemporaryPrefix) && name.ends_with(kTemporarySuffix);
 }
 
-AtomicFile::AtomicFile(const fs::path& path) : path_(path) {
+bool SyncFile(int descriptor) {
+  int result = 0;
+  do {
+    result = ::fsync(descriptor);
+  } while (result != 0 && errno == EINTR);
+  // Some file systems have no such call.
+  return result == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
+}
+
+void SyncFileSystem(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::syncfs(descriptor) == 0;
+  const int error = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  if (!synced) ThrowWriteError(folder, "put the files on the disk", error);
+}
+
+void SyncFolder(const fs::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;  // a folder that may be written but not read
+  const bool synced = SyncFile(descriptor);
+  const int error = errno;
+  ::close(descriptor);
+  if (!synced) ThrowWriteError(folder, "put the folder on the disk", error);
+}
+
+void RemoveIfLeftOver(const fs::path& path) {
+  if (!IsTemporaryFile(path)) return;
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  ::close(descriptor);
+}
+
+AtomicFile::AtomicFile(const fs::path& path, Durability durability)
+    : path_(path), target_(FollowLinks(path)), durability_(durability) {
   if (path_.filename().empty()) throw phi::InputError(path_.string() + ": this is not a file name");
+  RefuseSpecialFile(path_);
   std::error_code error;
-  if (!path_.parent_path().empty()) {
-    fs::create_directories(path_.parent_path(), error);
+  if (!folder().empty()) {
+    fs::create_directories(folder(), error);
     if (error) ThrowWriteError(path_, "create the folder", error.value());
   }
-  // A name may be taken by a process of another computer that shares the folder: try the next one.
-  do {
-    temporary_ = NextTemporaryPath(path_);
+  RemoveLeftOversOnce(folder());
+  Create();
+}
+
+void AtomicFile::Create() {
+  for (;;) {
+    temporary_ = NextTemporaryPath(target_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
-  if (descriptor_ < 0) ThrowWriteError(path_, "create the file", errno);
+    // A name may be taken by a process of another computer that shares the folder: try the next one.
+    if (descriptor_ < 0 && (errno == EEXIST || errno == EINTR)) continue;
+    if (descriptor_ < 0) ThrowWriteError(path_, "create the file", errno);
+    // Another process may have taken it for a left-over before it was locked.
+    struct stat status = {};
+    const bool is_taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (!is_taken && (::fstat(descriptor_, &status) != 0 || status.st_nlink > 0)) return;
+    ::close(descriptor_);
+  }
 }
 
 AtomicFile::~AtomicFile() {
@@ -112,19 +208,31 @@ void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
   }
 }
 
+fs::path AtomicFile::folder() const { return target_.parent_path(); }
+
 void AtomicFile::Complete() {
-  if (descriptor_ < 0) return;
+  if (is_complete_) return;
   Flush();
-  // Network file systems report a full disk as late as here.
-  const int descriptor = descriptor_;
-  descriptor_ = -1;
-  if (::close(descriptor) != 0) Fail("write the file");
+  is_complete_ = true;
+  if (durability_ == Durability::kPowerCut) {
+    // Open, and with it locked, until it has its name. Network file systems report a full disk here.
+    if (!SyncFile(descriptor_)) Fail("write the file");
+    return;
+  }
+  const int descriptor = std::exchange(descriptor_, -1);
+  if (::close(descriptor) != 0) Fail("write the file");  // or here
+}
+
+void AtomicFile::Publish() {
+  Complete();
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) Fail("rename the finished file");
+  temporary_.clear();
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
 }
 
 void AtomicFile::Commit() {
-  Complete();
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) Fail("rename the finished file");
-  temporary_.clear();
+  Publish();
+  if (durability_ == Durability::kPowerCut) SyncFolder(folder());
 }
 
 void WriteFileAtomically(const fs::path& path, std::string_view content) {

@@ -1,6 +1,9 @@
 // Writes a file so that its final name never holds anything half-written: a temporary file beside the target,
 // renamed by Commit(). Without Commit() the temporary is removed. Every file that phimvs leaves in a
 // workspace goes this way.
+//
+// A power cut changes nothing of this: the data is on the disk before the rename, and the rename before Commit() returns.
+// Who publishes many files sees to both for all of them at once (MapStore).
 #pragma once
 
 #include <cstddef>
@@ -13,11 +16,28 @@ namespace colmap_ext {
 
 // Temporary names are ".phimvs-<process>-<number>.tmp". A killed process may leave one; it is safe to delete.
 bool IsTemporaryFile(const std::filesystem::path& path);
+// Removes it where it is one that a killed process left: whoever writes one holds a lock on it. AtomicFile does so for
+// each folder that the process writes into, the first time.
+void RemoveIfLeftOver(const std::filesystem::path& path);
+
+enum class Durability {
+  kPowerCut,  // waits for the disk
+  kProcess,  // outlives the process only: for files that the same run removes again, or syncs together with others
+};
+
+// Puts an open file's data on the disk. False with errno set when that failed.
+bool SyncFile(int descriptor);
+// Puts everything that was written to the folder's file system on the disk: for many small files far cheaper than one after
+// the other. Throws as AtomicFile::Write.
+void SyncFileSystem(const std::filesystem::path& folder);
+// Puts the names of a folder's files on the disk. Does nothing where a file system knows no such thing.
+void SyncFolder(const std::filesystem::path& folder);
 
 class AtomicFile {
  public:
-  // Creates missing folders. Throws phi::InputError when the place cannot be written.
-  explicit AtomicFile(const std::filesystem::path& path);
+  // Creates missing folders. A link's target is written, and the link stays. Throws phi::InputError when the place
+  // cannot be written, or when it is a device, a pipe or a folder, which a file must not replace.
+  explicit AtomicFile(const std::filesystem::path& path, Durability durability = Durability::kPowerCut);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -31,20 +51,29 @@ class AtomicFile {
 
   std::uint64_t bytes_written() const { return bytes_written_; }
 
-  // Flushes and checks that everything reached the file system; nothing can be written afterwards. For files that belong
-  // together: all are completed before the first is committed.
+  // Flushes and checks that everything reached the disk; nothing can be written afterwards. For files that belong
+  // together: all are completed before the first is published.
   void Complete();
-  // Completes if need be, and renames. The file is complete or an exception leaves.
+  // Completes if need be, and renames. After a power cut the file is there or not; it is whole where it is.
+  void Publish();
+  // Publishes, and puts the new name on the disk. The file is there to stay or an exception leaves.
   void Commit();
 
+  const std::filesystem::path& temporary_path() const { return temporary_; }
+  std::filesystem::path folder() const;
+
  private:
+  void Create();
   void Flush();
   void WriteToFile(const char* data, std::size_t num_bytes);
   [[noreturn]] void Fail(const char* action);
 
-  std::filesystem::path path_;
+  std::filesystem::path path_;    // as the user knows it
+  std::filesystem::path target_;  // what a link at path_ leads to; else path_
   std::filesystem::path temporary_;
+  const Durability durability_;
   int descriptor_ = -1;
+  bool is_complete_ = false;
   std::uint64_t bytes_written_ = 0;
   std::vector<char> buffer_;
 };

@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -18,8 +19,8 @@ std::string LineText(const std::filesystem::path& path, int number) {
 }
 
 std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) {
+  std::ifstream file = OpenRegularFile(path);
+  if (!file) {
     throw phi::InputError(path.string() +
                           ": this file is missing or cannot be opened; colmap image_undistorter writes it");
   }

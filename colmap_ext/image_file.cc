@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/tiff_orientation.h"
 #include "phi/base/error.h"
 
@@ -18,18 +21,59 @@ namespace {
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 
+constexpr std::uintmax_t kMaxImageBytes = std::numeric_limits<std::int32_t>::max();  // as decoders count
+
 Bytes ReadAllBytes(const fs::path& path) {
   std::error_code error;
   const bool is_file = fs::is_regular_file(path, error);
   const std::uintmax_t num_bytes = is_file ? fs::file_size(path, error) : 0;
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = OpenRegularFile(path);
   if (!is_file || error || !file) {
     throw phi::InputError(path.string() + ": this image is missing or cannot be opened; restore it");
+  }
+  if (num_bytes > kMaxImageBytes) {
+    throw phi::InputError(path.string() + ": the file has " + std::to_string(num_bytes) +
+                          " bytes, more than any image; copy or undistort it again");
   }
   Bytes bytes(num_bytes);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(num_bytes));
   if (!file) throw phi::InputError(path.string() + ": reading the image broke off; check the disk");
   return bytes;
+}
+
+std::size_t BigEndian(const Bytes& bytes, std::size_t at, int num_bytes) {
+  std::size_t value = 0;
+  for (int i = 0; i < num_bytes; ++i) value = value << 8 | bytes[at + i];
+  return value;
+}
+
+struct ImageSize {
+  std::size_t width = 0, height = 0;
+};
+
+// From the header of a PNG or a JPEG; nothing where the decoder has to find out. A small file can announce an image of
+// gigabytes.
+std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
+  constexpr std::size_t kPngHeaderBytes = 24;
+  constexpr std::uint8_t kPngSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  if (bytes.size() >= kPngHeaderBytes &&
+      std::equal(std::begin(kPngSignature), std::end(kPngSignature), bytes.begin())) {
+    return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
+  }
+  if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return {};
+  for (std::size_t at = 2; at + 9 <= bytes.size() && bytes[at] == 0xFF;) {
+    const std::uint8_t marker = bytes[at + 1];
+    if (marker == 0xFF) {
+      ++at;  // fill byte
+      continue;
+    }
+    // Frame headers; of the codes in their range these three are others.
+    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+      return ImageSize{BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2)};
+    }
+    at += 2 + BigEndian(bytes, at + 2, 2);
+  }
+  return {};
 }
 
 // JPEG decoders fill up what is missing with gray and say nothing, so look for the end marker ourselves:
@@ -53,8 +97,9 @@ bool IsTruncatedJpeg(const Bytes& bytes) {
          bytes.end();
 }
 
-cv::Mat Decode(const fs::path& path, int flags) {
+cv::Mat Decode(const fs::path& path, int flags, const CheckSize& check_size) {
   Bytes bytes = ReadAllBytes(path);
+  if (const auto size = AnnouncedSize(bytes); size && check_size) check_size(size->width, size->height);
   IgnoreTiffOrientation(bytes);
   if (IsTruncatedJpeg(bytes)) {
     throw phi::InputError(path.string() + ": this JPEG is cut short; copy or undistort it again");
@@ -69,6 +114,7 @@ cv::Mat Decode(const fs::path& path, int flags) {
     throw phi::InputError(path.string() +
                           ": this image is damaged or of an unknown format; copy or undistort it again");
   }
+  if (check_size) check_size(static_cast<std::size_t>(image.cols), static_cast<std::size_t>(image.rows));
   return image;
 }
 
@@ -88,7 +134,8 @@ phi::Array2D<Pixel> ResizeAny(const phi::Array2D<Pixel>& image, int width, int h
   return resized;
 }
 
-void Encode(const fs::path& path, const cv::Mat& image, int jpeg_quality) {
+std::unique_ptr<AtomicFile> Encode(const fs::path& path, const cv::Mat& image, int jpeg_quality,
+                                   Durability durability = Durability::kPowerCut) {
   Bytes bytes;
   try {
     if (!cv::imencode(path.extension().string(), image, bytes, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) {
@@ -97,22 +144,23 @@ void Encode(const fs::path& path, const cv::Mat& image, int jpeg_quality) {
   } catch (const cv::Exception&) {
     throw phi::InputError(path.string() + ": no image format has this extension; use .png or .jpg");
   }
-  AtomicFile file(path);
-  file.Write(bytes.data(), bytes.size());
-  file.Commit();
+  auto file = std::make_unique<AtomicFile>(path, durability);
+  file->Write(bytes.data(), bytes.size());
+  file->Complete();
+  return file;
 }
 
 }  // namespace
 
-phi::GrayImage ReadGrayImage(const fs::path& path) {
-  const cv::Mat decoded = Decode(path, cv::IMREAD_GRAYSCALE);
+phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {
+  const cv::Mat decoded = Decode(path, cv::IMREAD_GRAYSCALE, check_size);
   phi::GrayImage image(decoded.cols, decoded.rows);
   decoded.copyTo(Wrap(image));
   return image;
 }
 
-ColorImage ReadColorImage(const fs::path& path) {
-  const cv::Mat decoded = Decode(path, cv::IMREAD_COLOR);
+ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
+  const cv::Mat decoded = Decode(path, cv::IMREAD_COLOR, check_size);
   ColorImage image(decoded.cols, decoded.rows);
   cv::cvtColor(decoded, Wrap(image), cv::COLOR_BGR2RGB);
   return image;
@@ -123,14 +171,19 @@ phi::GrayImage Resize(const phi::GrayImage& image, int width, int height) {
 }
 ColorImage Resize(const ColorImage& image, int width, int height) { return ResizeAny(image, width, height); }
 
+std::unique_ptr<AtomicFile> PrepareGrayImage(const fs::path& path, const phi::GrayImage& image,
+                                             Durability durability) {
+  return Encode(path, Wrap(image), kJpegQuality, durability);
+}
+
 void WriteGrayImage(const fs::path& path, const phi::GrayImage& image, int jpeg_quality) {
-  Encode(path, Wrap(image), jpeg_quality);
+  Encode(path, Wrap(image), jpeg_quality)->Commit();
 }
 
 void WriteColorImage(const fs::path& path, const ColorImage& image, int jpeg_quality) {
   cv::Mat bgr;
   cv::cvtColor(Wrap(image), bgr, cv::COLOR_RGB2BGR);
-  Encode(path, bgr, jpeg_quality);
+  Encode(path, bgr, jpeg_quality)->Commit();
 }
 
 }  // namespace colmap_ext

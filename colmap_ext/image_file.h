@@ -3,9 +3,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 
+#include "colmap_ext/atomic_file.h"
 #include "phi/backend.h"
 
 namespace colmap_ext {
@@ -13,16 +17,26 @@ namespace colmap_ext {
 using Rgb = std::array<std::uint8_t, 3>;
 using ColorImage = phi::Array2D<Rgb>;
 
+// Throws when an image of so many pixels is not wanted. Called before anything is decoded where the header tells the size,
+// and afterwards.
+using CheckSize = std::function<void(std::size_t width, std::size_t height)>;
+
 // Throw phi::InputError naming the file when it is missing, damaged, cut short or of no known format.
-phi::GrayImage ReadGrayImage(const std::filesystem::path& path);
-ColorImage ReadColorImage(const std::filesystem::path& path);
+phi::GrayImage ReadGrayImage(const std::filesystem::path& path, const CheckSize& check_size = {});
+ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 
 // Area average where it shrinks, bilinear where it grows.
 phi::GrayImage Resize(const phi::GrayImage& image, int width, int height);
 ColorImage Resize(const ColorImage& image, int width, int height);
 
 // The format follows from the name's extension; JPEG at `jpeg_quality` percent.
-void WriteGrayImage(const std::filesystem::path& path, const phi::GrayImage& image, int jpeg_quality = 95);
-void WriteColorImage(const std::filesystem::path& path, const ColorImage& image, int jpeg_quality = 95);
+inline constexpr int kJpegQuality = 95;
+void WriteGrayImage(const std::filesystem::path& path, const phi::GrayImage& image,
+                    int jpeg_quality = kJpegQuality);
+void WriteColorImage(const std::filesystem::path& path, const ColorImage& image,
+                     int jpeg_quality = kJpegQuality);
+// The complete file, without its name yet.
+std::unique_ptr<AtomicFile> PrepareGrayImage(const std::filesystem::path& path, const phi::GrayImage& image,
+                                             Durability durability);
 
 }  // namespace colmap_ext

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -47,7 +48,7 @@ std::size_t ParseHeader(std::string_view text, MapSize* size) {
 // An open map, positioned at the first value.
 class MapReader {
  public:
-  explicit MapReader(const fs::path& path) : path_(path), file_(path, std::ios::binary) {
+  explicit MapReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
     std::error_code error;
     const std::uintmax_t file_bytes = fs::file_size(path, error);
     if (!file_ || error) {
@@ -132,11 +133,12 @@ struct PlaneReaders {
 
 class MapWriter {
  public:
-  MapWriter(const fs::path& path, const MapSize& size) : size_(size), file_(path) {
+  MapWriter(const fs::path& path, const MapSize& size, Durability durability = Durability::kPowerCut)
+      : size_(size), file_(std::make_unique<AtomicFile>(path, durability)) {
     if (size.width < 1 || size.height < 1)
       throw phi::InputError(path.string() + ": the map to write is empty");
-    file_.Write(std::to_string(size.width) + "&" + std::to_string(size.height) + "&" +
-                std::to_string(size.channels) + "&");
+    file_->Write(std::to_string(size.width) + "&" + std::to_string(size.height) + "&" +
+                 std::to_string(size.channels) + "&");
   }
 
   // Calls value(x, y) for each pixel of the next channel.
@@ -145,16 +147,18 @@ class MapWriter {
     row_.resize(size_.width);
     for (int y = 0; y < size_.height; ++y) {
       for (int x = 0; x < size_.width; ++x) row_[x] = value(x, y);
-      file_.Write(row_.data(), row_.size() * sizeof(float));
+      file_->Write(row_.data(), row_.size() * sizeof(float));
     }
   }
 
-  void Complete() { file_.Complete(); }
-  void Commit() { file_.Commit(); }
+  std::unique_ptr<AtomicFile> Complete() {
+    file_->Complete();
+    return std::move(file_);
+  }
 
  private:
   MapSize size_;
-  AtomicFile file_;
+  std::unique_ptr<AtomicFile> file_;
   std::vector<float> row_;
 };
 
@@ -215,10 +219,30 @@ void ReadPlaneRows(const fs::path& depth_path, const fs::path& normal_path,
   }
 }
 
-void WriteDepthMap(const fs::path& path, const phi::Array2D<float>& depth) {
-  MapWriter writer(path, {depth.width(), depth.height(), 1});
+CompleteFiles PrepareDepthMap(const fs::path& path, const phi::Array2D<float>& depth, Durability durability) {
+  MapWriter writer(path, {depth.width(), depth.height(), 1}, durability);
   writer.WriteChannel([&](int x, int y) { return depth(x, y); });
-  writer.Commit();
+  CompleteFiles files;
+  files.push_back(writer.Complete());
+  return files;
+}
+
+CompleteFiles PreparePlaneMap(const fs::path& depth_path, const fs::path& normal_path,
+                              const phi::PlaneMap& map, Durability durability) {
+  MapWriter normal(normal_path, {map.width(), map.height(), 3}, durability);
+  for (const auto component : kComponents) {
+    normal.WriteChannel([&](int x, int y) { return map(x, y).normal.*component; });
+  }
+  MapWriter depth(depth_path, {map.width(), map.height(), 1}, durability);
+  depth.WriteChannel([&](int x, int y) { return map(x, y).depth; });
+  CompleteFiles files;
+  files.push_back(normal.Complete());
+  files.push_back(depth.Complete());
+  return files;
+}
+
+void WriteDepthMap(const fs::path& path, const phi::Array2D<float>& depth) {
+  PrepareDepthMap(path, depth).front()->Commit();
 }
 
 void WriteNormalMap(const fs::path& path, const phi::Array2D<phi::Vec3f>& normals) {
@@ -226,21 +250,11 @@ void WriteNormalMap(const fs::path& path, const phi::Array2D<phi::Vec3f>& normal
   for (const auto component : kComponents) {
     writer.WriteChannel([&](int x, int y) { return normals(x, y).*component; });
   }
-  writer.Commit();
+  writer.Complete()->Commit();
 }
 
 void WritePlaneMap(const fs::path& depth_path, const fs::path& normal_path, const phi::PlaneMap& map) {
-  MapWriter normal(normal_path, {map.width(), map.height(), 3});
-  for (const auto component : kComponents) {
-    normal.WriteChannel([&](int x, int y) { return map(x, y).normal.*component; });
-  }
-  MapWriter depth(depth_path, {map.width(), map.height(), 1});
-  depth.WriteChannel([&](int x, int y) { return map(x, y).depth; });
-  normal.Complete();
-  depth.Complete();
-  // Depth last: whoever finds a depth map finds its normals too.
-  normal.Commit();
-  depth.Commit();
+  for (const auto& file : PreparePlaneMap(depth_path, normal_path, map)) file->Commit();
 }
 
 }  // namespace colmap_ext

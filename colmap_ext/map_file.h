@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <vector>
 
+#include "colmap_ext/atomic_file.h"
 #include "phi/backend.h"
 
 namespace colmap_ext {
@@ -30,6 +32,16 @@ struct PlaneRow {
 // Calls consume(y, row) for each row in turn, without holding the maps: for readers that keep another form of them.
 void ReadPlaneRows(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path,
                    const std::function<void(int, const PlaneRow&)>& consume);
+
+// Complete files that wait for their names (AtomicFile::Publish), in the order in which they should get them.
+using CompleteFiles = std::vector<std::unique_ptr<AtomicFile>>;
+
+CompleteFiles PrepareDepthMap(const std::filesystem::path& path, const phi::Array2D<float>& depth,
+                              Durability durability = Durability::kPowerCut);
+// Depth last: whoever finds a depth map finds its normals too.
+CompleteFiles PreparePlaneMap(const std::filesystem::path& depth_path,
+                              const std::filesystem::path& normal_path, const phi::PlaneMap& map,
+                              Durability durability = Durability::kPowerCut);
 
 // All writers write a temporary file beside `path` and rename it: nothing half-written has a final name.
 void WriteDepthMap(const std::filesystem::path& path, const phi::Array2D<float>& depth);

@@ -18,6 +18,11 @@ phi::Mask ReadMask(const std::filesystem::path& path) {
   return mask;
 }
 
+std::unique_ptr<AtomicFile> PrepareMask(const std::filesystem::path& path, const phi::Mask& mask,
+                                        Durability durability) {
+  return PrepareGrayImage(path, mask, durability);
+}
+
 void WriteMask(const std::filesystem::path& path, const phi::Mask& mask) { WriteGrayImage(path, mask); }
 
 }  // namespace colmap_ext

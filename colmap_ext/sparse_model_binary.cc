@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/sparse_model_builder.h"
 #include "phi/base/error.h"
@@ -26,7 +27,7 @@ constexpr std::size_t kMaxNameBytes = 4096;
 
 class BinaryReader {
  public:
-  explicit BinaryReader(const fs::path& path) : path_(path), file_(path, std::ios::binary) {
+  explicit BinaryReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
     std::error_code error;
     size_ = fs::file_size(path, error);
     if (!file_ || error) throw phi::InputError(path.string() + ": cannot be opened for reading");

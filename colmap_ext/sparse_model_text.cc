@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/sparse_model_builder.h"
 #include "phi/base/error.h"
@@ -72,7 +73,7 @@ class LineParser {
 // Lines of a model's text file, with the number of records that its header announces.
 class TextReader {
  public:
-  explicit TextReader(const fs::path& path) : path_(path), file_(path, std::ios::binary) {
+  explicit TextReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
     if (!file_) throw phi::InputError(path.string() + ": cannot be opened for reading");
   }
 

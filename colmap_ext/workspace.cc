@@ -97,6 +97,7 @@ std::string NameProblem(const std::string& name) {
   if (std::find(path.begin(), path.end(), "..") != path.end()) return "leads out of the workspace";
   if (path.filename().empty()) return "ends in a slash";
   if (name.find_first_of("\r\n") != std::string::npos) return "holds a line break";
+  if (name.find('\0') != std::string::npos) return "holds a NUL byte";
   return "";
 }
 
@@ -164,13 +165,19 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
   const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, sparse, problems);
 
   views_.reserve(model_.images.size());
+  std::unordered_map<std::string, std::string> name_of_file;
   for (const SparseImage& image : model_.images) {
     if (const std::string problem = NameProblem(image.name); !problem.empty()) {
-      ReportProblem(problems,
-                    sparse.string() + ": the image name '" + image.name + "' " + problem + "; rename it");
+      ReportProblem(problems, sparse.string() + ": the image name '" + image.name.c_str() + "' " + problem +
+                                  "; rename it");
     }
     if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
       ReportProblem(problems, sparse.string() + ": two images are named '" + image.name + "'");
+    } else if (const auto [same, is_new] =
+                   name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
+               !is_new) {
+      ReportProblem(problems, sparse.string() + ": the images '" + same->second + "' and '" + image.name +
+                                  "' have the same file; take one of them out of the model");
     }
     phi::SceneView view;
     view.name = image.name;
@@ -219,21 +226,18 @@ fs::path Workspace::ImageMaskPath(int image) const {
 }
 
 template <typename Image>
-Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&)) const {
+Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&, const CheckSize&)) const {
   const fs::path path = ImagePath(image);
-  Image pixels = read(path);
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
-  const auto width = static_cast<std::uint64_t>(pixels.width()),
-             height = static_cast<std::uint64_t>(pixels.height());
-  if (width != camera.width || height != camera.height) {
+  return read(path, [&](std::size_t width, std::size_t height) {
+    if (width == camera.width && height == camera.height) return;
     throw phi::InputError(
         path.string() + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels but its camera " + std::to_string(camera.camera_id) + " is " + std::to_string(camera.width) +
         "x" + std::to_string(camera.height) +
         "; put back the image that colmap image_undistorter wrote (to work at a lower resolution, "
         "use --PatchMatchStereo.max_image_size)");
-  }
-  return pixels;
+  });
 }
 
 std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {

@@ -70,7 +70,7 @@ class Workspace {
  private:
   // The image at its camera's full size.
   template <typename Image>
-  Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&)) const;
+  Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&, const CheckSize&)) const;
 
   std::filesystem::path path_, mask_path_;
   SparseModel model_;

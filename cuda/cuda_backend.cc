@@ -8,8 +8,9 @@
 #include "cuda/device_resources.h"
 #include "cuda/fetch_rate.h"
 #include "cuda/self_test.h"
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
 #include "phi/base/log.h"
+#include "phi/working_backends.h"
 
 namespace phi::gpu {
 
@@ -37,9 +38,13 @@ class CudaBackend : public Backend {
       : device_(std::make_unique<DeviceResources>(properties, budget_bytes)) {}
 
   ~CudaBackend() override {
-    const ScopedDevice current(device_->properties.index);
-    LogTimes();
-    device_.reset();
+    try {
+      const ScopedDevice current(device_->properties.index);
+      LogTimes();
+      device_.reset();
+    } catch (const DeviceError& error) {  // it failed before; what it holds goes with the process
+      LogDebug(error.what());
+    }
   }
 
   std::string Name() const override {
@@ -125,14 +130,12 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
     if (indices.empty()) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
     std::iota(indices.begin(), indices.end(), 0);
   }
-  std::vector<std::unique_ptr<Backend>> backends;
-  for (const int index : indices) {
+  return MakeWorkingBackends(indices, [budget_bytes](int index) {
     const DeviceProperties properties = QueryDevice(index);
     RequireWorkingDevice(properties);
     const ScopedDevice current(index);
-    backends.push_back(std::make_unique<CudaBackend>(properties, budget_bytes));
-  }
-  return backends;
+    return std::make_unique<CudaBackend>(properties, budget_bytes);
+  });
 }
 
 }  // namespace phi::gpu

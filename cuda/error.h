@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
 
 namespace phi::gpu {
 
@@ -21,11 +21,11 @@ struct Task {
 };
 
 // The device's memory does not suffice: freeing cached copies may help.
-struct OutOfDeviceMemory : ResourceError {
-  using ResourceError::ResourceError;
+struct OutOfDeviceMemory : DeviceError {
+  using DeviceError::DeviceError;
 };
 
-// Throws phi::ResourceError. `call` is the CUDA function or kernel that failed.
+// Throws phi::DeviceError. `call` is the CUDA function or kernel that failed.
 [[noreturn]] void ThrowCudaError(cudaError_t status, const char* call, const Task& task);
 
 inline void Check(cudaError_t status, const char* call, const Task& task) {
@@ -35,7 +35,7 @@ inline void Check(cudaError_t status, const char* call, const Task& task) {
 // After each kernel launch: a bad configuration or a missing kernel image is reported here, a fault at the next sync.
 inline void CheckLaunch(const char* kernel, const Task& task) { Check(cudaGetLastError(), kernel, task); }
 
-// A call needs more than the budget (--PhiStereo.device_memory) even in its smallest parts. Throws phi::ResourceError.
+// A call needs more than the budget (--PhiStereo.device_memory) even in its smallest parts. Throws phi::DeviceError.
 [[noreturn]] void ThrowTooLittleMemory(std::int64_t needed, std::int64_t budget, const Task& task);
 
 // As Check, for allocations: an out-of-memory error says how many bytes were

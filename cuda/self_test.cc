@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cuda/device_resources.h"
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
 #include "phi/cpu/cpu_estimation.h"
 
 namespace phi::gpu {
@@ -82,10 +82,10 @@ void RequireWorkingDevice(const DeviceProperties& device) {
   constexpr double kMinAgreement = 0.9;
   const SelfTestReport report = RunSelfTest(device, SelfTestOptions());
   if (report.agreement >= kMinAgreement) return;
-  throw ResourceError("cuda:" + std::to_string(device.index) + " " + device.name +
-                      " failed the self-test: only " + std::to_string(100 * report.agreement) +
-                      " % of its depths agree with the CPU's; update the driver, or run with "
-                      "--PhiStereo.backend cpu");
+  throw DeviceError("cuda:" + std::to_string(device.index) + " " + device.name +
+                    " failed the self-test: only " + std::to_string(100 * report.agreement) +
+                    " % of its depths agree with the CPU's; update the driver, or run with "
+                    "--PhiStereo.backend cpu");
 }
 
 }  // namespace phi::gpu

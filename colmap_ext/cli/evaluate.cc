@@ -9,6 +9,7 @@
 #include "colmap_ext/byte_count.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/evaluation/score_tables.h"
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
@@ -95,6 +96,9 @@ void Complete(EvaluateOptions& o) {
   o.normals.thresholds = ParseNumbers(o.angles, "normal_tolerances");
   Require(o.memory_gb > 0, "--memory must be positive");
   o.scoring.memory = static_cast<std::size_t>(ByteCount(o.memory_gb * 1e9));
+  o.truth.memory = o.scoring.memory;
+  Require(o.truth.min_views >= 0, "--min_truth_views must not be negative");
+  CheckNumThreads("num_threads", o.num_threads);
   const std::string error = o.scoring.Check();
   Require(error.empty(), error);
   Require(o.truth.mesh_spacing >= 0, "--mesh_sample_spacing must not be negative");

@@ -1,5 +1,6 @@
 #include "colmap_ext/cli/fusion_options.h"
 
+#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/fusion/bounding_box_file.h"
 #include "phi/base/error.h"
 
@@ -75,8 +76,10 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
 
 void FusionCommandOptions::Finish(const OptionParser& parser) {
   workspace.path = FindWorkspaceFolder(workspace.path);
+  CheckNumThreads("StereoFusion.num_threads", fusion.num_threads);
+  CheckMaxImageSize("StereoFusion.max_image_size", workspace.max_image_size);
   std::string problem = fusion.rule.Check();
-  const bool is_number = fusion.max_neighbors >= 1 && 2 * fusion.max_neighbors <= phi::kMaxFusionNeighbors;
+  const bool is_number = fusion.max_neighbors >= 1 && fusion.max_neighbors <= phi::kMaxFusionNeighbors / 2;
   if (problem.empty() && fusion.max_neighbors != -1 && !is_number) {
     problem = "--StereoFusion.check_num_images is " + std::to_string(fusion.max_neighbors) +
               ", but must be -1 (all) or between 1 and " + std::to_string(phi::kMaxFusionNeighbors / 2);

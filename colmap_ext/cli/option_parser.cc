@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "colmap_ext/cli/suggestion.h"
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -271,8 +272,8 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
 }
 
 OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) {
+  std::ifstream file = OpenRegularFile(path);
+  if (!file) {
     throw phi::InputError("--project_path: " + path.string() + " is no file that can be read");
   }
   po::options_description none;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "colmap_ext/byte_count.h"
+#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -255,6 +256,8 @@ void StereoCommandOptions::ApplyFormulas(const OptionParser& parser) {
 
 void StereoCommandOptions::Finish(const OptionParser& parser) {
   workspace.path = FindWorkspaceFolder(workspace.path);
+  CheckNumThreads("PatchMatchStereo.num_threads", backend.num_threads);
+  CheckMaxImageSize("PatchMatchStereo.max_image_size", workspace.max_image_size);
   ApplyFormulas(parser);
   pipeline.stereo.seed = parser.random_seed();
   if (filter_min_ncc > 1) throw phi::UsageError("--PatchMatchStereo.filter_min_ncc must be at most 1");

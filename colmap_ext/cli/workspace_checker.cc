@@ -4,6 +4,7 @@
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/workspace_check.h"
 #include "phi/base/error.h"
 
@@ -23,6 +24,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   options.path = FindWorkspaceFolder(options.path);
 
+  CheckMaxImageSize("PatchMatchStereo.max_image_size", options.max_image_size);
   const WorkspaceReport report = CheckWorkspace(options, config_path);
   for (const std::string& error : report.errors) std::cout << "error: " << error << "\n";
   for (const std::string& warning : report.warnings) std::cout << "warning: " << warning << "\n";

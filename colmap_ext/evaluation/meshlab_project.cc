@@ -1,11 +1,14 @@
 #include "colmap_ext/evaluation/meshlab_project.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <fstream>
 #include <iterator>
-#include <regex>
+#include <optional>
 #include <sstream>
+#include <string_view>
 
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -28,33 +31,59 @@ std::string Unescape(std::string text) {
   return text;
 }
 
+// Projects are read with plain searches: regular expressions of the standard library recurse for every character.
+constexpr std::string_view kMesh = "<MLMesh", kSpaces = " \t\r\n";
+
+// Where the next mesh's tag begins, from `at` on; npos: nowhere.
+std::size_t FindMesh(std::string_view text, std::size_t at) {
+  do {
+    at = text.find(kMesh, at);
+    if (at == std::string_view::npos) return at;
+    at += kMesh.size();
+  } while (at >= text.size() || kSpaces.find(text[at]) == std::string_view::npos);
+  return at - kMesh.size();
+}
+
+// The text between `begin` and the first `end` after it; nothing where either is missing.
+std::optional<std::string_view> Between(std::string_view text, std::string_view begin, std::string_view end) {
+  const std::size_t at = text.find(begin);
+  if (at == std::string_view::npos) return {};
+  text.remove_prefix(at + begin.size());
+  const std::size_t length = text.find(end);
+  if (length == std::string_view::npos) return {};
+  return text.substr(0, length);
+}
+
+void ReadMatrix(std::string_view part, const std::filesystem::path& project, MeshLabLayer* layer) {
+  const auto text = Between(part, "<MLMatrix44>", "</MLMatrix44>");
+  if (!text) return;
+  std::istringstream numbers{std::string(*text)};
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) numbers >> layer->world_from_layer(row, column);
+  }
+  if (!numbers || !IsRigid(layer->world_from_layer)) {
+    throw phi::InputError(project.string() + ": the matrix of " + layer->path.filename().string() +
+                          " is not a rotation and a translation");
+  }
+}
+
 }  // namespace
 
 std::vector<MeshLabLayer> ReadMeshLabProject(const std::filesystem::path& path) {
-  std::ifstream stream(path);
+  std::ifstream stream = OpenRegularFile(path);
   if (!stream) throw phi::InputError("cannot read " + path.string());
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 
-  static const std::regex kMesh("<MLMesh\\s[^>]*filename=\"([^\"]*)\"");
-  static const std::regex kMatrix("<MLMatrix44>([^<]*)</MLMatrix44>");
   std::vector<MeshLabLayer> layers;
-  const std::sregex_iterator end;
-  for (std::sregex_iterator it(text.begin(), text.end(), kMesh); it != end; ++it) {
+  for (std::size_t begin = FindMesh(text, 0); begin != std::string::npos;) {
+    const std::size_t next = FindMesh(text, begin + kMesh.size());
+    const std::string_view part = std::string_view(text).substr(begin, next - begin);  // npos: all the rest
+    begin = next;
+    const auto name = Between(part, "filename=\"", "\"");
+    if (!name || name->data() > part.data() + std::min(part.find('>'), part.size())) continue;
     MeshLabLayer layer;
-    layer.path = path.parent_path() / Unescape((*it)[1]);  // an absolute name replaces the folder
-    const std::size_t begin = static_cast<std::size_t>(it->position());
-    const std::size_t next = text.find("<MLMesh ", begin + 1);
-    const std::string part = text.substr(begin, next == std::string::npos ? next : next - begin);
-    if (std::smatch matrix; std::regex_search(part, matrix, kMatrix)) {
-      std::istringstream numbers(matrix[1]);
-      for (int row = 0; row < 4; ++row) {
-        for (int column = 0; column < 4; ++column) numbers >> layer.world_from_layer(row, column);
-      }
-      if (!numbers || !IsRigid(layer.world_from_layer)) {
-        throw phi::InputError(path.string() + ": the matrix of " + layer.path.filename().string() +
-                              " is not a rotation and a translation");
-      }
-    }
+    layer.path = path.parent_path() / Unescape(std::string(*name));  // an absolute name replaces the folder
+    ReadMatrix(part, path, &layer);
     layers.push_back(layer);
   }
   if (layers.empty())

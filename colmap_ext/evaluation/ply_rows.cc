@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "colmap_ext/input_file.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -67,6 +68,12 @@ double Decode(int type, const char* bytes) {
   }
 }
 
+// -1 for what is no whole number of a size that a file could hold.
+std::int64_t ToIndex(double value) {
+  constexpr double kLargest = 1ull << 53;
+  return value >= 0 && value <= kLargest ? static_cast<std::int64_t>(value) : -1;
+}
+
 // "property float x" or "property list uchar int vertex_indices"; false when it is neither.
 bool ParseProperty(std::istringstream& line, PlyProperty& property) {
   std::string type;
@@ -90,7 +97,7 @@ bool PlyElement::Has(const std::string& property) const {
 // The data part of the file, value by value.
 class PlyRows::Source {
  public:
-  explicit Source(const PlyRows& rows) : rows_(rows), stream_(rows.path_, std::ios::binary) {
+  explicit Source(const PlyRows& rows) : rows_(rows), stream_(OpenRegularFile(rows.path_)) {
     stream_.seekg(static_cast<std::streamoff>(rows.data_offset_));
     buffer_.resize(std::size_t{1} << 20);
   }
@@ -99,6 +106,7 @@ class PlyRows::Source {
     if (rows_.encoding_ == Encoding::kAscii) {
       std::string word;
       if (!(stream_ >> word)) EndsEarly();
+      if (++num_words_ % kWordsBetweenChecks == 0) phi::ThrowIfCancelled();
       return std::strtod(word.c_str(), nullptr);  // unlike streams, knows nan and inf
     }
     std::array<char, 8> bytes;
@@ -131,14 +139,16 @@ class PlyRows::Source {
     }
   }
 
+  static constexpr std::uint64_t kWordsBetweenChecks = 1 << 16;
   const PlyRows& rows_;
   std::ifstream stream_;
+  std::uint64_t num_words_ = 0;
   std::vector<char> buffer_;
   std::size_t position_ = 0, end_ = 0;
 };
 
 PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
-  std::ifstream stream(path, std::ios::binary);
+  std::ifstream stream = OpenRegularFile(path);
   if (!stream) throw phi::InputError("cannot read " + path.string());
   const auto refuse = [&](const std::string& why) {
     throw phi::InputError(path.string() + " is not a PLY file that can be read: " + why);
@@ -188,6 +198,10 @@ void PlyRows::Visit(const std::string& element, OnValue on_value, OnRow on_row) 
   Source source(*this);
   for (const PlyElement& e : elements_) {
     const bool wanted = e.name == element;
+    if (e.properties.empty()) {  // rows without a byte, however many the header promises
+      if (wanted) return;
+      continue;
+    }
     for (std::uint64_t row = 0; row < e.count; ++row) {
       for (std::size_t p = 0; p < e.properties.size(); ++p) {
         const PlyProperty& property = e.properties[p];
@@ -231,7 +245,7 @@ void PlyRows::ForEachList(const std::string& element, const std::string& propert
   Visit(
       element,
       [&](std::size_t p, double value) {
-        if (found->properties[p].name == property) values.push_back(static_cast<std::int64_t>(value));
+        if (found->properties[p].name == property) values.push_back(ToIndex(value));
       },
       [&] {
         row(values);

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -68,13 +70,16 @@ std::vector<bool> ReadInferred(const std::filesystem::path& path) {
   return inferred;
 }
 
-std::vector<Vector3d> SampleMesh(const std::filesystem::path& path, double spacing) {
+// Triangles of finite corners.
+template <typename OnTriangle>
+void ForEachTriangle(const std::filesystem::path& path, OnTriangle on_triangle) {
   const PlyRows rows(path);
-  std::vector<Vector3d> corners, samples;
+  std::vector<Vector3d> corners;
   rows.ForEachRow("vertex", {"x", "y", "z"},
                   [&](const double* v) { corners.emplace_back(v[0], v[1], v[2]); });
   const char* list = rows.Find("face")->Has("vertex_indices") ? "vertex_indices" : "vertex_index";
   rows.ForEachList("face", list, [&](const std::vector<std::int64_t>& face) {
+    phi::ThrowIfCancelled();
     for (std::int64_t index : face) {
       if (index < 0 || index >= static_cast<std::int64_t>(corners.size())) {
         throw phi::InputError(path.string() + ": a face names vertex " + std::to_string(index) + " of " +
@@ -82,10 +87,10 @@ std::vector<Vector3d> SampleMesh(const std::filesystem::path& path, double spaci
       }
     }
     for (std::size_t i = 2; i < face.size(); ++i) {
-      SampleTriangle(corners[face[0]], corners[face[i - 1]], corners[face[i]], spacing, samples);
+      const Vector3d &a = corners[face[0]], &b = corners[face[i - 1]], &c = corners[face[i]];
+      if (a.allFinite() && b.allFinite() && c.allFinite()) on_triangle(a, b, c);
     }
   });
-  return samples;
 }
 
 bool IsMesh(const std::filesystem::path& path) {
@@ -103,7 +108,7 @@ class Loader {
     if (truth_.path.extension() == ".mlp") {
       LoadScans();
     } else if (IsMesh(truth_.path)) {
-      for (const Vector3d& p : SampleMesh(truth_.path, truth_.mesh_spacing)) AddTruth(p);
+      LoadMesh();
     } else {
       const bool has_views = HasViews(truth_.path);
       std::vector<Vector3d> left_out;
@@ -121,6 +126,7 @@ class Loader {
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
     ForEachPoint(cloud_path, false, [&](const Vector3d& p, double) {
       result_.clouds.points.push_back(Relative(p, result_.origin));
+      RequireMemory(0, "the clouds");
     });
     return std::move(result_);
   }
@@ -129,6 +135,24 @@ class Loader {
   void AddTruth(const Vector3d& p) {
     if (result_.clouds.truth.empty()) result_.origin = ChooseOrigin(p, voxel_size_);
     result_.clouds.truth.push_back(Relative(p, result_.origin));
+    RequireMemory(0, "the clouds");
+  }
+
+  // For `more` points beyond those that are there.
+  void RequireMemory(double more, const char* what) const {
+    const auto num_points = static_cast<double>(result_.clouds.truth.size() + result_.clouds.points.size());
+    if ((num_points + more) * sizeof(Vec3f) <= static_cast<double>(truth_.memory)) return;
+    throw phi::ResourceError(truth_.path.string() + ": " + what +
+                             " need more than --memory allows; raise it, thin the clouds, or raise "
+                             "--mesh_sample_spacing where the truth is a mesh");
+  }
+
+  // A triangle's samples are counted before they are made: a single one may be larger than any memory.
+  void LoadMesh() {
+    ForEachTriangle(truth_.path, [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+      RequireMemory(NumTriangleSamples(a, b, c, truth_.mesh_spacing), "the mesh's samples");
+      SampleTriangle(a, b, c, truth_.mesh_spacing, [&](const Vector3d& p) { AddTruth(p); });
+    });
   }
 
   bool IsLeftOut(double views) const { return views < truth_.min_views; }
@@ -162,17 +186,26 @@ class Loader {
 
 }  // namespace
 
+double NumTriangleSamples(const Vector3d& a, const Vector3d& b, const Vector3d& c, double spacing) {
+  const double rows = std::max(1.0, std::max((b - a).norm(), (c - a).norm()) / spacing);
+  return rows * std::max(1.0, (c - b).norm() / spacing / 2);
+}
+
 void SampleTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, double spacing,
-                    std::vector<Vector3d>& samples) {
+                    const std::function<void(const Vector3d&)>& on_sample) {
   // Rows parallel to bc, from a; row r of n has its own number of samples, so that both spacings hold.
   const double reach = std::max((b - a).norm(), (c - a).norm());
-  const int rows = std::max(1, static_cast<int>(std::ceil(reach / spacing)));
-  samples.push_back(a);
-  for (int r = 1; r <= rows; ++r) {
-    const double t = static_cast<double>(r) / rows;
+  const auto rows = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(reach / spacing)));
+  on_sample(a);
+  for (std::int64_t r = 1; r <= rows; ++r) {
+    phi::ThrowIfCancelled();
+    const double t = static_cast<double>(r) / static_cast<double>(rows);
     const Vector3d from = a + t * (b - a), to = a + t * (c - a);
-    const int steps = std::max(1, static_cast<int>(std::ceil((to - from).norm() / spacing)));
-    for (int s = 0; s <= steps; ++s) samples.push_back(from + (to - from) * (static_cast<double>(s) / steps));
+    const auto steps =
+        std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil((to - from).norm() / spacing)));
+    for (std::int64_t s = 0; s <= steps; ++s) {
+      on_sample(from + (to - from) * (static_cast<double>(s) / static_cast<double>(steps)));
+    }
   }
 }
 

@@ -2,12 +2,13 @@
 
 #include <fstream>
 
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
 
 phi::BoundingBox ReadBoundingBox(const std::filesystem::path& path) {
-  std::ifstream file(path);
+  std::ifstream file = OpenRegularFile(path);
   if (!file) throw phi::InputError(path.string() + ": this bounding box cannot be read");
   phi::BoundingBox box;
   for (double* corner : {box.min, box.max}) {

@@ -37,8 +37,9 @@ void FlagStore::Fail(const char* action) const {
 
 void FlagStore::OpenScratchFile() {
   std::filesystem::create_directories(folder_);
-  std::string name = (folder_ / ".phimvs-fusion-XXXXXX").string();
-  descriptor_ = ::mkstemp(name.data());
+  std::string name = (folder_ / ".phimvs-fusion-XXXXXX.tmp").string();
+  constexpr int kSuffixLength = 4;
+  descriptor_ = ::mkostemps(name.data(), kSuffixLength, O_CLOEXEC);
   if (descriptor_ < 0) Fail("create");
   // Without a name it goes away with the process, however that ends.
   ::unlink(name.c_str());

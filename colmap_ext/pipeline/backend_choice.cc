@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "colmap_ext/byte_count.h"
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
 #include "cuda/cuda_backend.h"
@@ -67,6 +67,9 @@ Backends MakeBackends(const BackendOptions& options) {
     return MakeCuda(gpu_indices, options.device_memory_gigabytes);
   } catch (const phi::NoDeviceError& error) {
     phi::LogInfo(std::string("the CPU is used: ") + error.what());
+    return MakeCpu(options);
+  } catch (const phi::DeviceError&) {  // its reasons were told
+    phi::LogWarning("no GPU of this machine works: the CPU does everything, which takes many times as long");
     return MakeCpu(options);
   } catch (const phi::ResourceError& error) {
     phi::LogWarning(std::string("the CPU is used, because no GPU can be: ") + error.what());

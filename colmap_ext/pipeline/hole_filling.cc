@@ -103,23 +103,35 @@ void HoleFilling::FindMeasuredMaps() {
 
 // Else it is another program's. The mask tells where phimvs.json was lost.
 bool HoleFilling::GeometricMapIsOurs(int job) const {
-  return record_.Find(NameOf(job), std::string(kGeometric)) != nullptr ||
-         fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
+  const int image = jobs_[job].image;
+  const TaskRecord* record = record_.Find(NameOf(job), std::string(kGeometric));
+  if (record == nullptr) return fs::exists(workspace_.FilledMaskPath(image));
+  return store_.Inspect(image, std::string(kGeometric), false, false, record).foreign.empty();
+}
+
+// Of a measured map that nothing is known of: all pixels are as good.
+std::shared_ptr<const phi::Mask> HoleFilling::NoMask(int job) const {
+  const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
+  return std::make_shared<const phi::Mask>(size.width, size.height);
 }
 
 // Another program's geometric map is newer than any copy of it.
 bool HoleFilling::ImportMeasuredMap(int job) {
   const int image = jobs_[job].image;
   const std::string measured(kMeasured), geometric(kGeometric);
-  const bool has_measured = store_.FilesAreWhole(image, measured, false, false);
-  const bool has_foreign = !GeometricMapIsOurs(job) && store_.FilesAreWhole(image, geometric, false, false);
-  if (!has_foreign) return has_measured;
+  const bool has_measured = store_.MapsAreWhole(image, measured);
+  const bool has_foreign = !GeometricMapIsOurs(job) && store_.MapsAreWhole(image, geometric);
+  if (!has_foreign) {
+    if (has_measured && !store_.HasMask(image, measured)) store_.Save(image, measured, {.mask = NoMask(job)});
+    return has_measured;
+  }
   if (!options_.overwrite) {
     throw phi::InputError(workspace_.DepthMapPath(image, geometric).string() +
                           " was made by another program, and filling replaces it; add --overwrite true. The "
                           "originals are kept, and --restore true puts them back");
   }
   KeepOriginalMaps(workspace_, image);
+  store_.Save(image, measured, {.mask = NoMask(job)});
   return true;
 }
 
@@ -185,9 +197,12 @@ void HoleFilling::Save(const Stage& stage, int job, const StageResult& result, c
     store_.KeepTransient(jobs_[job].image, stage.result, result);
     return;
   }
-  store_.Write(
-      jobs_[job].image, stage.result, result,
-      [this, task = RunRecord::Task(NameOf(job), stage.result), record] { record_.Finish(task, record); });
+  store_.Write(jobs_[job].image, stage.result, result,
+               [this, task = RunRecord::Task(NameOf(job), stage.result),
+                record = record](const std::vector<FileIdentity>& files) mutable {
+                 record.files = files;
+                 record_.Finish(task, record);
+               });
 }
 
 }  // namespace colmap_ext

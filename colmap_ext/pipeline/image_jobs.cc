@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <fstream>
 #include <set>
-#include <string_view>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
 
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -35,24 +34,6 @@ std::string SceneKey(const phi::SparseScene& scene) {
   return key.Hex();
 }
 
-// Size of the file and a sample of its bytes. Compressed images differ in nearly every byte, uncompressed ones of the same
-// size in most blocks; reading 10,000 images whole would take longer than this is worth.
-void AddFile(const std::filesystem::path& path, ResultKey* key) {
-  constexpr std::int64_t kBlockBytes = 4096, kNumBlocks = 16;
-  std::error_code missing;
-  const auto file_size = std::filesystem::file_size(path, missing);
-  const std::int64_t num_bytes = missing ? -1 : static_cast<std::int64_t>(file_size);
-  key->Add(num_bytes);
-  std::ifstream file(path, std::ios::binary);
-  std::string block(kBlockBytes, '\0');
-  const std::int64_t last_begin = std::max<std::int64_t>(num_bytes - kBlockBytes, 0);
-  for (std::int64_t i = 0; i < kNumBlocks && file; ++i) {
-    file.seekg(last_begin * i / (kNumBlocks - 1));
-    file.read(block.data(), kBlockBytes);
-    key->Add(std::string_view(block.data(), static_cast<std::size_t>(file.gcount())));
-  }
-}
-
 // Camera and image file of a view.
 std::string ViewKey(const Workspace& workspace, int image) {
   const phi::SceneView& view = workspace.views()[image];
@@ -62,9 +43,9 @@ std::string ViewKey(const Workspace& workspace, int image) {
   key.Add(k.fx).Add(k.fy).Add(k.cx).Add(k.cy);
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
-  AddFile(workspace.ImagePath(image), &key);
+  AddFileSample(workspace.ImagePath(image), &key);
   if (const std::filesystem::path mask = workspace.ImageMaskPath(image); !mask.empty() && std::filesystem::exists(mask))
-    AddFile(mask, &key);
+    AddFileSample(mask, &key);
   return key.Hex();
 }
 

@@ -1,5 +1,7 @@
 #include "colmap_ext/pipeline/map_store.h"
 
+#include <algorithm>
+#include <exception>
 #include <system_error>
 #include <utility>
 
@@ -12,6 +14,9 @@ namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Of results that are written and wait for the disk. Beyond that, the disk's speed counts and not its latency.
+constexpr std::int64_t kMaxWaitingBytes = std::int64_t{64} << 20;
 
 template <typename T>
 MemoryCache::Sized MakeSized(std::shared_ptr<const T> item) {
@@ -38,10 +43,32 @@ bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   }
 }
 
+// What a file system leaves that had written a file's size and not yet its data: no one's work is lost with it.
+bool HoldsValues(const fs::path& path, int num_channels) {
+  const auto any = [](const auto& map, const auto& has_value) {
+    return std::any_of(map.data(), map.data() + map.size(), has_value);
+  };
+  if (num_channels == 1) return any(ReadDepthMap(path), [](float value) { return value != 0; });
+  return any(ReadNormalMap(path), [](const phi::Vec3f& n) { return n.x != 0 || n.y != 0 || n.z != 0; });
+}
+
+// Whoever made it, of whatever size.
+bool IsWholeFile(const fs::path& path) {
+  try {
+    if (path.extension() != ".bin") return ReadMask(path).size() > 0;
+    return HoldsValues(path, ReadMapSize(path).channels);
+  } catch (const phi::InputError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers)
-    : workspace_(workspace), cache_(budget_bytes), writers_(num_writers) {}
+    : workspace_(workspace),
+      max_waiting_bytes_(std::min<std::int64_t>(kMaxWaitingBytes, budget_bytes / 8)),
+      cache_(budget_bytes),
+      writers_(num_writers) {}
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
   const auto item = cache_.GetOrLoad({image, "gray"}, [&] {
@@ -98,58 +125,143 @@ std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& 
                               [&] { return ReadMask(workspace_.FilledMaskPath(image, kind)); });
 }
 
-void MapStore::Write(int image, const std::string& kind, const StageResult& result,
-                     std::function<void()> on_written) {
+void MapStore::Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete) {
   cache_.PutPinned({image, kind}, MakeSized(result.map));
   if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
   if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
-  writers_.Submit([this, image, kind, result, on_written = std::move(on_written)] {
-    WriteFiles(image, kind, result);
-    cache_.Unpin({image, kind});
-    cache_.Unpin({image, CostKey(kind)});
-    cache_.Unpin({image, MaskKey(kind)});
-    on_written();
+  writers_.Submit([this, image, kind, result, on_complete = std::move(on_complete)] {
+    CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
+    std::vector<FileIdentity> identities;
+    for (const auto& file : files) identities.push_back(IdentifyFile(file->temporary_path()));
+    on_complete(identities);
     // Depth and three components of the normal, float32 each: as many bytes as the map in memory.
-    return static_cast<std::int64_t>(result.map->bytes() + (result.cost ? result.cost->bytes() : 0));
+    const auto num_bytes =
+        static_cast<std::int64_t>(result.map->bytes() + (result.cost ? result.cost->bytes() : 0));
+    Publish({std::move(files), image, kind, num_bytes});
+    return num_bytes;
   });
 }
 
+void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
+  for (const auto& file : PrepareFiles(image, kind, result, Durability::kProcess)) file->Publish();
+}
+
 void MapStore::KeepTransient(int image, const std::string& kind, const StageResult& result) {
-  const auto guard = [](const std::function<void()>& write) {
+  const auto save = [this, image, kind](const StageResult& part) {
     try {
-      write();
+      Save(image, kind, part);
     } catch (const phi::InputError& error) {
       throw phi::ResourceError(error.what());  // not the fault of the image whose turn it is
     }
   };
-  cache_.PutTransient(
-      {image, kind}, MakeSized(result.map), [this, image, kind, guard](const MemoryCache::Item& item) {
-        guard([&] { WriteFiles(image, kind, {.map = std::static_pointer_cast<const phi::PlaneMap>(item)}); });
-      });
+  cache_.PutTransient({image, kind}, MakeSized(result.map), [save](const MemoryCache::Item& item) {
+    save({.map = std::static_pointer_cast<const phi::PlaneMap>(item)});
+  });
   if (!result.mask) return;
-  cache_.PutTransient(
-      {image, MaskKey(kind)}, MakeSized(result.mask),
-      [this, image, kind, guard](const MemoryCache::Item& item) {
-        guard([&] { WriteMask(workspace_.FilledMaskPath(image, kind), *static_cast<const phi::Mask*>(item.get())); });
-      });
+  cache_.PutTransient({image, MaskKey(kind)}, MakeSized(result.mask), [save](const MemoryCache::Item& item) {
+    save({.mask = std::static_pointer_cast<const phi::Mask>(item)});
+  });
 }
 
 void MapStore::Forget(int image, const std::string& kind) {
   for (const std::string& key : {kind, DepthsKey(kind), MaskKey(kind)}) cache_.Erase({image, key});
 }
 
-void MapStore::WriteFiles(int image, const std::string& kind, const StageResult& result) const {
-  if (result.mask) WriteMask(workspace_.FilledMaskPath(image, kind), *result.mask);
-  if (result.cost) WriteDepthMap(workspace_.CostMapPath(image, kind), *result.cost);
-  WritePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), *result.map);
+CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const StageResult& result,
+                                     Durability durability) const {
+  CompleteFiles files;
+  const auto append = [&files](CompleteFiles more) {
+    for (auto& file : more) files.push_back(std::move(file));
+  };
+  if (result.mask) files.push_back(PrepareMask(workspace_.FilledMaskPath(image, kind), *result.mask, durability));
+  if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
+  if (result.map) {
+    append(PreparePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
+                           *result.map, durability));
+  }
+  return files;
 }
 
-bool MapStore::FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_mask) const {
+// Waiting for the disk takes the same time for one result as for many. One writer at a time does it, for all results that
+// have become ready meanwhile; the others go on writing.
+void MapStore::Publish(Ready ready) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  waiting_bytes_ += ready.num_bytes;
+  waiting_.push_back(std::move(ready));
+  published_.wait(lock, [this] { return !is_publishing_ || waiting_bytes_ <= max_waiting_bytes_; });
+  if (is_publishing_) return;
+  is_publishing_ = true;
+  std::exception_ptr error;
+  while (!waiting_.empty() && !error) {
+    const std::vector<Ready> batch = std::exchange(waiting_, {});
+    waiting_bytes_ = 0;
+    lock.unlock();
+    published_.notify_all();
+    try {
+      PublishBatch(batch);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+  }
+  is_publishing_ = false;
+  published_.notify_all();
+  if (error) std::rethrow_exception(error);
+}
+
+// The new names are put on the disk at the end of the run: a result whose names a power cut takes back is made again.
+void MapStore::PublishBatch(const std::vector<Ready>& batch) {
+  SyncFileSystem(workspace_.StereoFolder());
+  for (const Ready& ready : batch) {
+    for (const auto& file : ready.files) file->Publish();
+    cache_.Unpin({ready.image, ready.kind});
+    cache_.Unpin({ready.image, CostKey(ready.kind)});
+    cache_.Unpin({ready.image, MaskKey(ready.kind)});
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const Ready& ready : batch) {
+    for (const auto& file : ready.files) unsynced_folders_.insert(file->folder());
+  }
+}
+
+void MapStore::Drain() {
+  writers_.Drain();
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const fs::path& folder : unsynced_folders_) SyncFolder(folder);
+  unsynced_folders_.clear();
+}
+
+FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
+                             const TaskRecord* record) const {
+  std::vector<fs::path> paths = {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind)};
+  if (with_cost) paths.push_back(workspace_.CostMapPath(image, kind));
+  if (with_mask) paths.push_back(workspace_.FilledMaskPath(image, kind));
+  FoundFiles found{.whole = record != nullptr, .foreign = {}};
+  for (const fs::path& path : paths) {
+    std::error_code unreachable;
+    const bool exists = fs::exists(path, unreachable);
+    if (exists && record != nullptr && record->state == "done" && record->files.empty()) {
+      found.whole &= IsWholeFile(path);  // of an earlier program, which did not identify its files
+      continue;
+    }
+    if (exists && record != nullptr && IsOneOf(path, record->files)) continue;
+    found.whole = false;
+    const bool is_ours =
+        !exists || (record != nullptr && (IsOneOf(path, record->earlier) || !IsWholeFile(path)));
+    if (!is_ours && found.foreign.empty()) found.foreign = path;
+  }
+  return found;
+}
+
+bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
   const phi::Pinhole& pinhole = workspace_.views()[image].camera.pinhole;
   return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
-         HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3) &&
-         (!with_cost || HasSize(workspace_.CostMapPath(image, kind), pinhole, 1)) &&
-         (!with_mask || fs::exists(workspace_.FilledMaskPath(image, kind)));
+         HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3);
+}
+
+bool MapStore::HasMask(int image, const std::string& kind) const {
+  std::error_code unreachable;
+  return fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
 void MapStore::RemoveFiles(int image, const std::string& kind) const {

@@ -2,12 +2,18 @@
 // Results are written beside the computation.
 #pragma once
 
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
+#include <vector>
 
+#include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/memory_cache.h"
+#include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/writer_pool.h"
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
@@ -21,6 +27,12 @@ struct StageResult {
   // Of a measured map: which pixels have few witnesses (phi/filtering/few_witnesses.h). Of an inferred or geometric one:
   // which are inferred (phi/filtering/filled_value.h).
   std::shared_ptr<const phi::Mask> mask = nullptr;
+};
+
+// What lies under the names of a result.
+struct FoundFiles {
+  bool whole = false;             // all of them, as the record knows them
+  std::filesystem::path foreign;  // the first that is not ours and must not be replaced unasked; empty: none
 };
 
 // Thread-safe.
@@ -41,26 +53,54 @@ class MapStore {
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
   std::shared_ptr<const phi::Mask> MaskOf(int image, const std::string& kind);
 
+  // Queues the files for writing. `on_complete` is called from the writer's thread with what identifies them, before the
+  // first of them has its name: see RunRecord::Finish. Files and record are on the disk before the names are.
+  using OnComplete = std::function<void(const std::vector<FileIdentity>& files)>;
+  void Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete);
   // Writes the files at once and keeps nothing in memory.
-  void WriteFiles(int image, const std::string& kind, const StageResult& result) const;
-  // Queues the files for writing; `on_written` is called from the writer's thread once they are there.
-  void Write(int image, const std::string& kind, const StageResult& result, std::function<void()> on_written);
+  void Save(int image, const std::string& kind, const StageResult& result) const;
   // Keeps a result that gets files only when the budget asks for its place.
   void KeepTransient(int image, const std::string& kind, const StageResult& result);
 
   // Gives up the memory of a result that no stage reads any more, but for its cost.
   void Forget(int image, const std::string& kind);
 
-  // Whether the files of a result are there and have the size of the image.
-  bool FilesAreWhole(int image, const std::string& kind, bool with_cost, bool with_mask) const;
+  // Compares the files of a result with what the record knows of it (null: nothing). A file is ours that the record
+  // identifies, or where the record knows the result and the file is damaged: no whole map or mask, or a map without a
+  // single value. Every other one is another program's.
+  FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
+                     const TaskRecord* record) const;
+  bool HasMask(int image, const std::string& kind) const;
+  // Whether the maps of a result are there and have the size of the image, whoever made them.
+  bool MapsAreWhole(int image, const std::string& kind) const;
   void RemoveFiles(int image, const std::string& kind) const;
 
-  void Drain() { writers_.Drain(); }
+  // Waits until everything is written, and puts the names of the new files on the disk, a folder at a time.
+  void Drain();
   const WriterPool& writers() const { return writers_; }
   const MemoryCache& cache() const { return cache_; }
 
  private:
+  CompleteFiles PrepareFiles(int image, const std::string& kind, const StageResult& result,
+                             Durability durability) const;
+  // A result whose files are complete and recorded.
+  struct Ready {
+    CompleteFiles files;
+    int image = 0;
+    std::string kind;
+    std::int64_t num_bytes = 0;
+  };
+  void Publish(Ready ready);
+  void PublishBatch(const std::vector<Ready>& batch);
+
   const Workspace& workspace_;
+  const std::int64_t max_waiting_bytes_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable published_;
+  bool is_publishing_ = false;
+  std::vector<Ready> waiting_;
+  std::int64_t waiting_bytes_ = 0;
+  std::set<std::filesystem::path> unsynced_folders_;
   MemoryCache cache_;
   WriterPool writers_;  // after what its jobs use
 };

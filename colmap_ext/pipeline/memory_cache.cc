@@ -1,6 +1,7 @@
 #include "colmap_ext/pipeline/memory_cache.h"
 
 #include <algorithm>
+#include <exception>
 
 namespace colmap_ext {
 
@@ -31,8 +32,8 @@ MemoryCache::Item MemoryCache::GetOrLoad(Key key, const Loader& load) {
   lock.lock();
   Entry entry;
   entry.sized = sized;
+  loaded_.notify_all();  // before others are evicted, which may fail
   Insert(lock, key, std::move(entry));
-  loaded_.notify_all();
   return sized.item;
 }
 
@@ -103,10 +104,19 @@ void MemoryCache::EvictToBudget(Lock& lock) {
       entry.pinned = true;
       const Item item = entry.sized.item;
       lock.unlock();
-      spill(item);
+      std::exception_ptr failure;
+      try {
+        spill(item);
+      } catch (...) {
+        failure = std::current_exception();
+      }
       lock.lock();
       const auto it = entries_.find(key);
-      if (it != entries_.end()) it->second.pinned = false;
+      if (it != entries_.end()) {
+        it->second.pinned = false;
+        if (failure) it->second.spill = spill;  // it exists nowhere else yet
+      }
+      if (failure) std::rethrow_exception(failure);
       candidate = recency_.end();  // the list may have changed meanwhile
       continue;
     }

@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "colmap_ext/map_file.h"
-#include "colmap_ext/mask_file.h"
+#include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "phi/base/error.h"
 
@@ -30,11 +30,13 @@ void GiveSecondName(const Workspace& workspace, int image, std::string_view to) 
   GiveSecondName(workspace.NormalMapPath(image, kGeometric), workspace.NormalMapPath(image, to));
 }
 
-// Its geometric map is a filling of maps that the record does not know.
-bool IsFilledForeign(const RunRecord& record, const std::string& name) {
+// Its geometric map is a filling, and nobody has replaced it since, of maps that the record does not know.
+bool IsFilledForeign(const Workspace& workspace, const RunRecord& record, int image) {
+  const std::string& name = workspace.views()[image].name;
   const TaskRecord* geometric = record.Find(name, std::string(kGeometric));
   return geometric != nullptr && geometric->key.starts_with(kFillingKey) &&
-         record.Find(name, std::string(kMeasured)) == nullptr;
+         record.Find(name, std::string(kMeasured)) == nullptr &&
+         IsOneOf(workspace.DepthMapPath(image, kGeometric), geometric->files);
 }
 
 bool HasMaps(const Workspace& workspace, int image, std::string_view kind) {
@@ -51,8 +53,6 @@ void RemoveMaps(const Workspace& workspace, int image, std::string_view kind) {
 void KeepOriginalMaps(const Workspace& workspace, int image) {
   phi::PlaneMap map = ReadPlaneMap(workspace.DepthMapPath(image, kGeometric),
                                    workspace.NormalMapPath(image, kGeometric));
-  const phi::Mask few_witnesses(map.width(), map.height());  // all pixels are as good as another
-  WriteMask(workspace.FilledMaskPath(image, kMeasured), few_witnesses);
   const auto is_negative = [](const phi::PlaneHypothesis& h) { return h.depth < 0; };
   if (std::none_of(map.begin(), map.end(), is_negative)) {
     GiveSecondName(workspace, image, kMeasured);
@@ -69,7 +69,7 @@ int RestoreOriginalMaps(const Workspace& workspace, const std::vector<ImageJob>&
   int num_restored = 0;
   for (const ImageJob& job : jobs) {
     const std::string& name = workspace.views()[job.image].name;
-    if (!IsFilledForeign(record, name)) continue;
+    if (!IsFilledForeign(workspace, record, job.image)) continue;
     const std::string_view kept = HasMaps(workspace, job.image, kOriginal) ? kOriginal : kMeasured;
     if (!HasMaps(workspace, job.image, kept)) continue;
     fs::rename(workspace.DepthMapPath(job.image, kept), workspace.DepthMapPath(job.image, kGeometric));

@@ -10,7 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/input_file.h"
+#include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -18,8 +19,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json ToJson(const std::vector<FileIdentity>& files) {
+  Json json = Json::array();
+  for (const FileIdentity& file : files) json.push_back(file.Text());
+  return json;
+}
+
+std::vector<FileIdentity> FilesFromJson(const Json& json, const char* name) {
+  std::vector<FileIdentity> files;
+  for (const std::string& text : json.value(name, std::vector<std::string>{})) {
+    files.push_back(FileIdentity::FromText(text));
+  }
+  return files;
+}
+
 Json ToJson(const TaskRecord& record) {
   Json json = {{"state", record.state}, {"key", record.key}};
+  if (!record.files.empty()) json["files"] = ToJson(record.files);
+  if (!record.earlier.empty()) json["earlier_files"] = ToJson(record.earlier);
   if (record.state == "pending") return json;
   json["seconds"] = record.seconds;
   json["peak_memory_bytes"] = record.peak_memory_bytes;
@@ -36,6 +53,8 @@ TaskRecord FromJson(const Json& json) {
   record.peak_memory_bytes = json.value("peak_memory_bytes", std::int64_t{0});
   record.warnings = json.value("warnings", std::vector<std::string>{});
   record.options_hash = json.value("options_hash", "");
+  record.files = FilesFromJson(json, "files");
+  record.earlier = FilesFromJson(json, "earlier_files");
   return record;
 }
 
@@ -86,10 +105,11 @@ std::string NameFromJson(const std::string& text) {
 void AppendLine(const std::filesystem::path& path, const std::string& line) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const ssize_t written = file < 0 ? -1 : write(file, line.data(), line.size());
-  const int error = errno;
+  const int error = written < 0 ? errno : ENOSPC;  // a part was written
   if (file >= 0) close(file);
   if (written != static_cast<ssize_t>(line.size())) {
-    throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error));
+    throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error) +
+                             "; free some space and run the command again");
   }
 }
 
@@ -104,8 +124,8 @@ RunRecord::RunRecord(const std::filesystem::path& stereo_folder)
 void RunRecord::ReadFile() {
   if (!std::filesystem::exists(path_)) return;
   try {
-    std::ifstream file(path_);
-    const Json json = Json::parse(file);
+    std::ifstream file = OpenRegularFile(path_);
+    const Json json = ParseJson<Json>(file);
     options_hash_ = json.at("options_hash").get<std::string>();
     options_ = json.at("options").get<std::map<std::string, std::string>>();
     if (json.contains("runs")) {
@@ -114,6 +134,8 @@ void RunRecord::ReadFile() {
     for (const auto& [image, kinds] : json.at("images").items()) {
       for (const auto& [kind, record] : kinds.items()) tasks_[{NameFromJson(image), kind}] = FromJson(record);
     }
+  } catch (const phi::ResourceError&) {
+    throw;
   } catch (const std::exception& error) {  // of the parser, or of a stream that cannot be read
     throw phi::InputError(path_.string() + " is damaged (" + error.what() +
                           "); remove it and run again with --overwrite true to make all maps anew");
@@ -123,14 +145,18 @@ void RunRecord::ReadFile() {
 // A line that is no record was cut short when the process was killed or the disk was full, and the next one may have been
 // appended to it: their tasks count as pending.
 void RunRecord::ReplayJournal() {
-  std::ifstream file(journal_path_);
+  std::ifstream file = OpenRegularFile(journal_path_);
   changed_ = file.is_open();
   for (std::string line; std::getline(file, line);) {
     try {
-      const Json json = Json::parse(line);
+      const Json json = ParseJson<Json>(line);
       const Task task{NameFromJson(json.at("image").get<std::string>()), json.at("kind").get<std::string>()};
-      tasks_[task] = FromJson(json);
+      TaskRecord record = FromJson(json);
+      record.earlier = tasks_[task].earlier;
+      tasks_[task] = record;
     } catch (const Json::exception&) {
+      continue;
+    } catch (const phi::InputError&) {
       continue;
     }
   }
@@ -155,19 +181,26 @@ void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::str
     TaskRecord record;
     record.state = "pending";
     record.key = keys[i];
-    tasks_[tasks[i]] = record;
+    TaskRecord& known = tasks_[tasks[i]];
+    record.earlier = std::move(known.earlier);
+    record.earlier.insert(record.earlier.end(), known.files.begin(), known.files.end());
+    known = std::move(record);
   }
-  CompactLocked();
+  CompactLocked(Durability::kProcess);
 }
 
 void RunRecord::Finish(const Task& task, const TaskRecord& record) {
   Json json = {{"image", NameToJson(task.first)}, {"kind", task.second}};
   std::lock_guard<std::mutex> lock(mutex_);
-  TaskRecord& finished = tasks_[task] = record;
+  TaskRecord finished = record;
   finished.options_hash = options_hash_;
   json.update(ToJson(finished));
   changed_ = true;
   AppendLine(journal_path_, Dump(json, -1) + "\n");
+  TaskRecord& known = tasks_[task];
+  std::vector<FileIdentity> earlier = std::move(known.earlier);
+  known = std::move(finished);
+  known.earlier = std::move(earlier);
 }
 
 void RunRecord::Forget(const Task& task) {
@@ -193,10 +226,14 @@ void RunRecord::AddRun(const std::string& summary_json) {
 
 void RunRecord::Compact() {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (changed_) CompactLocked();
+  if (!changed_) return;
+  for (auto& [task, record] : tasks_) {
+    if (record.state == "done") record.earlier.clear();
+  }
+  CompactLocked(Durability::kPowerCut);
 }
 
-void RunRecord::CompactLocked() {
+void RunRecord::CompactLocked(Durability durability) {
   Json images = Json::object(), runs = Json::array();
   for (const std::string& run : runs_) runs.push_back(Json::parse(run));
   for (const auto& [task, record] : tasks_) images[NameToJson(task.first)][task.second] = ToJson(record);
@@ -205,8 +242,11 @@ void RunRecord::CompactLocked() {
                      {"options_hash", options_hash_},
                      {"runs", runs},
                      {"images", images}};
-  WriteFileAtomically(path_, Dump(json, 1) + "\n");
+  AtomicFile file(path_, durability);
+  file.Write(Dump(json, 1) + "\n");
+  file.Publish();
   std::filesystem::remove(journal_path_);
+  if (durability == Durability::kPowerCut) SyncFolder(file.folder());
   changed_ = false;
 }
 

@@ -14,14 +14,20 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/pipeline/file_identity.h"
+
 namespace colmap_ext {
 
 struct TaskRecord {
-  std::string state;  // "pending": its files may be missing or old; "done"; "failed"
-  std::string key;    // hash of the options and the inputs that the result depends on
+  std::string
+      state;  // "pending": its files may be missing or old; "done": they are, or were about to be, there; "failed"
+  std::string key;  // hash of the options and the inputs that the result depends on
   double seconds = 0;
-  std::int64_t peak_memory_bytes = 0;  // of the process, when the task ended
-  std::vector<std::string> warnings;   // for a failed task, why
+  std::int64_t peak_memory_bytes = 0;      // of the process, when the task ended
+  std::vector<std::string> warnings;       // for a failed task, why
+  std::vector<FileIdentity> files = {};    // of the result; none where an earlier program made it
+  std::vector<FileIdentity> earlier = {};  // of earlier results that may still lie under its names
   std::string options_hash = {};  // of the last run that made it or found it up to date; empty: not known
 };
 
@@ -38,8 +44,11 @@ class RunRecord {
 
   // The run that is about to write: its options and their hash.
   void SetOptions(const std::map<std::string, std::string>& effective, const std::string& hash);
-  // Marks results as about to be written; on disk when this returns, before any of their files changes.
+  // Marks results as about to be written; in the file when this returns, before any of their files changes.
   void Begin(const std::vector<Task>& tasks, const std::vector<std::string>& keys);
+  // Notes a result whose files are complete, before they get their names: what a run finds under these names is either in
+  // the record or not ours, wherever the last one was killed. In the journal when this returns; on the disk when the files
+  // are (MapStore).
   void Finish(const Task& task, const TaskRecord& record);
   void Forget(const Task& task);
   // The run that is under way found the result up to date.
@@ -49,13 +58,13 @@ class RunRecord {
   // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
   void AddRun(const std::string& summary_json);
   // Rewrites phimvs.json and removes the journal; nothing when neither tasks nor the hash of options have changed, so that
-  // a finished workspace may be read-only.
+  // a finished workspace may be read-only. For the end of a run, when all files of finished tasks have their names.
   void Compact();
 
  private:
   void ReadFile();
   void ReplayJournal();
-  void CompactLocked();
+  void CompactLocked(Durability durability);
 
   const std::filesystem::path path_, journal_path_;
   mutable std::mutex mutex_;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
 
 namespace colmap_ext {
@@ -26,10 +27,11 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {
     const std::string& name = workspace.views()[i].name;
-    if (!std::filesystem::exists(workspace.DepthMapPath(static_cast<int>(i), kind))) continue;
+    const std::filesystem::path path = workspace.DepthMapPath(static_cast<int>(i), kind);
+    if (!std::filesystem::exists(path)) continue;
     ++num_maps;
     const TaskRecord* task = record.Find(name, std::string(kind));
-    if (task == nullptr) {
+    if (task == nullptr || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
       foreign.Add(name);
     } else if (task->state != "done") {
       unfinished.Add(name);

@@ -59,7 +59,6 @@ StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob>
 
 RunSummary StereoPipeline::Run() {
   const Clock::time_point begin = Clock::now();
-  if (!options_.overwrite) RefuseForeignMaps();
   CheckFiles();
   std::vector<ProgressStage> progress_stages;
   for (const Stage& stage : stages_) {
@@ -157,33 +156,27 @@ void StereoPipeline::ReportImpossibleJobs() {
   }
 }
 
-void StereoPipeline::RefuseForeignMaps() const {
-  for (std::size_t j = 0; j < jobs_.size(); ++j) {
-    for (const Stage& stage : stages_) {
-      if (!stage.is_output || record_.Find(NameOf(static_cast<int>(j)), stage.result)) continue;
-      for (const auto& path : {workspace_.DepthMapPath(jobs_[j].image, stage.result),
-                               workspace_.NormalMapPath(jobs_[j].image, stage.result)}) {
-        if (!std::filesystem::exists(path)) continue;
-        throw phi::InputError(path.string() +
-                              " was not made by phimvs patch_match_stereo; add --overwrite true to replace "
-                              "it and all others like it, or move stereo/depth_maps and stereo/normal_maps "
-                              "away");
-      }
-    }
-  }
-}
-
 void StereoPipeline::CheckFiles() {
   for (std::size_t s = 0; s < stages_.size(); ++s) {
     std::vector<char> whole(jobs_.size(), 0);
-    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    for (std::size_t j = 0; j < jobs_.size() && !stages_[s].transient; ++j) {
       const int stage = static_cast<int>(s);
-      whole[j] =
-          !stages_[s].transient && record_.Find(NameOf(static_cast<int>(j)), stages_[s].result) &&
-          store_.FilesAreWhole(jobs_[j].image, stages_[s].result, WritesCost(stage), stages_[s].has_mask);
+      const FoundFiles found =
+          store_.Inspect(jobs_[j].image, stages_[s].result, WritesCost(stage), stages_[s].has_mask,
+                         record_.Find(NameOf(static_cast<int>(j)), stages_[s].result));
+      if (stages_[s].is_output && !options_.overwrite) RefuseForeignFile(found.foreign);
+      whole[j] = found.whole;
     }
     files_whole_.push_back(std::move(whole));
   }
+}
+
+void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) {
+  if (path.empty()) return;
+  throw phi::InputError(
+      path.string() +
+      " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all "
+      "others like it, or move stereo/depth_maps and stereo/normal_maps away");
 }
 
 std::vector<StagePlan> StereoPipeline::Plan() const {
@@ -261,7 +254,11 @@ void StereoPipeline::Save(int stage, int job, const StageResult& result, const T
     return;
   }
   store_.Write(jobs_[job].image, kind, result,
-               [this, task = RunRecord::Task(NameOf(job), kind), record] { record_.Finish(task, record); });
+               [this, task = RunRecord::Task(NameOf(job), kind),
+                record = record](const std::vector<FileIdentity>& files) mutable {
+                 record.files = files;
+                 record_.Finish(task, record);
+               });
 }
 
 void StereoPipeline::RecordFailures(int stage, const std::vector<StagePlan>& plan,

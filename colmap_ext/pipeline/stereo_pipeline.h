@@ -39,8 +39,9 @@ class StereoPipeline {
 
  private:
   void ReportImpossibleJobs();
-  void RefuseForeignMaps() const;
+  // Throws phi::InputError for the first file of another program, unless it may be replaced.
   void CheckFiles();
+  static void RefuseForeignFile(const std::filesystem::path& path);
   std::vector<StagePlan> Plan() const;
   bool IsDone(int stage, int job, const std::string& key) const;
   void RunStage(int stage, const std::vector<StagePlan>& plan);

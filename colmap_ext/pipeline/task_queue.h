@@ -19,7 +19,8 @@ struct TaskFailure {
 using TaskFunction = std::function<void(int task, phi::Backend& backend)>;
 
 // Each backend gets NumConcurrentImages() workers. phi::InputError fails the task alone, and the others go
-// on; any other error and a cancellation stop the queue once the running tasks have ended, and are thrown.
+// on. phi::DeviceError fails the device: its tasks go back to the queue, and the other devices do them. Any other error, a
+// cancellation and the failure of the last device stop the queue once the running tasks have ended, and are thrown.
 // Failures come back in the order of `tasks`.
 std::vector<TaskFailure> RunTasks(const std::vector<int>& tasks,
                                   const std::vector<std::unique_ptr<phi::Backend>>& backends,

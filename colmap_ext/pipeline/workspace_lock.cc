@@ -40,7 +40,7 @@ void RemoveTemporaryFiles(const fs::path& stereo_folder) {
     if (error) return;
     if (IsTemporaryFile(it->path())) leftovers.push_back(it->path());
   }
-  for (const fs::path& path : leftovers) fs::remove(path, error);
+  for (const fs::path& path : leftovers) RemoveIfLeftOver(path);
 }
 
 }  // namespace colmap_ext

@@ -8,16 +8,22 @@
 namespace colmap_ext {
 
 WriterPool::WriterPool(int num_threads) : capacity_(static_cast<std::size_t>(num_threads)) {
-  for (int i = 0; i < num_threads; ++i) threads_.emplace_back([this] { Work(); });
+  try {
+    for (int i = 0; i < num_threads; ++i) threads_.Start([this] { Work(); });
+  } catch (...) {
+    Stop();  // those that run; the group waits for them
+    throw;
+  }
 }
 
-WriterPool::~WriterPool() {
+WriterPool::~WriterPool() { Stop(); }
+
+void WriterPool::Stop() {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
   }
   changed_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
 }
 
 void WriterPool::Submit(Job job) {

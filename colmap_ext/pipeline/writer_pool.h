@@ -7,8 +7,8 @@
 #include <exception>
 #include <functional>
 #include <mutex>
-#include <thread>
-#include <vector>
+
+#include "colmap_ext/pipeline/thread_group.h"
 
 namespace colmap_ext {
 
@@ -17,6 +17,7 @@ class WriterPool {
   // A job writes its files and returns the number of bytes it wrote.
   using Job = std::function<std::int64_t()>;
 
+  // Throws phi::ResourceError when the threads cannot be started.
   explicit WriterPool(int num_threads);
   ~WriterPool();  // finishes what was submitted
   WriterPool(const WriterPool&) = delete;
@@ -32,6 +33,7 @@ class WriterPool {
 
  private:
   void Work();
+  void Stop();
   void RethrowError();
 
   const std::size_t capacity_;
@@ -43,7 +45,7 @@ class WriterPool {
   std::exception_ptr error_;
   std::int64_t bytes_written_ = 0;
   double busy_seconds_ = 0;
-  std::vector<std::thread> threads_;
+  ThreadGroup threads_;  // last: ends before what it works on
 };
 
 }  // namespace colmap_ext

@@ -9,6 +9,8 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/fusion/scene_fusion.h"
+#include "colmap_ext/input_file.h"
+#include "colmap_ext/json_file.h"
 #include "colmap_ext/report/report_cloud.h"
 #include "colmap_ext/report/report_images.h"
 #include "colmap_ext/report/report_page.h"
@@ -21,11 +23,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json ReadJson(const std::filesystem::path& path) {
-  std::ifstream stream(path);
+  std::ifstream stream = OpenRegularFile(path);
   if (!stream) throw phi::InputError("cannot read " + path.string());
-  Json json = Json::parse(stream, nullptr, false);
-  if (json.is_discarded()) throw phi::InputError(path.string() + " is not JSON");
-  return json;
+  try {
+    return ParseJson<Json>(stream);
+  } catch (const Json::exception&) {
+    throw phi::InputError(path.string() + " is not JSON");
+  } catch (const phi::InputError& error) {
+    throw phi::InputError(path.string() + ": " + error.what());
+  }
 }
 
 Json ToJson(const ReportImage& image) {
@@ -89,6 +95,10 @@ void AddRun(const std::filesystem::path& record_path,
     }
   }
   report["stages"] = stages;
+}
+
+void WarnOfDamagedRecord(const std::string& why, Json& report) {
+  report["warnings"].push_back("stereo/phimvs.json is damaged, times and settings are unknown: " + why);
 }
 
 // What a report tells is in maps and clouds.
@@ -204,6 +214,7 @@ std::filesystem::path MaskFolder(const Json& report) {
 
 std::string ReportOptions::Check() const {
   if (picture_size < 64) return "--picture_size must be at least 64 pixels";
+  if (picture_size > 16384) return "--picture_size must be at most 16384 pixels";
   if (max_images < 1) return "--max_images must be at least 1";
   if (max_points < 1) return "--max_points must be at least 1";
   if (!(values_per_unit > 0)) return "--truth_depth_scale must be positive";
@@ -223,8 +234,9 @@ void WriteReport(const ReportOptions& options) {
     try {
       AddRun(record, options.default_options, report);
     } catch (const Json::exception& error) {
-      report["warnings"].push_back("stereo/phimvs.json is damaged, times and settings are unknown: " +
-                                   std::string(error.what()));
+      WarnOfDamagedRecord(error.what(), report);
+    } catch (const phi::InputError& error) {
+      WarnOfDamagedRecord(error.what(), report);
     }
   } else {
     report["warnings"].push_back("stereo/phimvs.json is missing: times and settings are unknown");

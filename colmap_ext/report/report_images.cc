@@ -59,7 +59,8 @@ class ImageMaker {
     const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
     const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadDepthMap);
     const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
-    const auto filled = Read(workspace_.FilledMaskPath(image_), ReadGrayImage);
+    const auto filled =
+        Read(workspace_.FilledMaskPath(image_), [](const auto& path) { return ReadGrayImage(path); });
     if (photometric) result_.photometric = ValidPercent(*photometric);
     if (measured) result_.measured = ValidPercent(*measured);
     if (geometric) result_.geometric = ValidPercent(*geometric);
@@ -143,7 +144,7 @@ class ImageMaker {
     const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric), ReadDepthMap);
     if (cost) Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
     if (const auto mask = workspace_.ImageMaskPath(image_); !mask.empty()) {
-      const auto left_out = Read(mask, ReadGrayImage);
+      const auto left_out = Read(mask, [](const auto& path) { return ReadGrayImage(path); });
       if (left_out) Add("Mask", MaskPicture(*left_out, side), "black: left out of the reconstruction");
     }
     if (filled) Add("Filled mask", MaskPicture(*filled, side), "white: inferred, not measured");

@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -100,8 +101,46 @@ TEST(AtomicFileTest, NamesTheFileThatCannotBeWritten) {
   EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "file/below", "x"); }),
               HasSubstr("file/below"));
   fs::create_directory(folder / "folder");
-  EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "folder", "x"); }), HasSubstr("rename"));
+  EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "folder", "x"); }), HasSubstr("a folder"));
   EXPECT_EQ(CountFiles(folder.path()), 2);
+}
+
+// The renamed file would take the device's place for every program of the machine.
+TEST(AtomicFileTest, RefusesDevicesAndPipesAndFollowsLinks) {
+  TemporaryFolder folder;
+  EXPECT_THAT(InputErrorOf([] { AtomicFile file("/dev/null"); }), HasSubstr("a device or a pipe"));
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT(InputErrorOf([&] { AtomicFile file(folder / "pipe"); }), HasSubstr("a device or a pipe"));
+  fs::create_directory(folder / "elsewhere");
+  fs::create_symlink("elsewhere/target", folder / "first link");
+  fs::create_symlink(folder / "first link", folder / "second link");
+  for (const std::string content : {"new", "replaced"}) {
+    WriteFileAtomically(folder / "second link", content);
+    EXPECT_EQ(ReadBytes(folder / "elsewhere/target"), content);
+  }
+  EXPECT_TRUE(fs::is_symlink(folder / "first link") && fs::is_symlink(folder / "second link"));
+  fs::create_symlink("loop", folder / "loop");
+  EXPECT_THAT(InputErrorOf([&] { WriteFileAtomically(folder / "loop", "x"); }), HasSubstr("loop"));
+  EXPECT_TRUE(fs::is_symlink(folder / "loop"));
+}
+
+TEST(AtomicFileTest, RemovesWhatAKilledProcessLeft) {
+  TemporaryFolder folder;
+  const fs::path left = folder / ".phimvs-1-5.tmp";
+  test_support::WriteBytes(left, "half");
+  AtomicFile writing(folder / "target");  // and the left-over goes
+  EXPECT_FALSE(fs::exists(left));
+  ASSERT_EQ(CountFiles(folder.path()), 1);
+  const fs::path busy = fs::directory_iterator(folder.path())->path();
+  RemoveIfLeftOver(busy);
+  EXPECT_TRUE(fs::exists(busy)) << "it is being written";
+  writing.Write("x");
+  writing.Complete();
+  RemoveIfLeftOver(busy);
+  EXPECT_TRUE(fs::exists(busy)) << "it waits for its name";
+  writing.Publish();
+  RemoveIfLeftOver(folder / "target");
+  EXPECT_EQ(ReadBytes(folder / "target"), "x");
 }
 
 TEST(AtomicFileTest, ReportsAFileSizeLimitAndCleansUp) {

@@ -29,6 +29,29 @@ phi::GrayImage Gradient(int width, int height) {
   return image;
 }
 
+// 925 bytes may announce 16384 x 12288 pixels: who expects others must be able to say so before they are decoded.
+TEST(ImageSize, IsToldBeforeAnythingIsDecoded) {
+  const TemporaryFolder folder;
+  struct Refused {};
+  for (const char* name : {"a.png", "a.jpg"}) {
+    WriteGrayImage(folder / name, Gradient(37, 21));
+    std::string bytes = ReadBytes(folder / name);
+    const std::size_t half = bytes.size() / 2;
+    bytes.replace(half, bytes.size() - half, std::string(bytes.size() - half, '\0'));  // nothing to decode
+    WriteBytes(folder / name, bytes + "\xFF\xD9");
+    std::size_t width = 0, height = 0;
+    EXPECT_THROW(ReadGrayImage(folder / name,
+                               [&](std::size_t w, std::size_t h) {
+                                 width = w, height = h;
+                                 throw Refused();
+                               }),
+                 Refused)
+        << name;
+    EXPECT_EQ(width, 37u) << name;
+    EXPECT_EQ(height, 21u) << name;
+  }
+}
+
 // A thumbnail and a comment within the header, as cameras write them; both hold an end marker. Orientation 6 asks
 // viewers to turn the picture by 90 degrees.
 std::string WithExifOrientation(const std::string& jpeg) {

@@ -106,6 +106,64 @@ TEST(LoadClouds, KeepsMillimetresInGeoRegisteredScenes) {
   EXPECT_NEAR(std::remainder(loaded.origin.x(), 0.01), 0, 1e-6);  // the voxel grid did not move
 }
 
+// Nine times ten to the eighteenth rows that hold nothing.
+TEST(PlyRows, RowsWithoutPropertiesTakeNoTime) {
+  const TemporaryFolder folder;
+  WriteBytes(
+      folder / "a.ply",
+      "ply\nformat ascii 1.0\nelement nothing 9000000000000000000\nelement vertex 1\nproperty float x\n"
+      "end_header\n7\n");
+  const PlyRows rows(folder / "a.ply");
+  int num_rows = 0;
+  rows.ForEachRow("nothing", {"x"}, [&](const double*) { ++num_rows; });
+  EXPECT_EQ(num_rows, 0);
+  rows.ForEachRow("vertex", {"x"}, [&](const double* v) { EXPECT_EQ(v[0], 7); });
+}
+
+// One triangle with the corners (0, 0, 0), (side, 0, 0) and (0, side, 0), and one with a corner that is no number.
+std::string MeshPly(const std::string& side) {
+  return "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n"
+         "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n" +
+         side + " 0 0\n0 " + side + " 0\nnan 0 0\n3 0 1 2\n3 0 1 3\n";
+}
+
+TEST(LoadClouds, AMeshKeepsWithinItsMemory) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "c.ply", kTwoPoints);
+  TruthOptions truth;
+  truth.path = folder / "m.ply";
+  truth.mesh_spacing = 0.1;
+  truth.memory = 1 << 20;
+  WriteBytes(truth.path, MeshPly("1"));
+  for (const phi::Vec3f& p : LoadClouds(folder / "c.ply", truth, 0.01).clouds.truth) {
+    ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
+  }
+  for (const std::string side : {"100", "1e9", "1e30", "1e300"}) {
+    WriteBytes(truth.path, MeshPly(side));
+    EXPECT_THROW(LoadClouds(folder / "c.ply", truth, 0.01), phi::ResourceError) << side;
+  }
+  truth.memory = 20;  // two points of the cloud and two of the truth are 48 bytes
+  truth.path = folder / "c.ply";
+  EXPECT_THROW(LoadClouds(folder / "c.ply", truth, 0.01), phi::ResourceError);
+}
+
+TEST(MeshLabProject, LongTagsAndManyBlanksAreRead) {
+  const TemporaryFolder folder;
+  const std::string blanks(400000, ' '), attribute = "label=\"" + std::string(100000, 'x') + "\" ";
+  WriteBytes(folder / "a.mlp", "<MLMesh " + attribute + blanks + "filename=\"a &amp; b.ply\">\n<MLMatrix44>" +
+                                   blanks +
+                                   "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1</MLMatrix44>\n</MLMesh>"
+                                   "<MLMeshGroup/><MLMesh label=\"no name\"/><MLMesh\tfilename=\"c.ply\"/>");
+  const auto layers = ReadMeshLabProject(folder / "a.mlp");
+  ASSERT_EQ(layers.size(), 2u);
+  EXPECT_EQ(layers[0].path, folder / "a & b.ply");
+  EXPECT_EQ(layers[0].world_from_layer(0, 1), -1);
+  EXPECT_EQ(layers[0].world_from_layer(2, 3), 7);
+  EXPECT_EQ(layers[1].path, folder / "c.ply");
+  EXPECT_EQ(layers[1].world_from_layer, Eigen::Matrix4d::Identity());
+}
+
 TEST(LoadClouds, SamplesAMesh) {
   const TemporaryFolder folder;
   // A unit square of two triangles as one quadrilateral.

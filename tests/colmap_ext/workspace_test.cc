@@ -145,6 +145,15 @@ TEST_F(WorkspaceTest, RefusesNamesThatLeaveTheWorkspace) {
     WriteModel(model);
     EXPECT_THAT(OpenError(), AllOf(HasSubstr(name), HasSubstr(problem)));
   }
+  // Binary models end their names with one, text models may hold it.
+  WriteSparseModelText(SmallModel(), options_.path / "sparse");
+  for (const char* file : {"cameras.bin", "images.bin", "points3D.bin"})
+    std::filesystem::remove(options_.path / "sparse" / file);
+  std::string text = test_support::ReadBytes(options_.path / "sparse/images.txt");
+  text.replace(text.find("a.png"), 5, std::string("a\0png", 5));
+  test_support::WriteBytes(options_.path / "sparse/images.txt", text);
+  EXPECT_THAT(OpenError(), HasSubstr("holds a NUL byte"));
+
   SparseModel model = SmallModel();
   model.images[0].name = "..a/b..png";
   WriteModel(model);
@@ -156,6 +165,9 @@ TEST_F(WorkspaceTest, RefusesTwoImagesOfOneNameAndModelsWithoutImages) {
   model.images[2].name = "a.png";
   WriteModel(model);
   EXPECT_THAT(OpenError(), HasSubstr("two images are named 'a.png'"));
+  model.images[2].name = ".//a.png";
+  WriteModel(model);
+  EXPECT_THAT(OpenError(), HasSubstr("the images 'a.png' and './/a.png' have the same file"));
   WriteModel(SparseModel());
   EXPECT_THAT(OpenError(), HasSubstr("no images"));
 }

@@ -152,7 +152,7 @@ TEST(HypothesisFromCoarse, KeepsThePlane) {
       ASSERT_EQ(h.normal.x, quarter(0, 0).normal.x);
     }
   }
-  p.depth_max = 3.5f;  // the plane is nearer than that on the right only
+  p.farthest = 3.5f;  // the plane is nearer than that on the right only
   PlaneHypothesis h;
   EXPECT_FALSE(HypothesisFromCoarse(p, coarse, 0, 199, &h));
   EXPECT_TRUE(HypothesisFromCoarse(p, coarse, 600, 0, &h));

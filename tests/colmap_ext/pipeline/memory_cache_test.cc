@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -70,6 +73,48 @@ TEST(MemoryCacheTest, FailedLoadReachesItsCallerAndIsTriedAgain) {
       cache.GetOrLoad({1, "gray"}, []() -> MemoryCache::Sized { throw std::runtime_error("damaged"); }),
       std::runtime_error);
   EXPECT_EQ(Value(cache.GetOrLoad({1, "gray"}, [] { return MakeItem(7, 1); })), 7);
+}
+
+// A full disk: what was loaded evicts an item that cannot be saved. Whoever waits for the same item must wake up.
+TEST(MemoryCacheTest, FailedSpillWakesTheWaitersAndLosesNothing) {
+  struct Shared {
+    MemoryCache cache{10};
+    std::atomic<bool> loading{false}, full{true};
+    std::atomic<int> num_saved{0};
+  };
+  const auto shared = std::make_shared<Shared>();  // outlives this test where a thread hangs
+  shared->cache.PutTransient({1, "inferred"}, MakeItem(1, 8), [&shared = *shared](const MemoryCache::Item&) {
+    if (shared.full) throw std::runtime_error("disk full");
+    ++shared.num_saved;
+  });
+  const auto get = [shared] {
+    return Value(shared->cache.GetOrLoad({2, "inferred"}, [&] {
+      shared->loading = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      return MakeItem(2, 8);
+    }));
+  };
+  std::promise<int> promise;
+  std::future<int> waited = promise.get_future();
+  std::thread waiter([shared, get, promise = std::move(promise)]() mutable {
+    while (!shared->loading) std::this_thread::yield();
+    try {
+      promise.set_value(get());
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+    }
+  });
+  EXPECT_THROW(get(), std::runtime_error);
+  if (waited.wait_for(std::chrono::seconds(5)) != std::future_status::ready) {
+    waiter.detach();
+    FAIL() << "the waiter still waits";
+  }
+  waiter.join();
+  EXPECT_EQ(waited.get(), 2);
+  // Once there is space, the item that could not be saved is saved before it goes.
+  shared->full = false;
+  shared->cache.GetOrLoad({3, "inferred"}, [] { return MakeItem(3, 8); });
+  EXPECT_EQ(shared->num_saved, 1);
 }
 
 TEST(MemoryCacheTest, SimultaneousCallersShareALoad) {

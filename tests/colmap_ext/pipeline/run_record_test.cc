@@ -145,6 +145,33 @@ TEST_F(RunRecordTest, AFinishedWorkspaceIsNotWrittenAgain) {
   EXPECT_NE(test_support::ReadBytes(Json()), before);
 }
 
+// What a killed process may have left under a result's names: files of the run before, or those of this one.
+TEST_F(RunRecordTest, KnowsTheFilesOfEarlierRunsUntilTheyAreReplaced) {
+  TaskRecord first = Done("k"), second = Done("l");
+  first.files = {{10, 1, "aa"}};
+  second.files = {{10, 2, "bb"}};
+  {
+    RunRecord record(folder_.path());
+    record.Finish({"a", "measured"}, first);
+    record.Begin({{"a", "measured"}}, {"l"});
+  }
+  {
+    RunRecord begun(folder_.path());
+    EXPECT_TRUE(begun.Find("a", "measured")->files.empty());
+    ASSERT_EQ(begun.Find("a", "measured")->earlier.size(), 1u);
+    EXPECT_EQ(begun.Find("a", "measured")->earlier[0].Text(), "10 1 aa");
+    begun.Finish({"a", "measured"}, second);
+  }
+  {
+    RunRecord finished(folder_.path());
+    ASSERT_EQ(finished.Find("a", "measured")->files.size(), 1u);
+    EXPECT_EQ(finished.Find("a", "measured")->files[0].sample, "bb");
+    EXPECT_EQ(finished.Find("a", "measured")->earlier.size(), 1u);
+    finished.Compact();
+  }
+  EXPECT_TRUE(RunRecord(folder_.path()).Find("a", "measured")->earlier.empty());
+}
+
 TEST_F(RunRecordTest, DamagedFileSaysHowToGoOn) {
   for (const std::string damaged :
        {"", "{\"version\":", "[]", "5", "{}", R"({"options": {}, "options_hash": "", "images": {"a": 5}})",

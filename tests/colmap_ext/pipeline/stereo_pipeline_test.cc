@@ -16,6 +16,7 @@
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
+#include "tests/support/error_message.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/noise_workspace.h"
@@ -278,6 +279,71 @@ TEST_F(StereoPipelineTest, RefusesMapsOfAnotherProgramUnlessToldToReplaceThem) {
   options_.overwrite = true;
   EXPECT_TRUE(Run().failures.empty());
   EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+// As COLMAP does in a workspace whose maps were moved away: maps of the right size under the same names.
+TEST_F(StereoPipelineTest, MapsThatAnotherProgramMadeSinceAreNeverTouchedUnasked) {
+  Run();
+  for (const std::string kind : {"photometric", "geometric"}) {
+    const auto path = DepthPath(2, kind);
+    WriteDepthMap(path, phi::Array2D<float>(24, 16, 5.0f));
+    const std::string foreign = test_support::ReadBytes(path);
+    for (const double max_normal_error : {60.0, 20.0}) {  // the same options and others
+      options_.filter.max_normal_error = max_normal_error;
+      EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }),
+                  ::testing::AllOf(HasSubstr(path.string()), HasSubstr("--overwrite true")))
+          << max_normal_error;
+      EXPECT_EQ(test_support::ReadBytes(path), foreign) << kind;
+    }
+    options_.overwrite = true;
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_EQ(HashMaps(folder_.path()), CleanMaps()) << kind;
+    options_.overwrite = false;
+  }
+}
+
+TEST_F(StereoPipelineTest, ACopiedWorkspaceKeepsItsMaps) {
+  Run();
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "stereo")) {
+    if (entry.is_regular_file())
+      std::filesystem::last_write_time(entry.path(), std::filesystem::file_time_type::clock::now());
+  }
+  calls_.estimates = calls_.filters = 0;
+  EXPECT_EQ(Run().num_images_kept, kNumImages);
+  EXPECT_EQ(calls_.estimates + calls_.filters, 0);
+}
+
+// Sizes are on the disk before data after some power cuts.
+TEST_F(StereoPipelineTest, MakesMapsOfNothingAndDamagedMasksAgain) {
+  Run();
+  const auto expected = HashMaps(folder_.path());
+  const auto mask = [this](int image) { return folder_ / "stereo/filled_masks" / (names_[image] + ".png"); };
+  WriteDepthMap(DepthPath(0, "geometric"), phi::Array2D<float>(24, 16, 0.0f));
+  test_support::WriteBytes(DepthPath(1, "photometric"),
+                           std::string(std::filesystem::file_size(DepthPath(1, "photometric")), '\0'));
+  test_support::WriteBytes(mask(2), "");
+  test_support::WriteBytes(mask(3), std::string(std::filesystem::file_size(mask(3)), '\0'));
+  calls_.estimates = 0;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(calls_.estimates, 1);
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
+}
+
+// A run with other options that breaks off leaves maps of both runs, which are ours all the same.
+TEST_F(StereoPipelineTest, GoesOnAfterABreakOverEarlierMaps) {
+  Run();
+  options_.stereo.seed = 3;
+  const auto expected = CleanMaps();
+  for (const std::string stage : {"estimate", "filter", "infer"}) {
+    std::atomic<int> count{0};
+    calls_.on_call = [&](const std::string& s, const std::string&) {
+      if (s == stage && ++count == 3) throw std::runtime_error("power cut");
+    };
+    EXPECT_THROW(Run(), std::runtime_error) << stage;
+  }
+  calls_.on_call = nullptr;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
 }
 
 TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {

@@ -1,15 +1,23 @@
 #include "colmap_ext/pipeline/task_queue.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <functional>
+#include <memory>
 #include <numeric>
 #include <set>
 
 #include "colmap_ext/pipeline/writer_pool.h"
 #include "phi/base/cancellation.h"
-#include "phi/base/error.h"
+#include "phi/base/device_error.h"
+#include "phi/working_backends.h"
 #include "tests/support/fake_backend.h"
+#include "tests/support/log_capture.h"
 
 namespace colmap_ext {
 namespace {
@@ -76,6 +84,81 @@ TEST_F(TaskQueueTest, OtherErrorsAndCancellationStopTheQueue) {
                         }),
                phi::Cancelled);
   EXPECT_EQ(num_run, 4);
+}
+
+// The last image is on the failing device when the other one has nothing left to do.
+TEST_F(TaskQueueTest, ImagesOfAFailedDeviceAreDoneByTheOthers) {
+  const test_support::LogCapture log;
+  const auto backends = MakeBackends(2, 2);
+  std::vector<int> tasks(20);
+  std::iota(tasks.begin(), tasks.end(), 0);
+  std::vector<std::atomic<int>> num_done(tasks.size());
+  std::atomic<int> num_lost{0};
+  const auto failures = RunTasks(tasks, backends, [&](int task, phi::Backend& backend) {
+    if (&backend == backends[1].get()) {
+      ++num_lost;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      throw phi::DeviceError("illegal memory access");
+    }
+    while (num_lost == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++num_done[task];
+  });
+  EXPECT_TRUE(failures.empty());
+  for (const auto& count : num_done) EXPECT_EQ(count, 1);
+  EXPECT_LE(num_lost, 2);  // one for each worker
+  EXPECT_THAT(log.messages(), testing::ElementsAre(testing::HasSubstr("illegal memory access")));
+}
+
+TEST_F(TaskQueueTest, TheLastDevicesFailureEndsTheQueue) {
+  const test_support::LogCapture log;
+  std::atomic<int> num_run{0};
+  EXPECT_THROW(RunTasks(std::vector<int>(50, 0), MakeBackends(3, 1),
+                        [&](int, phi::Backend&) {
+                          ++num_run;
+                          throw phi::DeviceError("device lost");
+                        }),
+               phi::DeviceError);
+  EXPECT_EQ(num_run, 3);
+}
+
+TEST(WorkingBackendsTest, ABadDeviceIsLeftOutAndNoneCountsTwice) {
+  const test_support::LogCapture log;
+  test_support::FakeCalls calls;
+  std::vector<int> made;
+  const auto make = [&](int index) -> std::unique_ptr<phi::Backend> {
+    made.push_back(index);
+    if (index == 1) throw phi::DeviceError("out of memory");
+    return std::make_unique<test_support::FakeBackend>(&calls, 1);
+  };
+  EXPECT_EQ(phi::MakeWorkingBackends({2, 0, 1, 0, 2}, make).size(), 2u);
+  EXPECT_EQ(made, (std::vector<int>{2, 0, 1}));
+  EXPECT_THAT(log.messages(), testing::ElementsAre(testing::HasSubstr("GPU 1 is left out: out of memory")));
+  EXPECT_THROW(phi::MakeWorkingBackends({1}, make), phi::DeviceError);
+}
+
+// In a process of its own, as another user where root would ignore the limit. 10: as expected.
+int StartThreadsAtTheLimit(const std::function<void()>& start) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(1);
+    const rlimit limit = {1, 1};
+    ::setrlimit(RLIMIT_NPROC, &limit);
+    try {
+      start();
+      ::_exit(2);
+    } catch (const phi::ResourceError& error) {
+      ::_exit(std::string(error.what()).find("ulimit -u") != std::string::npos ? 10 : 3);
+    }
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+TEST_F(TaskQueueTest, ThreadsThatCannotStartAreAnErrorAndNoAbort) {
+  EXPECT_EQ(StartThreadsAtTheLimit([] { WriterPool pool(4); }), 10);
+  const auto backends = MakeBackends(2, 2);
+  EXPECT_EQ(StartThreadsAtTheLimit([&] { RunTasks({1, 2, 3}, backends, [](int, phi::Backend&) {}); }), 10);
 }
 
 TEST(WriterPoolTest, WritesEverythingAndCounts) {
