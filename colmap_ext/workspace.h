@@ -27,7 +27,7 @@ struct WorkspaceOptions {
   std::string format = "COLMAP";  // --workspace_format; PMVS is refused in one sentence
   int max_image_size =
       -1;  // --PatchMatchStereo.max_image_size: longest side of the working resolution, pixels; <= 0 = full
-  std::filesystem::path mask_path;  // --PhiStereo.mask_path: folder of <image name>.png, 0 = leave out; empty: none
+  std::filesystem::path mask_path = {};  // --PhiStereo.mask_path: folder of <image name>.png, 0 = leave out; empty: none
 };
 
 // The folder itself where it is a workspace, else the one workspace below it (dense, dense/0 or 0), which is logged.

@@ -263,7 +263,7 @@ TEST(HoleFillerCommand, LeavesAWorkspaceThatBothCommandsGoOnFrom) {
 }
 
 // What is fused is what the last run meant, or a warning says so.
-TEST(StereoFusionCommand, NamesMapsThatTheLastRunDidNotMake) {
+TEST(StaleMaps, AreNamedBeforeTheyAreFused) {
   const ForeignWorkspace workspace;
   const auto fuse = [&](const std::string& type) {
     return RunProgram({PHIMVS_BINARY, "stereo_fusion", "--workspace_path", workspace.path(), "--output_path",

@@ -79,7 +79,7 @@ class MaskedRoom : public testing::Test {
     int num = 0, num_right = 0;
     for (const std::string& name : names_) {
       const auto depth = Depth(workspace, name, "geometric");
-      const auto truth = colmap_ext::ReadDepthMap(folder_ / "room/truth/depth_maps" / (name + ".geometric.bin"));
+      const auto truth = colmap_ext::ReadDepthMap(folder_ / "room/truth/depth_maps" / (name + ".bin"));
       for (int y = 50 - kBeside; y < 100 + kBeside; ++y) {
         for (int x = 70 - kBeside; x < 110 + kBeside; ++x) {
           if (IsMasked(x, y)) continue;
