@@ -146,8 +146,7 @@ def solid(build, center, m):
     shape.to_mesh(data)
     shape.free()
     data.materials.append(m)
-    for polygon in data.polygons:
-        polygon.use_smooth = True
+    data.polygons.foreach_set("use_smooth", [True] * len(data.polygons))
     o = link(data)
     o.location = center
     return o
@@ -202,8 +201,7 @@ def mesh(vertices, faces, m, smooth=True):
     data = bpy.data.meshes.new("mesh")
     data.from_pydata(vertices, [], faces)
     data.materials.append(m)
-    for polygon in data.polygons:
-        polygon.use_smooth = smooth
+    data.polygons.foreach_set("use_smooth", [smooth] * len(data.polygons))
     return link(data)
 
 

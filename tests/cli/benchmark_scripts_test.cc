@@ -263,7 +263,7 @@ class Benchmark : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Benchmark, PackedCloudsAreTheSameWithinATenthOfAVoxel) {
+TEST_F(Benchmark, PackedCloudsAreTheSameWithinASixthOfAVoxel) {
   MakeData();
   for (const std::string set : {"tiny", "tiny_every2"}) {
     const Cloud before = ReadCloud(folder_ / "sets" / set / "truth.ply");
@@ -277,7 +277,7 @@ TEST_F(Benchmark, PackedCloudsAreTheSameWithinATenthOfAVoxel) {
         const double distance = (before.points[i] - after.points[k]).cwiseAbs().maxCoeff();
         if (distance < nearest) nearest = distance, views = after.views[k];
       }
-      EXPECT_LE(nearest, 0.00101);
+      EXPECT_LE(nearest, 0.00168);
       EXPECT_EQ(views, before.views[i]);
     }
   }

@@ -66,7 +66,7 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
   FilterOptions filter;
   filter.formulas = Formulas::kPaper;
   filter.max_depth_error = 0.02;
-  const PlaneMap measured = cpu_->Filter(filter_input, filter), on_gpu = gpu_->Filter(filter_input, filter);
+  const PlaneMap measured = cpu_->Filter(filter_input, filter).map, on_gpu = gpu_->Filter(filter_input, filter).map;
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     num_different += std::memcmp(&measured.data()[i], &on_gpu.data()[i], sizeof(PlaneHypothesis)) != 0;

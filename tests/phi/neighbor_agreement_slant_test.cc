@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kSide = 21;
 constexpr RayModel kRays{.fx = 20, .fy = 20, .cx = 10.5f, .cy = 10.5f, .width = kSide, .height = kSide};
+const DepthPrecision kPrecision(kRays, {});  // no source views: the tolerance is the share of the depth
 
 // Depth of the plane n . X = offset at pixel (x, y), whose centre is at (x + 1/2, y + 1/2).
 float DepthAt(const Vec3f& n, double offset, int x, int y) {
@@ -37,7 +38,7 @@ TEST(NeighborAgreementOnASlant, EveryPixelOfThePlaneStays) {
   for (const Vec3f n : {Vec3f{0.83f, 0, -0.5577634f}, Vec3f{0, 0.83f, -0.5577634f},
                         Vec3f{-0.83f, 0, -0.5577634f}, Vec3f{0, -0.83f, -0.5577634f}}) {
     PlaneMap map = Plane(n, -2);
-    JudgeByNeighbors(kRays, &map);
+    JudgeByNeighbors(kPrecision, &map);
     EXPECT_EQ(CountDepths(map), kSide * kSide) << n.x << ", " << n.y;
   }
 }
@@ -49,7 +50,7 @@ TEST(NeighborAgreementOnASlant, ThreeThousandthsOffThePlaneIsTheLimit) {
     for (const float error : {-0.0028f, 0.0028f, -0.0032f, 0.0032f}) {
       PlaneMap map = Plane(n, -2);
       map(x, 9).depth *= 1 + error;
-      JudgeByNeighbors(kRays, &map);
+      JudgeByNeighbors(kPrecision, &map);
       EXPECT_EQ(map(x, 9).depth > 0, std::abs(error) < 0.003f) << x << ", " << error;
     }
   }
@@ -64,7 +65,7 @@ TEST(NeighborAgreementOnASlant, AThinBarInFrontGoesAndAWideOneStays) {
     for (int y = 0; y < kSide; ++y) {
       for (int x = 9; x < 9 + width; ++x) map(x, y).depth = DepthAt(n, -1.98, x, y);
     }
-    JudgeByNeighbors(kRays, &map);
+    JudgeByNeighbors(kPrecision, &map);
     EXPECT_EQ(CountDepths(map), kSide * (width == 1 ? kSide - 1 : kSide)) << width;
   }
 }

@@ -68,8 +68,9 @@ WatchedResult RunWatchedProgram(const std::filesystem::path& binary,
     ReadTerminal(terminal, &result.err);
     close(terminal);
   } else {
-    result.out = ReadBytes(folder / "out");
-    result.err = ReadBytes(folder / "err");
+    // A process that was killed at once has not made them.
+    if (std::filesystem::exists(folder / "out")) result.out = ReadBytes(folder / "out");
+    if (std::filesystem::exists(folder / "err")) result.err = ReadBytes(folder / "err");
   }
   return result;
 }

@@ -1,0 +1,242 @@
+// Kills at random moments, disks that fill up at random sizes and two processes at once. Whatever happened, the command given
+// again ends in the bytes of an undisturbed run, and nothing else is left. (make_scene is no such command: it refuses a folder
+// that is there.)
+//
+// Short here; scripts/chaos makes it long. PHIMVS_CHAOS_ROUNDS: rounds for each command; PHIMVS_CHAOS_SEED: of the random
+// moments and sizes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "colmap_ext/pipeline/result_key.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/map_workspace.h"
+#include "tests/support/noise_workspace.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/watched_program.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::RunWatchedProgram;
+using test_support::TemporaryFolder;
+using test_support::WatchedResult;
+using Lines = std::vector<std::string>;
+
+int NumberFrom(const char* variable, int otherwise) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::atoi(text) : otherwise;
+}
+
+int NumRounds() { return NumberFrom("PHIMVS_CHAOS_ROUNDS", 1); }
+
+// "path: hash" of every file but those that hold times.
+Lines HashFiles(const fs::path& folder) {
+  Lines lines;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    if (!entry.is_regular_file() || name == "phimvs.json" || name == "report.html") continue;
+    lines.push_back(fs::relative(entry.path(), folder).string() + ": " +
+                    colmap_ext::ResultKey().Add(ReadBytes(entry.path())).Hex());
+  }
+  std::sort(lines.begin(), lines.end());
+  return lines;
+}
+
+// A command, and the folder that it starts from.
+class Command {
+ public:
+  Command(std::string name, const fs::path& start, Lines options)
+      : name_(std::move(name)), start_(start), options_(std::move(options)) {
+    const TemporaryFolder folder;
+    Prepare(folder.path());
+    const auto begin = Clock::now();
+    const WatchedResult result = Run(folder.path());
+    EXPECT_EQ(result.exit_code, 0) << name_ << ": " << result.err;
+    duration_ = Clock::now() - begin;
+    expected_ = HashFiles(folder.path());
+  }
+
+  const std::string& name() const { return name_; }
+  const Lines& expected() const { return expected_; }
+  double seconds() const { return duration_.count(); }
+
+  void Prepare(const fs::path& folder) const {
+    if (!start_.empty())
+      fs::copy(start_, folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  }
+  // Options name the folder by @.
+  Lines Arguments(const fs::path& folder) const {
+    Lines arguments = {name_};
+    for (const std::string& option : options_) {
+      arguments.push_back(option.starts_with("@") ? (folder / option.substr(1)).string() : option);
+    }
+    return arguments;
+  }
+  WatchedResult Run(const fs::path& folder, const test_support::WatchOptions& options = {}) const {
+    return RunWatchedProgram(PHIMVS_BINARY, Arguments(folder), options);
+  }
+
+ private:
+  std::string name_;
+  fs::path start_;
+  Lines options_, expected_;
+  std::chrono::duration<double> duration_{0};
+};
+
+class Chaos : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folders_ = new TemporaryFolder();
+    const fs::path fresh = *folders_ / "fresh", done = *folders_ / "done", foreign = *folders_ / "foreign",
+                   exact = *folders_ / "exact";
+    test_support::WriteNoiseWorkspace(fresh, {.num_images = 5, .width = 48, .height = 32});
+    test_support::WriteMapWorkspace(
+        test_support::PlaneScene({.width = 64, .height = 48, .focal = 60, .num_views = 4}), exact);
+    const Lines stereo = {"--workspace_path", "@", "--PhiStereo.backend", "cpu"};
+    commands_ = new std::vector<Command>();
+    commands_->emplace_back("patch_match_stereo", fresh, stereo);
+    // The maps of a finished workspace as another program's.
+    fs::copy(fresh, foreign, fs::copy_options::recursive);
+    EXPECT_EQ(commands_->front().Run(foreign).exit_code, 0);
+    fs::copy(foreign, done, fs::copy_options::recursive);
+    fs::remove(foreign / "stereo/phimvs.json");
+    fs::remove_all(foreign / "stereo/filled_masks");
+    commands_->emplace_back("hole_filler", foreign, stereo);
+    // Options that make all maps anew, over those of another run.
+    Lines other_seed = stereo;
+    other_seed.insert(other_seed.end(), {"--default_random_seed", "7"});
+    commands_->emplace_back("patch_match_stereo", done, other_seed);
+    commands_->emplace_back("stereo_fusion", exact,
+                            Lines{"--workspace_path", "@", "--output_path", "@out/fused.ply"});
+    commands_->emplace_back("stereo_fusion", exact,
+                            Lines{"--workspace_path", "@", "--output_path", "@out", "--output_type", "BIN"});
+    Lines dense = stereo;
+    dense.insert(dense.end(), {"--output_path", "@out/cloud.ply", "--report_path", "@out/report.html",
+                               "--StereoFusion.min_num_pixels", "2"});
+    commands_->emplace_back("dense", fresh, dense);
+  }
+  static void TearDownTestSuite() {
+    delete commands_;
+    delete folders_;
+  }
+
+  std::mt19937 random_{static_cast<unsigned>(NumberFrom("PHIMVS_CHAOS_SEED", 1))};
+  static TemporaryFolder* folders_;
+  static std::vector<Command>* commands_;
+};
+
+TemporaryFolder* Chaos::folders_ = nullptr;
+std::vector<Command>* Chaos::commands_ = nullptr;
+
+// Kills once or twice, each time at a moment between the start and a little after the end of an undisturbed run.
+TEST_F(Chaos, KilledCommandsEndInTheBytesOfACleanRun) {
+  int num_killed = 0;
+  for (const Command& command : *commands_) {
+    for (int round = 0; round < NumRounds(); ++round) {
+      const TemporaryFolder folder;
+      command.Prepare(folder.path());
+      const int num_kills = 1 + static_cast<int>(random_() % 2);
+      for (int k = 0; k < num_kills; ++k) {
+        const double moment = std::uniform_real_distribution<double>(0, 1.1 * command.seconds())(random_);
+        const auto begin = Clock::now();
+        const WatchedResult result =
+            command.Run(folder.path(), {.while_running = [&](pid_t pid) {
+                          if (std::chrono::duration<double>(Clock::now() - begin).count() >= moment)
+                            kill(pid, SIGKILL);
+                        }});
+        num_killed += result.exit_code == 128 + SIGKILL;
+      }
+      const WatchedResult last = command.Run(folder.path());
+      EXPECT_EQ(last.exit_code, 0) << command.name() << ": " << last.err;
+      EXPECT_EQ(HashFiles(folder.path()), command.expected()) << command.name() << ", round " << round;
+    }
+  }
+  std::cout << num_killed << " runs were killed\n";
+}
+
+enum class DiskResult { kAsExpected = 10, kNotPermitted, kWrongCode, kOtherBytes };
+
+// In a process of its own, whose mounts nobody else sees: a disk that is too small by a random amount, then grown bit by bit.
+DiskResult RunOnFullDisks(const Command& command, const fs::path& disk, std::mt19937& random) {
+  if (::unshare(CLONE_NEWNS) != 0) return DiskResult::kNotPermitted;
+  ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
+  if (::mount("none", disk.c_str(), "tmpfs", 0, "size=64m") != 0) return DiskResult::kNotPermitted;
+  command.Prepare(disk);
+  const fs::space_info space = fs::space(disk);
+  std::uintmax_t kilobytes = (space.capacity - space.free) / 1024 + 4;
+  for (int i = 0; i < 100; ++i) {
+    const std::string size = "size=" + std::to_string(kilobytes) + "k";
+    ::mount("none", disk.c_str(), "tmpfs", MS_REMOUNT, size.c_str());
+    const WatchedResult result = command.Run(disk);
+    if (result.exit_code == 0) {
+      return HashFiles(disk) == command.expected() ? DiskResult::kAsExpected : DiskResult::kOtherBytes;
+    }
+    if (result.exit_code != 3) {
+      std::cerr << command.name() << " at " << size << ": exit code " << result.exit_code << "\n"
+                << result.err;
+      return DiskResult::kWrongCode;
+    }
+    kilobytes += 4 * (4 + random() % 60);
+  }
+  return DiskResult::kWrongCode;
+}
+
+TEST_F(Chaos, FullDisksLoseNothing) {
+  for (const Command& command : *commands_) {
+    for (int round = 0; round < (NumRounds() + 1) / 2; ++round) {
+      const TemporaryFolder disk;
+      const unsigned seed = random_();
+      const pid_t child = ::fork();
+      if (child == 0) {
+        std::mt19937 random(seed);
+        ::_exit(static_cast<int>(RunOnFullDisks(command, disk.path(), random)));
+      }
+      int status = 0;
+      ::waitpid(child, &status, 0);
+      const auto result = static_cast<DiskResult>(WEXITSTATUS(status));
+      if (result == DiskResult::kNotPermitted)
+        GTEST_SKIP() << "mounting a small file system needs privileges";
+      EXPECT_EQ(result, DiskResult::kAsExpected) << command.name();
+    }
+  }
+}
+
+std::string ShellLine(const Lines& arguments) {
+  std::string line = "'" PHIMVS_BINARY "'";
+  for (const std::string& argument : arguments) line += " '" + argument + "'";
+  return line + " 2>/dev/null";
+}
+
+TEST_F(Chaos, TwoProcessesAtOnceEndInTheBytesOfOne) {
+  for (const Command& command : *commands_) {
+    for (int round = 0; round < (NumRounds() + 1) / 2; ++round) {
+      const TemporaryFolder folder;
+      command.Prepare(folder.path());
+      const std::string line = ShellLine(command.Arguments(folder.path()));
+      RunProgram({"sh", "-c", line + " & " + line + "; wait"});
+      const WatchedResult last = command.Run(folder.path());
+      EXPECT_EQ(last.exit_code, 0) << command.name() << ": " << last.err;
+      EXPECT_EQ(HashFiles(folder.path()), command.expected()) << command.name();
+    }
+  }
+}
+
+}  // namespace
