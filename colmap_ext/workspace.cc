@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -34,11 +35,47 @@ void CheckOptions(const WorkspaceOptions& options) {
         options.path.string() +
         ": --workspace_path must be an existing folder, as colmap image_undistorter writes it");
   }
+  if (!options.mask_path.empty() && !fs::is_directory(options.mask_path)) {
+    throw phi::InputError("--PhiStereo.mask_path: there is no folder " + options.mask_path.string());
+  }
   if (!fs::is_directory(options.path / "sparse")) {
     throw phi::InputError(
         options.path.string() +
         ": has no folder 'sparse'; --workspace_path must be what colmap image_undistorter wrote");
   }
+}
+
+// As image_undistorter writes it; the sparse/ of a project that was not undistorted holds folders of models.
+bool IsWorkspace(const fs::path& path) {
+  std::error_code unreadable;
+  const fs::path sparse = path / "sparse";
+  return fs::is_directory(path / "images", unreadable) &&
+         (fs::exists(sparse / "cameras.bin", unreadable) || fs::exists(sparse / "cameras.txt", unreadable));
+}
+
+// Where image_undistorter and automatic_reconstructor put them, sorted.
+std::vector<fs::path> WorkspacesBelow(const fs::path& path) {
+  if (IsWorkspace(path / "dense")) return {path / "dense"};
+  std::vector<fs::path> found;
+  for (const fs::path& folder : {path / "dense", path}) {
+    std::error_code unreadable;
+    for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
+      if (IsWorkspace(entry.path())) found.push_back(entry.path());
+    }
+    if (!found.empty()) break;
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+// The pixels of a reduced image that a full-size pixel lies in.
+struct Covered {
+  int first, last;
+};
+Covered WorkingPixels(int full_pixel, int full_size, int working_size) {
+  const auto first = std::int64_t{full_pixel} * working_size / full_size;
+  const auto last = ((std::int64_t{full_pixel} + 1) * working_size - 1) / full_size;
+  return {static_cast<int>(first), static_cast<int>(last)};
 }
 
 // Empty, or what is wrong with the camera.
@@ -78,6 +115,19 @@ std::set<std::uint32_t> ReportCameras(const SparseModel& model, const fs::path& 
 
 }  // namespace
 
+fs::path FindWorkspaceFolder(const fs::path& path) {
+  if (IsWorkspace(path)) return path;
+  const std::vector<fs::path> found = WorkspacesBelow(path);
+  if (found.empty()) return path;
+  if (found.size() > 1) {
+    throw phi::InputError("--workspace_path " + path.string() + " holds " + std::to_string(found.size()) +
+                          " workspaces, " + found[0].string() + " and " + found[1].string() +
+                          " among them: name one of them");
+  }
+  phi::LogInfo("workspace: " + found[0].string());
+  return found[0];
+}
+
 phi::Pinhole MakePinhole(const SparseCamera& camera) {
   const bool simple = camera.model_id == kSimplePinhole;
   const std::vector<double>& p = camera.params;
@@ -106,7 +156,8 @@ phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size) {
   return small;
 }
 
-Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems) : path_(options.path) {
+Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
+    : path_(options.path), mask_path_(options.mask_path) {
   CheckOptions(options);
   const fs::path sparse = path_ / "sparse";
   model_ = ReadSparseModel(sparse, problems);
@@ -164,6 +215,16 @@ fs::path Workspace::FilledMaskPath(int image) const {
   return StereoFolder() / "filled_masks" / (views_[image].name + ".png");
 }
 
+fs::path Workspace::FilledMaskPath(int image, std::string_view kind) const {
+  const fs::path path = FilledMaskPath(image);
+  if (kind == kGeometric) return path;
+  return path.parent_path() / (path.stem().string() + "." + std::string(kind) + path.extension().string());
+}
+
+fs::path Workspace::ImageMaskPath(int image) const {
+  return mask_path_.empty() ? fs::path() : mask_path_ / (views_[image].name + ".png");
+}
+
 template <typename Image>
 Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&, const CheckSize&)) const {
   const fs::path path = ImagePath(image);
@@ -183,6 +244,33 @@ std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {
   const phi::Pinhole& working = views_[image].camera.pinhole;
   return std::make_shared<const phi::GrayImage>(
       Resize(ReadFullSize(image, &ReadGrayImage), working.width, working.height));
+}
+
+std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const {
+  const fs::path path = ImageMaskPath(image);
+  if (path.empty() || !fs::exists(path)) return nullptr;
+  const phi::GrayImage full = ReadGrayImage(path);
+  const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
+  if (static_cast<std::uint64_t>(full.width()) != camera.width ||
+      static_cast<std::uint64_t>(full.height()) != camera.height) {
+    throw phi::InputError(path.string() + ": the mask is " + std::to_string(full.width()) + "x" +
+                          std::to_string(full.height()) + " pixels but its image is " +
+                          std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+                          "; make masks of the undistorted images");
+  }
+  const phi::Pinhole& working = views_[image].camera.pinhole;
+  auto mask = std::make_shared<phi::ImageMask>(working.width, working.height, 255);
+  for (int y = 0; y < full.height(); ++y) {
+    const Covered rows = WorkingPixels(y, full.height(), working.height);
+    for (int x = 0; x < full.width(); ++x) {
+      if (full(x, y) != 0) continue;
+      const Covered columns = WorkingPixels(x, full.width(), working.width);
+      for (int v = rows.first; v <= rows.last; ++v) {
+        for (int u = columns.first; u <= columns.last; ++u) (*mask)(u, v) = 0;
+      }
+    }
+  }
+  return mask;
 }
 
 ColorImage Workspace::ReadColor(int image, int width, int height) const {

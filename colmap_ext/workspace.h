@@ -13,6 +13,7 @@
 #include "colmap_ext/problem_list.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/backend.h"
+#include "phi/base/image_mask.h"
 
 namespace colmap_ext {
 
@@ -26,7 +27,12 @@ struct WorkspaceOptions {
   std::string format = "COLMAP";  // --workspace_format; PMVS is refused in one sentence
   int max_image_size =
       -1;  // --PatchMatchStereo.max_image_size: longest side of the working resolution, pixels; <= 0 = full
+  std::filesystem::path mask_path = {};  // --PhiStereo.mask_path: folder of <image name>.png, 0 = leave out; empty: none
 };
+
+// The folder itself where it is a workspace, else the one workspace below it (dense, dense/0 or 0), which is logged.
+// Unchanged where there is none; Workspace then says what is missing. Throws phi::InputError where there are several.
+std::filesystem::path FindWorkspaceFolder(const std::filesystem::path& path);
 
 // Reads the sparse model at construction; images and maps on request. Safe for concurrent const calls.
 class Workspace {
@@ -47,10 +53,17 @@ class Workspace {
   std::filesystem::path NormalMapPath(int image, std::string_view kind) const;
   std::filesystem::path CostMapPath(int image, std::string_view kind) const;
   std::filesystem::path FilledMaskPath(int image) const;
+  // Of what goes with a map that is not the geometric one, beside it.
+  std::filesystem::path FilledMaskPath(int image, std::string_view kind) const;
+  // Of --PhiStereo.mask_path, whether it is there or not; empty without a folder of masks.
+  std::filesystem::path ImageMaskPath(int image) const;
 
   // 8-bit gray at the working resolution. Throws phi::InputError naming the file when it is missing, damaged,
   // or its size disagrees with its camera.
   std::shared_ptr<const phi::GrayImage> ReadGray(int image) const;
+  // The image's mask at the working resolution: a pixel that covers any masked one is masked. Null where there is none.
+  // Throws phi::InputError when it is damaged or has not the image's size.
+  std::shared_ptr<const phi::ImageMask> ReadImageMask(int image) const;
   // Colours for a map of width x height pixels, whatever the working resolution. Throws as ReadGray.
   ColorImage ReadColor(int image, int width, int height) const;
 
@@ -59,7 +72,7 @@ class Workspace {
   template <typename Image>
   Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&, const CheckSize&)) const;
 
-  std::filesystem::path path_;
+  std::filesystem::path path_, mask_path_;
   SparseModel model_;
   std::vector<phi::SceneView> views_;
   std::unordered_map<std::string, int> index_by_name_;

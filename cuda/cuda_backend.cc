@@ -16,6 +16,9 @@ namespace phi::gpu {
 
 namespace {
 
+// Of an H200.
+constexpr double kPixelViewsPerSecondAndProcessor = 0.7e6;
+
 class CudaBackend : public Backend {
   // Once more where memory ran out although the budget allowed the call.
   template <class Function>
@@ -50,6 +53,10 @@ class CudaBackend : public Backend {
 
   int NumConcurrentImages() const override { return kConcurrentCalls; }
 
+  double ExpectedPixelViewsPerSecond() const override {
+    return kPixelViewsPerSecondAndProcessor * device_->properties.num_multiprocessors;
+  }
+
   std::int64_t PeakDeviceBytes() const override { return device_->peak_bytes; }
 
   std::vector<DeviceStageTime> DeviceStageTimes() const override {
@@ -79,6 +86,7 @@ class CudaBackend : public Backend {
 
  private:
   void LogTimes() const {
+    if (GetLogLevel() < LogLevel::kDebug) return;  // the rate of bare fetches would be measured for nothing
     LogStage("estimation", DeviceTimes::kEstimation);
     LogStage("inference", DeviceTimes::kInference);
     LogStage("filter", DeviceTimes::kFilter);
@@ -90,7 +98,7 @@ class CudaBackend : public Backend {
     char text[160];
     std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name,
                   time.num_images(), time.BusySeconds() / time.num_images());
-    LogInfo(Name() + text + Rate(time));
+    LogDebug(Name() + text + Rate(time));
   }
 
   // Some samples are read beside the texture units, so that their share may exceed 100 %.
@@ -119,7 +127,7 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
   if (indices.empty() || indices == std::vector<int>{-1}) {
     std::string why_none;
     indices.resize(NumCudaDevices(&why_none));
-    if (indices.empty()) throw ResourceError(why_none + "; --PhiStereo.backend cpu needs none");
+    if (indices.empty()) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
     std::iota(indices.begin(), indices.end(), 0);
   }
   return MakeWorkingBackends(indices, [budget_bytes](int index) {

@@ -24,9 +24,10 @@ int NumCudaDevices(std::string* why_none) {
 DeviceProperties QueryDevice(int index) {
   std::string why_none;
   const int count = NumCudaDevices(&why_none);
+  if (count == 0) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
   if (index < 0 || index >= count) {
-    throw UsageError("--PatchMatchStereo.gpu_index names GPU " + std::to_string(index) + ", but " +
-                     (count == 0 ? why_none : "this machine's are 0 to " + std::to_string(count - 1)));
+    throw UsageError("--PatchMatchStereo.gpu_index names GPU " + std::to_string(index) +
+                     ", but this machine's are 0 to " + std::to_string(count - 1));
   }
   cudaDeviceProp properties;
   Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties",

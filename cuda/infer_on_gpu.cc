@@ -119,7 +119,7 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, cons
   const std::vector<PooledSupport> pooled = PoolSupports(input);
   supports_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(*input.reference.image, {host_buffers.support_values, width, height},
+  RegionPlanes planes(*RegionImage(input), {host_buffers.support_values, width, height},
                       input.reference.view->image_id, pooled, PrecisionOf(input));
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {

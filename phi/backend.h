@@ -69,6 +69,8 @@ struct EstimationInput {
   // Second and later estimations start from `initial` and may use the sources' depths as geometric guidance.
   std::shared_ptr<const PlaneMap> initial;
   std::vector<std::shared_ptr<const DepthMap>> source_depths;  // empty, or parallel to sources; null: none
+  // Told the share of the work that is done, (0, 1], rising, by backends that need long for an image; may be empty.
+  std::function<void(double)> tell_progress;
 };
 
 struct EstimationResult {
@@ -96,6 +98,9 @@ struct InferenceInput {
   std::shared_ptr<const PlaneMap> measured;  // after the first filter
   // The sources' measured depths, which tell free space: empty, or parallel to sources; null where there are none.
   std::vector<std::shared_ptr<const DepthMap>> source_depths;
+  // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
+  // carries nothing. The images are extended into their masks then.
+  std::shared_ptr<const Array2D<std::uint8_t>> mask;
 };
 
 // Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.
@@ -127,6 +132,9 @@ class Backend {
   virtual ~Backend() = default;
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
   virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
+  // Estimation with the default options, of the reference's pixels times source views, for a first guess of the time;
+  // 0: not known.
+  virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
   virtual FilterResult Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,

@@ -9,7 +9,7 @@ namespace {
 constexpr Command kCommands[] = {
     {"dense", "from an undistorted workspace to a cloud and a report", RunDense},
     {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
-    {"hole_filler", "fills the holes of depth maps that are there, COLMAP's own included", RunHoleFiller},
+    {"hole_filler", "fills the holes of depth maps that you have, COLMAP's included", RunHoleFiller},
     {"stereo_fusion", "fuses depth and normal maps into a coloured point cloud", RunStereoFusion},
     {"workspace_checker", "lists every problem of a workspace at once", RunWorkspaceChecker},
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},

@@ -13,6 +13,7 @@
 #include "colmap_ext/evaluation/score_tables.h"
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
+#include "colmap_ext/progress.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
@@ -146,10 +147,21 @@ void Complete(EvaluateOptions& o) {
 }
 
 CloudScores EvaluateClouds(const EvaluateOptions& o) {
-  LoadedClouds loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size, o.inferred_apart, o.preparation);
-  if (!o.coverage.workspace.empty()) {
-    loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
+  constexpr double kReading = 1, kComparing = 2;  // expected times, in one unit
+  ProgressLine progress(std::vector<ProgressStage>{{.name = "reading clouds", .weight = kReading, .unit = "steps"},
+                                                   {.name = "comparing clouds", .weight = kComparing, .unit = "steps"}});
+  progress.SetNumTasks(0, 1);
+  progress.SetNumTasks(1, 1);
+  progress.BeginStage(0);
+  LoadedClouds loaded;
+  {
+    const ProgressLine::Task task(&progress);
+    loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size, o.inferred_apart, o.preparation);
+    if (!o.coverage.workspace.empty()) {
+      loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
+    }
   }
+  progress.BeginStage(1);
   return EvaluateCloud(loaded.clouds, o.scoring);
 }
 

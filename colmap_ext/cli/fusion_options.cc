@@ -75,6 +75,7 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
 }
 
 void FusionCommandOptions::Finish(const OptionParser& parser) {
+  workspace.path = FindWorkspaceFolder(workspace.path);
   CheckNumThreads("StereoFusion.num_threads", fusion.num_threads);
   CheckMaxImageSize("StereoFusion.max_image_size", workspace.max_image_size);
   std::string problem = fusion.rule.Check();

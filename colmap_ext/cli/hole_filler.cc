@@ -1,18 +1,41 @@
 // phimvs hole_filler: plane hypothesis inference on a workspace that has maps already, COLMAP's own included.
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/pipeline/hole_filling.h"
 #include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/original_maps.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
 
+namespace {
+
+// Of a hole filling, the exit code.
+int Fill(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
+         const Workspace& workspace, std::vector<ImageJob> jobs) {
+  const auto backends = MakeBackends(options.backend);
+  phi::LogInfo(DescribeJobs(workspace, jobs) + ", " + backends.front()->Name());
+  HoleFilling filling(workspace, std::move(jobs), options.pipeline, effective_options, backends);
+  const RunSummary summary = filling.Run();
+  LogSummary(summary);
+  return static_cast<int>(summary.Code());
+}
+
+}  // namespace
+
 int RunHoleFiller(int argc, char** argv) {
   StereoCommandOptions options;
-  OptionParser parser("hole_filler", "fills the holes of a workspace's depth maps with plane hypotheses");
-  options.Register(&parser);
+  bool restore = false;
+  OptionParser parser("hole_filler", "Fill the holes of depth maps that you have, COLMAP's included");
+  options.RegisterFilling(&parser);
+  parser.Add("restore", &restore, "Fill nothing, but put back the maps of another program that were filled");
   if (!parser.Parse(argc, argv)) return 0;
   options.Finish(parser);
 
@@ -21,11 +44,11 @@ int RunHoleFiller(int argc, char** argv) {
                                              options.config_path, options.pipeline.view_selection);
   const WorkspaceLock lock(workspace.StereoFolder());
   RemoveTemporaryFiles(workspace.StereoFolder());
-  const auto backends = MakeBackends(options.backend);
-  HoleFilling filling(workspace, std::move(jobs), options.pipeline, parser.EffectiveValues(), backends);
-  const RunSummary summary = filling.Run();
-  for (const std::string& line : SummaryLines(summary)) phi::LogInfo(line);
-  return static_cast<int>(summary.Code());
+  if (!restore) return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
+  const int num_restored = RestoreOriginalMaps(workspace, jobs);
+  phi::LogInfo("the maps of " + std::to_string(num_restored) + " of " + std::to_string(jobs.size()) +
+               " images are the other program's again");
+  return static_cast<int>(phi::ExitCode::kOk);
 }
 
 }  // namespace colmap_ext

@@ -63,7 +63,7 @@ void PrintUsage(std::ostream& out) {
   }
   out << "  help                this text; `phimvs help COMMAND` lists a command's options\n"
          "  version             the version\n\n"
-         "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed.\n";
+         "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, 5 no device.\n";
 }
 
 void ReportUnknownCommand(const std::string& name) {

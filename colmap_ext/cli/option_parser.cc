@@ -95,11 +95,12 @@ OptionParser::Option& OptionParser::Option::ColmapDefault(const std::string& val
 
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
-  Add("project_path", &project_path_, "Project file (.ini) with options; the command line goes before it");
-  Add("log_level", &log_level_, "0 = errors, 1 = warnings, 2 = progress, 3 = details")
+  Add("project_path", &project_path_, "Read options from this .ini file; those on the command line win over it");
+  Add("log_level", &log_level_, "What is logged: 0 = errors, 1 = also warnings, 2 = also progress, 3 = all details")
       .ColmapDefault("0")
       .ColmapDefault("2");
-  Add("default_random_seed", &random_seed_, "Seed of all random numbers: the same seed gives the same bytes")
+  Add("log_timestamps", &log_timestamps_, "Begin each line of the log with the time of day (UTC)");
+  Add("default_random_seed", &random_seed_, "Seed of all random numbers; the same seed gives the same maps, byte by byte")
       .ColmapDefault("0");
   AddColmapOnly("random_seed", "0", "newer versions of COLMAP and phimvs call it --default_random_seed");
   AddColmapOnly("log_to_stderr", "0", "the log always goes to stderr");
@@ -206,11 +207,12 @@ std::vector<std::string> OptionParser::PresetNames() const {
 void OptionParser::ApplyPreset() {
   if (presets_.empty()) return;
   for (const auto& [name, value] : presets_.at(preset_)) {
-    Option& option = *Find(name);
+    Option* option = Find(name);
+    if (option == nullptr) continue;  // a command may have some of the preset's options only
     if (!IsSet(name)) {
-      option.assign(value);
-    } else if (!SameValue(option.print(), value)) {
-      phi::LogInfo("--" + name + " " + option.print() + " goes before the " + value + " of --preset " +
+      option->assign(value);
+    } else if (!SameValue(option->print(), value)) {
+      phi::LogInfo("--" + name + " " + option->print() + " goes before the " + value + " of --preset " +
                    preset_);
     }
   }
@@ -331,21 +333,27 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
     return false;
   }
   for (const auto& [name, value] : command_line) {
-    if (name == "project_path" || name == "log_level") Assign(*Find(name), value, "");
+    if (name == "project_path" || name == "log_level" || name == "log_timestamps")
+      Assign(*Find(name), value, "");
   }
-  phi::SetLogLevel(static_cast<phi::LogLevel>(std::clamp(log_level_, 0, 3)));
+  ApplyLogOptions();
   if (!project_path_.empty()) {
     for (const auto& [name, value] : ReadProjectFile(project_path_)) {
       if (name != "project_path") Assign(*Find(name), value, project_path_.string());
     }
   }
   for (const auto& [name, value] : command_line) Assign(*Find(name), value, "");
-  phi::SetLogLevel(static_cast<phi::LogLevel>(std::clamp(log_level_, 0, 3)));
+  ApplyLogOptions();
   ApplyPreset();
   CheckRequired();
   WarnColmapOnly();
   LogEffectiveValues();
   return true;
+}
+
+void OptionParser::ApplyLogOptions() const {
+  phi::SetLogLevel(static_cast<phi::LogLevel>(std::clamp(log_level_, 0, 3)));
+  phi::SetLogTimestamps(log_timestamps_);
 }
 
 void OptionParser::CheckRequired() const {
@@ -385,8 +393,16 @@ void OptionParser::LogEffectiveValues() const {
     lines[group] += " " + (group.empty() ? name : name.substr(group.size() + 1)) + "=" + value;
   }
   for (const auto& [group, line] : lines) {
-    phi::LogInfo((group.empty() ? "options" : "options " + group) + ":" + line);
+    phi::LogDebug((group.empty() ? "options" : "options " + group) + ":" + line);
   }
+  std::string chosen;
+  for (const Option& option : options_) {
+    const bool tells_nothing = option.only_colmap || option.required || option.name == "project_path" ||
+                               option.name.starts_with("log_");
+    if (!tells_nothing && IsSet(option.name) && option.print() != option.default_text)
+      chosen += " --" + option.name + " " + option.print();
+  }
+  if (!chosen.empty()) phi::LogInfo("options:" + chosen);
 }
 
 void OptionParser::PrintHelp() const {

@@ -68,7 +68,7 @@ class OptionParser {
   // An option of COLMAP's without a counterpart here: accepted, and one warning says why it has no effect.
   void AddColmapOnly(const std::string& name, const std::string& colmap_default, const std::string& why);
 
-  // Assigns the values, applies --log_level and logs the effective values. False when help was asked for (and
+  // Assigns the values, applies --log_level and logs the values that differ from the defaults; all at level 3. False when help was asked for (and
   // printed). Throws phi::UsageError for the command line and phi::InputError for a project file.
   bool Parse(int argc, const char* const* argv);
 
@@ -89,6 +89,7 @@ class OptionParser {
   void Assign(Option& option, const std::string& value, const std::string& origin);
   std::vector<std::string> PresetNames() const;
   void ApplyPreset();
+  void ApplyLogOptions() const;
   void WarnColmapOnly() const;
   void CheckRequired() const;
   void LogEffectiveValues() const;
@@ -102,6 +103,7 @@ class OptionParser {
   std::string preset_ = "robust";
   std::filesystem::path project_path_;
   int log_level_ = 2;
+  bool log_timestamps_ = false;
   std::uint32_t random_seed_ = 0;
 };
 

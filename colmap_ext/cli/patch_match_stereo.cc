@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "colmap_ext/cli/command.h"
-#include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/cli/steps.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
@@ -33,28 +33,32 @@ struct StereoInput {
 
 }  // namespace
 
-int RunPatchMatchStereo(int argc, char** argv) {
-  StereoCommandOptions options;
-  OptionParser parser("patch_match_stereo", "depth and normal maps of an undistorted COLMAP workspace");
-  options.Register(&parser);
-  if (!parser.Parse(argc, argv)) return 0;
-  options.Finish(parser);
-
+int EstimateMaps(const StereoCommandOptions& options,
+                 const std::map<std::string, std::string>& effective_options) {
   const StereoInput input(options);
   const WorkspaceLock lock(input.workspace.StereoFolder());
   RemoveTemporaryFiles(input.workspace.StereoFolder());
   const auto backends = MakeBackends(options.backend);
   StereoPipeline pipeline(
       input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
-      options.pipeline, parser.EffectiveValues(), backends);
+      options.pipeline, effective_options, backends);
   try {
     const RunSummary summary = pipeline.Run();
-    for (const std::string& line : SummaryLines(summary)) phi::LogInfo(line);
+    LogSummary(summary);
     return static_cast<int>(summary.Code());
   } catch (const phi::Cancelled&) {
     phi::LogWarning("finished maps are kept; the same command goes on where this one stopped");
     throw;
   }
+}
+
+int RunPatchMatchStereo(int argc, char** argv) {
+  StereoCommandOptions options;
+  OptionParser parser("patch_match_stereo", "depth and normal maps of an undistorted COLMAP workspace");
+  options.Register(&parser);
+  if (!parser.Parse(argc, argv)) return 0;
+  options.Finish(parser);
+  return EstimateMaps(options, parser.EffectiveValues());
 }
 
 }  // namespace colmap_ext

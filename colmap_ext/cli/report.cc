@@ -5,6 +5,8 @@
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/steps.h"
+#include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -29,6 +31,8 @@ int RunReport(int argc, char** argv) {
              "Images with pictures, evenly over the workspace; figures are for all");
   parser.Add("max_points", &o.max_points, "Points of the cloud to show");
   if (!parser.Parse(argc, argv)) return 0;
+  o.workspace = FindWorkspaceFolder(o.workspace);
+  o.default_options = DefaultOptions();
   std::istringstream paths(evaluations);
   for (std::string path; std::getline(paths, path, ',');) o.evaluations.emplace_back(path);
   if (const std::string error = o.Check(); !error.empty()) throw phi::UsageError("report: " + error);

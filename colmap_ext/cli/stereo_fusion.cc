@@ -1,69 +1,81 @@
 // phimvs stereo_fusion: fuses the maps of a workspace into a coloured point cloud. COLMAP's options and files.
+#include <chrono>
 #include <filesystem>
 #include <string>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
-#include "colmap_ext/cli/fusion_options.h"
+#include "colmap_ext/cli/steps.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/fusion_report.h"
+#include "colmap_ext/pipeline/stale_maps.h"
+#include "colmap_ext/progress.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
 
-enum class OutputType { kPly, kBinary, kText };
-
 std::unique_ptr<CloudWriter> MakeWriter(const Workspace& workspace, const std::filesystem::path& path,
-                                        OutputType type) {
-  if (type == OutputType::kPly)
+                                        CloudType type) {
+  if (type == CloudType::kPly)
     return MakePlyCloudWriter({.path = path, .offset = ChooseWorldOffset(workspace)});
   return MakeSparseCloudWriter(workspace.model(), path,
-                               type == OutputType::kBinary ? SparseFormat::kBinary : SparseFormat::kText);
+                               type == CloudType::kBinary ? SparseFormat::kBinary : SparseFormat::kText);
 }
 
-void LogReport(const SceneFusionReport& report, const std::filesystem::path& path) {
-  phi::LogInfo(path.string() + ": " + std::to_string(report.num_points) + " points from " +
-               std::to_string(report.num_images) + " images, " + std::to_string(report.num_map_reads) +
-               " maps read");
+void LogReport(const SceneFusionReport& report, const std::filesystem::path& path, double seconds) {
   const std::string smoothing = DescribeSmoothing(report);
   if (!smoothing.empty()) phi::LogInfo(smoothing);
+  phi::LogDebug(std::to_string(report.num_map_reads) + " maps were read");
   const std::string explanation = ExplainFewPoints(report);
   const std::string histogram = "what became of the pixels:\n" + OutcomeHistogram(report.outcomes);
   if (explanation.empty()) {
-    phi::LogInfo(histogram);
+    phi::LogDebug(histogram);
   } else {
     phi::LogWarning("fusion: few pixels gave points; " + histogram + "\nlikely cause: " + explanation);
   }
+  phi::LogInfo(path.string() + ": " + std::to_string(report.num_points) + " points from " +
+               std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
 }
 
 }  // namespace
 
-int RunStereoFusion(int argc, char** argv) {
-  FusionCommandOptions options;
-  std::filesystem::path output_path;
-  OutputType output_type = OutputType::kPly;
-  OptionParser parser("stereo_fusion", "Fuse depth and normal maps into a coloured point cloud");
-  parser.Add("output_path", &output_path, "The .ply file, or the folder of a sparse model for BIN and TXT")
-      .Required();
-  parser.AddChoice("output_type", &output_type,
-                   {{"PLY", OutputType::kPly}, {"BIN", OutputType::kBinary}, {"TXT", OutputType::kText}},
-                   "Format; BIN and TXT: COLMAP's sparse model with the cloud as its points");
-  options.Register(&parser);
-  if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
-  options.Finish(parser);
-  options.fusion.scratch_folder = output_type == OutputType::kPly ? output_path.parent_path() : output_path;
-
+int FuseMaps(FusionCommandOptions options, const std::filesystem::path& output, CloudType type) {
+  const auto begin = std::chrono::steady_clock::now();
+  options.fusion.scratch_folder = type == CloudType::kPly ? output.parent_path() : output;
   const Workspace workspace(options.workspace);
-  const std::unique_ptr<CloudWriter> writer = MakeWriter(workspace, output_path, output_type);
+  for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
+    phi::LogWarning(sentence);
+  }
+  const std::unique_ptr<CloudWriter> writer = MakeWriter(workspace, output, type);
   const SceneFusionReport report = FuseScene(workspace, options.fusion, writer.get());
   writer->Commit();
-  LogReport(report, output_path);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  if (type == CloudType::kPly)
+    WriteFileAtomically(output.string() + ".json", FusionJson(report, elapsed.count()));
+  LogReport(report, output, elapsed.count());
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +
                 std::to_string(report.num_images));
   return static_cast<int>(phi::ExitCode::kSomeImagesFailed);
+}
+
+int RunStereoFusion(int argc, char** argv) {
+  FusionCommandOptions options;
+  std::filesystem::path output_path;
+  CloudType output_type = CloudType::kPly;
+  OptionParser parser("stereo_fusion", "Fuse depth and normal maps into a coloured point cloud");
+  parser.Add("output_path", &output_path, "The .ply file, or the folder of a sparse model for BIN and TXT")
+      .Required();
+  parser.AddChoice("output_type", &output_type,
+                   {{"PLY", CloudType::kPly}, {"BIN", CloudType::kBinary}, {"TXT", CloudType::kText}},
+                   "Format; BIN and TXT: COLMAP's sparse model with the cloud as its points");
+  options.Register(&parser);
+  if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
+  options.Finish(parser);
+  return FuseMaps(options, output_path, output_type);
 }
 
 }  // namespace colmap_ext

@@ -16,66 +16,182 @@ constexpr double kDefaultCacheShare = 0.5;  // of the memory that the process ma
 }  // namespace
 
 void StereoCommandOptions::Register(OptionParser* parser) {
-  parser->Add("workspace_path", &workspace.path, "Folder that colmap image_undistorter wrote").Required();
-  parser->Add("workspace_format", &workspace.format, "Format of the workspace {COLMAP}")
-      .ColmapDefault("COLMAP");
-  parser->AddColmapOnly("pmvs_option_name", "option-all", "PMVS workspaces are not supported");
-  parser->Add("config_path", &config_path, "Instead of stereo/patch-match.cfg in the workspace")
-      .ColmapDefault("");
-  parser->Add("overwrite", &pipeline.overwrite, "Replace maps that another program left in the workspace");
-  RegisterPatchMatch(parser);
+  RegisterWorkspace(parser);
+  RegisterDevices(parser);
+  RegisterEstimation(parser);
+  RegisterWindow(parser);
   RegisterFilter(parser);
-  RegisterPhi(parser);
+  RegisterInference(parser);
+  RegisterColmapOnly(parser);
   RegisterPreset(parser);
 }
 
-void StereoCommandOptions::RegisterPatchMatch(OptionParser* parser) {
-  phi::StereoOptions& stereo = pipeline.stereo;
+void StereoCommandOptions::RegisterFilling(OptionParser* parser) {
+  RegisterWorkspace(parser);
+  RegisterDevices(parser);
+  RegisterWindow(parser);
+  RegisterFilter(parser);
+  RegisterInference(parser);
+  RegisterPreset(parser);
+}
+
+void StereoCommandOptions::RegisterWorkspace(OptionParser* parser) {
+  parser
+      ->Add("workspace_path", &workspace.path,
+            "Folder that colmap image_undistorter wrote, or the one above it")
+      .Required();
+  parser->Add("workspace_format", &workspace.format, "Format of the workspace {COLMAP}")
+      .ColmapDefault("COLMAP");
+  parser->AddColmapOnly("pmvs_option_name", "option-all", "PMVS workspaces are not supported");
+  parser
+      ->Add("config_path", &config_path,
+            "List of images and their source images; default: stereo/patch-match.cfg of the workspace")
+      .ColmapDefault("");
+  parser->Add("overwrite", &pipeline.overwrite, "Replace maps that another program made");
   parser
       ->Add("PatchMatchStereo.max_image_size", &workspace.max_image_size,
-            "Longest side of the images that the stereo works on; -1 = as they are")
+            "Work on smaller images: longest side; -1 = full size")
       .Unit("pixels")
       .ColmapDefault("-1");
+  parser->Add("PhiStereo.mask_path", &workspace.mask_path,
+              "Folder of masks named <image name>.png; where a mask is 0 the image is left out");
+  parser
+      ->Add("PatchMatchStereo.allow_missing_files", &pipeline.allow_missing_files,
+            "Leave out images whose file is missing; false = they fail (exit code 4), the others are done")
+      .ColmapDefault("0");
+  parser
+      ->Add("PatchMatchStereo.min_triangulation_angle", &pipeline.view_selection.min_triangulation_angle,
+            "Smallest angle between an image and a source image that __auto__ selects")
+      .Unit("degrees")
+      .ColmapDefault("1");
+  parser->Add("PhiStereo.num_source_views", &pipeline.view_selection.num_source_views,
+              "Most source images that __auto__ in patch-match.cfg selects");
+  parser
+      ->Add("PhiStereo.min_displacement", &pipeline.view_selection.min_displacement,
+            "Least mean shift of shared points in a source view where their depth changes by 0.2 %")
+      .Unit("pixels");
+  parser->AddChoice<phi::Formulas>("PhiStereo.formulas", &pipeline.stereo.formulas,
+                                   {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
+                                   "paper = the paper's equations; --preset paper sets this and its values");
+}
+
+void StereoCommandOptions::RegisterDevices(OptionParser* parser) {
+  parser->AddChoice<BackendKind>(
+      "PhiStereo.backend", &backend.kind,
+      {{"auto", BackendKind::kAuto}, {"cuda", BackendKind::kCuda}, {"cpu", BackendKind::kCpu}},
+      "Where to compute; auto = on the GPUs, or on the CPU where there is none");
   parser
       ->Add("PatchMatchStereo.gpu_index", &backend.gpu_index, "GPUs to use: -1 = all, or a list such as 0,1")
       .ColmapDefault("-1");
-  parser->Add("PatchMatchStereo.depth_min", &pipeline.depth_min, "Nearest depth; -1 = from the sparse points")
+  parser
+      ->Add("PhiStereo.device_memory", &backend.device_memory_gigabytes,
+            "Memory to use on each GPU; -1 = what is free. With little the run is slower, the maps are the "
+            "same")
+      .Unit("GB");
+  parser->Add("PatchMatchStereo.num_threads", &backend.num_threads, "Threads of the CPU; -1 = all cores")
+      .ColmapDefault("-1");
+  parser
+      ->Add("PatchMatchStereo.cache_size", &cache_gigabytes,
+            "Memory for images and maps between the stages; when not given, at most half of the machine's")
+      .Unit("GB")
+      .ColmapDefault("32");
+}
+
+void StereoCommandOptions::RegisterEstimation(OptionParser* parser) {
+  phi::StereoOptions& stereo = pipeline.stereo;
+  parser
+      ->Add("PatchMatchStereo.geom_consistency", &pipeline.geom_consistency,
+            "true = filtered maps with filled holes (.geometric.bin); false = only photometric maps, nothing "
+            "filled")
+      .ColmapDefault("1");
+  parser
+      ->Add("PatchMatchStereo.depth_min", &pipeline.depth_min, "Nearest depth; -1 = from the sparse points")
       .Unit("world units")
       .ColmapDefault("-1");
   parser
       ->Add("PatchMatchStereo.depth_max", &pipeline.depth_max, "Farthest depth; -1 = from the sparse points")
       .Unit("world units")
       .ColmapDefault("-1");
-  parser->Add("PatchMatchStereo.window_radius", &stereo.window_radius, "Half the side of the matching window")
-      .Unit("pixels")
-      .ColmapDefault("5");
-  parser->Add("PatchMatchStereo.window_step", &stereo.window_step, "Distance of the samples in the window")
-      .Unit("pixels")
-      .ColmapDefault("1");
   parser
       ->Add("PatchMatchStereo.num_iterations", &stereo.num_iterations, "Rounds of propagation and refinement")
       .ColmapDefault("5");
   parser
-      ->Add("PatchMatchStereo.min_triangulation_angle", &pipeline.view_selection.min_triangulation_angle,
-            "Smallest angle between a selected source view and the reference")
+      ->Add("PatchMatchStereo.filter", &pipeline.filter_maps,
+            "Remove depths that other images do not confirm")
+      .ColmapDefault("1");
+  parser
+      ->Add("PatchMatchStereo.filter_min_ncc", &filter_min_ncc,
+            "Smallest matching score (1 - cost) of a kept pixel; -1 = off. Filled pixels are not asked")
+      .ColmapDefault("0.1");
+  parser->AddChoice<phi::Quality>("PhiStereo.quality", &stereo.quality,
+                                  {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
+                                  "fast = fewer iterations at full size: less detail, less time");
+  parser->Add("PhiStereo.num_guided_passes", &pipeline.num_guided_passes,
+              "How many of the iterations, the last ones, are guided by the other images' maps");
+  parser->Add("PhiStereo.num_window_levels", &stereo.num_window_levels,
+              "1 + how often the window may double where there is no texture");
+  parser->Add("PhiStereo.write_cost_maps", &pipeline.write_cost_maps,
+              "Write the matching cost of each pixel to stereo/cost_maps");
+}
+
+void StereoCommandOptions::RegisterWindow(OptionParser* parser) {
+  parser
+      ->Add("PatchMatchStereo.window_radius", &pipeline.stereo.window_radius,
+            "Half the side of the matching window")
+      .Unit("pixels")
+      .ColmapDefault("5");
+  parser
+      ->Add("PatchMatchStereo.window_step", &pipeline.stereo.window_step,
+            "Distance between the window's samples")
+      .Unit("pixels")
+      .ColmapDefault("1");
+}
+
+void StereoCommandOptions::RegisterFilter(OptionParser* parser) {
+  phi::FilterOptions& filter = pipeline.filter;
+  parser
+      ->Add("PatchMatchStereo.filter_min_triangulation_angle", &filter.min_triangulation_angle,
+            "Smallest angle at the surface point that one confirming image must reach; 0 = off")
       .Unit("degrees")
+      .ColmapDefault("3");
+  parser
+      ->Add("PatchMatchStereo.filter_min_num_consistent", &filter.min_num_consistent,
+            "Fewest source images that confirm a measured pixel")
+      .ColmapDefault("2");
+  parser
+      ->Add("PatchMatchStereo.filter_geom_consistency_max_cost", &filter.max_reprojection_error,
+            "Largest forward-backward reprojection error of a confirming image")
+      .Unit("pixels")
       .ColmapDefault("1");
+  parser->Add("PhiStereo.filter_max_relative_depth_error", &filter.max_relative_depth_error,
+              "Largest difference in depth of a confirming image, relative to depth");
   parser
-      ->Add("PatchMatchStereo.geom_consistency", &pipeline.geom_consistency,
-            "Make geometric maps: filtered, holes filled, filtered again; false = (filtered) photometric "
-            "maps only")
-      .ColmapDefault("1");
+      ->Add("PhiStereo.filter_max_depth_error", &filter.max_depth_error,
+            "The same as a length, in place of the relative one; 0 = off")
+      .Unit("world units");
   parser
-      ->Add("PatchMatchStereo.cache_size", &cache_gigabytes,
-            "Memory for images and maps between the stages; when unset, half of the machine's at most")
-      .Unit("GB")
-      .ColmapDefault("32");
-  parser
-      ->Add("PatchMatchStereo.allow_missing_files", &pipeline.allow_missing_files,
-            "Leave out images whose file is missing; false = that is a failure (exit code 4)")
-      .ColmapDefault("0");
-  parser->Add("PatchMatchStereo.num_threads", &backend.num_threads, "Threads of the CPU backend; -1 = all")
-      .ColmapDefault("-1");
+      ->Add("PhiStereo.filter_max_normal_error", &filter.max_normal_error,
+            "Largest angle between the normals of an image and of one that confirms it")
+      .Unit("degrees");
+}
+
+void StereoCommandOptions::RegisterInference(OptionParser* parser) {
+  phi::InferenceOptions& inference = pipeline.inference;
+  parser->AddChoice<phi::InferenceMode>(
+      "PhiInference.mode", &inference.mode,
+      {{"off", phi::InferenceMode::kOff},
+       {"min_cost", phi::InferenceMode::kMinCost},
+       {"mrf", phi::InferenceMode::kMrf}},
+      "Filling of holes: off = none; min_cost = each pixel takes the plane that matches best; mrf = "
+      "neighbours choose their planes together");
+  parser->Add("PhiInference.min_num_consistent", &pipeline.filter.min_num_consistent_inferred,
+              "Fewest source images that confirm an inferred pixel");
+  parser->Add("PhiInference.num_passes", &inference.num_passes, "Rounds of the neighbours' choice (mrf)");
+  parser->Add("PhiInference.truncation", &inference.truncation,
+              "Relative difference in depth from which neighbours count as different surfaces (mrf)");
+}
+
+void StereoCommandOptions::RegisterColmapOnly(OptionParser* parser) {
   for (const auto& [name, colmap_default] : {std::pair{"sigma_spatial", "-1"},
                                              {"sigma_color", "0.2"},
                                              {"num_samples", "15"},
@@ -91,81 +207,6 @@ void StereoCommandOptions::RegisterPatchMatch(OptionParser* parser) {
   }
   parser->AddColmapOnly("PatchMatchStereo.write_consistency_graph", "0",
                         "no consistency graph is written; fusion does not read it");
-}
-
-void StereoCommandOptions::RegisterFilter(OptionParser* parser) {
-  phi::FilterOptions& filter = pipeline.filter;
-  parser->Add("PatchMatchStereo.filter", &pipeline.filter_maps, "Remove what other views do not confirm")
-      .ColmapDefault("1");
-  parser
-      ->Add("PatchMatchStereo.filter_min_ncc", &filter_min_ncc,
-            "Smallest matching score (1 - cost) of a kept pixel; -1 = off; never applies to filled pixels")
-      .ColmapDefault("0.1");
-  parser
-      ->Add("PatchMatchStereo.filter_min_triangulation_angle", &filter.min_triangulation_angle,
-            "Smallest angle at the surface that one confirming view must reach; 0 = off")
-      .Unit("degrees")
-      .ColmapDefault("3");
-  parser
-      ->Add("PatchMatchStereo.filter_min_num_consistent", &filter.min_num_consistent,
-            "Fewest source views that confirm a kept pixel")
-      .ColmapDefault("2");
-  parser
-      ->Add("PatchMatchStereo.filter_geom_consistency_max_cost", &filter.max_reprojection_error,
-            "Largest forward-backward reprojection error of a confirming view")
-      .Unit("pixels")
-      .ColmapDefault("1");
-  parser->Add("PhiStereo.filter_max_relative_depth_error", &filter.max_relative_depth_error,
-              "Largest depth difference of a confirming view, relative to depth");
-  parser
-      ->Add("PhiStereo.filter_max_depth_error", &filter.max_depth_error,
-            "The same as a length, in place of the relative one; 0 = off")
-      .Unit("world units");
-  parser
-      ->Add("PhiStereo.filter_max_normal_error", &filter.max_normal_error,
-            "Largest angle between the normals of a confirming view")
-      .Unit("degrees");
-}
-
-void StereoCommandOptions::RegisterPhi(OptionParser* parser) {
-  parser->AddChoice<BackendKind>(
-      "PhiStereo.backend", &backend.kind,
-      {{"auto", BackendKind::kAuto}, {"cuda", BackendKind::kCuda}, {"cpu", BackendKind::kCpu}},
-      "Where the stereo runs; auto = on a GPU where one works");
-  parser
-      ->Add("PhiStereo.device_memory", &backend.device_memory_gigabytes,
-            "Memory to use on each GPU; -1 = what is free. With less than images need: slower, same result")
-      .Unit("GB");
-  parser->AddChoice<phi::Quality>("PhiStereo.quality", &pipeline.stereo.quality,
-                                  {{"standard", phi::Quality::kStandard}, {"fast", phi::Quality::kFast}},
-                                  "fast = from reduced images to the full size, with few iterations there");
-  parser->AddChoice<phi::Formulas>("PhiStereo.formulas", &pipeline.stereo.formulas,
-                                   {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
-                                   "paper = the paper's equations; --preset paper sets this and its values");
-  parser->Add("PhiStereo.num_source_views", &pipeline.view_selection.num_source_views,
-              "Most source views that __auto__ in patch-match.cfg selects");
-  parser
-      ->Add("PhiStereo.min_displacement", &pipeline.view_selection.min_displacement,
-            "Least mean shift of shared points in a source view where their depth changes by 0.2 %")
-      .Unit("pixels");
-  parser->Add("PhiStereo.num_guided_passes", &pipeline.num_guided_passes,
-              "How many of the iterations are guided by the maps of all views");
-  parser->Add("PhiStereo.num_window_levels", &pipeline.stereo.num_window_levels,
-              "1 + how often a window without texture may double");
-  parser->Add("PhiStereo.write_cost_maps", &pipeline.write_cost_maps,
-              "Write the matching cost to stereo/cost_maps");
-  phi::InferenceOptions& inference = pipeline.inference;
-  parser->AddChoice<phi::InferenceMode>(
-      "PhiInference.mode", &inference.mode,
-      {{"off", phi::InferenceMode::kOff},
-       {"min_cost", phi::InferenceMode::kMinCost},
-       {"mrf", phi::InferenceMode::kMrf}},
-      "How holes are filled: not, by the cheapest plane, or by a random field");
-  parser->Add("PhiInference.min_num_consistent", &pipeline.filter.min_num_consistent_inferred,
-              "Source views that must confirm an inferred pixel");
-  parser->Add("PhiInference.num_passes", &inference.num_passes, "Passes of message passing over the field");
-  parser->Add("PhiInference.truncation", &inference.truncation,
-              "Relative depth difference from which neighbours count as different surfaces");
 }
 
 // Every value that the paper names, those too that are defaults today.
@@ -214,6 +255,7 @@ void StereoCommandOptions::ApplyFormulas(const OptionParser& parser) {
 }
 
 void StereoCommandOptions::Finish(const OptionParser& parser) {
+  workspace.path = FindWorkspaceFolder(workspace.path);
   CheckNumThreads("PatchMatchStereo.num_threads", backend.num_threads);
   CheckMaxImageSize("PatchMatchStereo.max_image_size", workspace.max_image_size);
   ApplyFormulas(parser);

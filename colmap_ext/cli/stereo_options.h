@@ -21,13 +21,19 @@ struct StereoCommandOptions {
 
   // Adds --PatchMatchStereo.*, --PhiStereo.*, --PhiInference.* and --overwrite.
   void Register(OptionParser* parser);
+  // Only what matters where maps are there already.
+  void RegisterFilling(OptionParser* parser);
   // After Parse: derives what depends on several options, and checks all. Throws phi::UsageError.
   void Finish(const OptionParser& parser);
 
  private:
-  void RegisterPatchMatch(OptionParser* parser);
+  void RegisterWorkspace(OptionParser* parser);
+  void RegisterDevices(OptionParser* parser);
+  void RegisterEstimation(OptionParser* parser);
+  void RegisterWindow(OptionParser* parser);
   void RegisterFilter(OptionParser* parser);
-  void RegisterPhi(OptionParser* parser);
+  void RegisterInference(OptionParser* parser);
+  void RegisterColmapOnly(OptionParser* parser);
   void RegisterPreset(OptionParser* parser);
   void ApplyFormulas(const OptionParser& parser);
 };

@@ -22,6 +22,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
            "Longest side of the working resolution, for the estimate of disk space; -1: full size")
       .Unit("pixels");
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
+  options.path = FindWorkspaceFolder(options.path);
 
   CheckMaxImageSize("PatchMatchStereo.max_image_size", options.max_image_size);
   const WorkspaceReport report = CheckWorkspace(options, config_path);

@@ -11,6 +11,7 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -91,7 +92,9 @@ MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_fil
   MapScores scores;
   scores.thresholds = options.thresholds;
   scores.images.resize(files.size());
+  ProgressLine progress(ProgressStage{.name = "comparing maps", .unit = "maps"}, files.size());
   tbb::parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) {
+    const ProgressLine::Task task(&progress);
     phi::ThrowIfCancelled();
     const std::filesystem::path map = options.maps / (files[i].first + "." + options.kind + ".bin");
     MapScore& score = scores.images[i];

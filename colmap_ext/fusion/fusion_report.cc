@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace colmap_ext {
 namespace {
 
@@ -67,6 +69,22 @@ std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes) {
     text += line;
   }
   return text;
+}
+
+std::string FusionJson(const SceneFusionReport& report, double seconds) {
+  nlohmann::ordered_json pixels = nlohmann::ordered_json::object();
+  for (const Reason& reason : kReasons) {
+    if (report.outcomes[reason.outcome] > 0) pixels[reason.text] = report.outcomes[reason.outcome];
+  }
+  const nlohmann::ordered_json json = {{"version", PHIMVS_VERSION},
+                                       {"points", report.num_points},
+                                       {"images", report.num_images},
+                                       {"images_without_maps", report.num_images_without_maps},
+                                       {"seconds", seconds},
+                                       {"pixels", pixels},
+                                       {"smoothing", DescribeSmoothing(report)},
+                                       {"advice", ExplainFewPoints(report)}};
+  return json.dump(1) + "\n";
 }
 
 std::string DescribeSmoothing(const SceneFusionReport& report) {

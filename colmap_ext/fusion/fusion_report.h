@@ -16,4 +16,7 @@ std::string DescribeSmoothing(const SceneFusionReport& report);
 // Empty when the number of points is plausible; else one sentence with the likely cause and what to do.
 std::string ExplainFewPoints(const SceneFusionReport& report);
 
+// Points, images, seconds and what became of the pixels, for the file beside the cloud that the report page reads.
+std::string FusionJson(const SceneFusionReport& report, double seconds);
+
 }  // namespace colmap_ext

@@ -20,6 +20,7 @@
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/neighbor_graph.h"
 #include "colmap_ext/fusion_config.h"
+#include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -66,8 +67,10 @@ class SceneFuser {
   }
 
   SceneFusionReport Run() {
+    ProgressLine progress(ProgressStage{.name = "fusing"}, plan_.steps.size());
     for (const FusionStep& step : plan_.steps) {
       phi::ThrowIfCancelled();
+      const ProgressLine::Task task(&progress);
       Drop(step.drop);
       Load(step.load);
       tbb::task_group group;

@@ -21,22 +21,15 @@ Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) 
 }
 #else
 Backends MakeCuda(const std::vector<int>&, double) {
-  throw phi::ResourceError(
+  throw phi::NoDeviceError(
       "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
 }
 #endif
 
-Backends MakeCpu(const BackendOptions& options, const std::string& reason) {
+Backends MakeCpu(const BackendOptions& options) {
   Backends backends;
   backends.push_back(phi::MakeCpuBackend(options.num_threads));
-  phi::LogInfo("backend: " + backends.front()->Name() + ", " + reason);
   return backends;
-}
-
-void LogCuda(const Backends& backends, const std::string& reason) {
-  std::string names;
-  for (const auto& backend : backends) names += (names.empty() ? "" : ", ") + backend->Name();
-  phi::LogInfo("backend: " + names + ", " + reason);
 }
 
 }  // namespace
@@ -66,21 +59,21 @@ Backends MakeBackends(const BackendOptions& options) {
                           ", but must be positive, or -1 for what is free");
   }
   const std::vector<int> gpu_indices = ParseGpuIndices(options.gpu_index);
-  if (options.kind == BackendKind::kCpu) return MakeCpu(options, "as --PhiStereo.backend asks");
+  if (options.kind == BackendKind::kCpu) return MakeCpu(options);
   if (options.kind == BackendKind::kCuda) {
-    Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
-    LogCuda(backends, "as --PhiStereo.backend asks");
-    return backends;
+    return MakeCuda(gpu_indices, options.device_memory_gigabytes);
   }
   try {
-    Backends backends = MakeCuda(gpu_indices, options.device_memory_gigabytes);
-    LogCuda(backends, "a working GPU was found");
-    return backends;
+    return MakeCuda(gpu_indices, options.device_memory_gigabytes);
+  } catch (const phi::NoDeviceError& error) {
+    phi::LogInfo(std::string("the CPU is used: ") + error.what());
+    return MakeCpu(options);
   } catch (const phi::DeviceError&) {  // its reasons were told
     phi::LogWarning("no GPU of this machine works: the CPU does everything, which takes many times as long");
-    return MakeCpu(options, "because every GPU failed");
+    return MakeCpu(options);
   } catch (const phi::ResourceError& error) {
-    return MakeCpu(options, std::string("because no GPU can be used: ") + error.what());
+    phi::LogWarning(std::string("the CPU is used, because no GPU can be: ") + error.what());
+    return MakeCpu(options);
   }
 }
 

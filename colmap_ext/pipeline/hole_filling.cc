@@ -5,10 +5,11 @@
 #include <filesystem>
 #include <utility>
 
-#include "colmap_ext/map_file.h"
+#include "colmap_ext/pipeline/original_maps.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "phi/base/utc_time.h"
 
 namespace colmap_ext {
 namespace {
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kNumWriters = 2;
+constexpr double kFilterWeight = 0.1;  // its time relative to inference, for the first guess of the time left
 
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -38,9 +40,7 @@ HoleFilling::HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs,
       store_(workspace, options.cache_bytes, kNumWriters),
       tasks_(workspace_, jobs_, options_, NoSparseDepth, &store_),
       keys_(jobs_.size()) {
-  ResultKey key;
-  for (const auto& [name, value] : effective_options) key.Add(name).Add(value);
-  record_.SetOptions(effective_options, key.Hex());
+  record_.SetOptions(effective_options, record_.options_hash());
 }
 
 RunSummary HoleFilling::Run() {
@@ -50,19 +50,19 @@ RunSummary HoleFilling::Run() {
   const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
   Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
   if (options_.inference.mode == phi::InferenceMode::kOff) {
-    RunStage(geometric, measured);
+    RunStages({measured, geometric});
     for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
   } else {
     const Stage inferred{
         .kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
     geometric.kind = StageKind::kFilter;
-    RunStage(inferred, measured);
-    RunStage(geometric, inferred);
+    geometric.weight = kFilterWeight;
+    RunStages({measured, inferred, geometric});
   }
   store_.Drain();
   for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");
   Summarize(SecondsSince(begin));
-  record_.AddRun(SummaryJson(summary_, UtcNow()));
+  record_.AddRun(SummaryJson(summary_, phi::UtcNow()));
   record_.Compact();
   return summary_;
 }
@@ -125,12 +125,13 @@ bool HoleFilling::ImportMeasuredMap(int job) {
     if (has_measured && !store_.HasMask(image, measured)) store_.Save(image, measured, {.mask = NoMask(job)});
     return has_measured;
   }
-  phi::PlaneMap map =
-      ReadPlaneMap(workspace_.DepthMapPath(image, geometric), workspace_.NormalMapPath(image, geometric));
-  // A negative depth is none there; in ours it would be a doubtful one.
-  for (phi::PlaneHypothesis& h : map) h.depth = h.depth > 0 ? h.depth : 0;
-  store_.Save(image, measured,
-              {.map = std::make_shared<const phi::PlaneMap>(std::move(map)), .mask = NoMask(job)});
+  if (!options_.overwrite) {
+    throw phi::InputError(workspace_.DepthMapPath(image, geometric).string() +
+                          " was made by another program, and filling replaces it; add --overwrite true. The "
+                          "originals are kept, and --restore true puts them back");
+  }
+  KeepOriginalMaps(workspace_, image);
+  store_.Save(image, measured, {.mask = NoMask(job)});
   return true;
 }
 
@@ -138,6 +139,25 @@ void HoleFilling::Fail(int job, const std::string& stage, const std::string& mes
   phi::LogError(message);
   summary_.failures.push_back({NameOf(job), stage, message});
   keys_[job].clear();
+}
+
+// The first one is there already.
+void HoleFilling::RunStages(const std::vector<Stage>& stages) {
+  std::vector<ProgressStage> progress_stages;
+  for (const Stage& stage : stages) {
+    progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
+  }
+  progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
+  const auto has_key = [](const std::string& key) { return !key.empty(); };
+  const auto num_images = std::count_if(keys_.begin(), keys_.end(), has_key);
+  for (std::size_t s = 1; s < stages.size(); ++s) {
+    progress_->SetNumTasks(static_cast<int>(s), static_cast<int>(num_images));
+  }
+  for (std::size_t s = 1; s < stages.size(); ++s) {
+    progress_->BeginStage(static_cast<int>(s));
+    RunStage(stages[s], stages[s - 1]);
+  }
+  progress_.reset();
 }
 
 void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
@@ -148,20 +168,20 @@ void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
     if (keys_[j].empty()) continue;
     pending.push_back(static_cast<int>(j));
     names.emplace_back(NameOf(static_cast<int>(j)), stage.result);
-    // Not a key that patch_match_stereo gives: it makes its own geometric maps again when it runs next.
-    keys.push_back("hole_filler " + keys_[j]);
+    keys.push_back(std::string(kFillingKey) + keys_[j]);
   }
   if (!stage.transient) record_.Begin(names, keys);
   const Clock::time_point begin = Clock::now();
   const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
     const Clock::time_point task_begin = Clock::now();
+    ProgressLine::Task progress(progress_.get());
     TaskRecord record;
-    const StageResult result = tasks_.Run(stage, &previous, keys_, job, backend, &record.warnings);
+    const StageResult result = tasks_.Run(stage, &previous, keys_, job, backend, &progress, &record.warnings);
     for (const std::string& warning : record.warnings) {
       phi::LogWarning("image " + NameOf(job) + ": " + warning);
     }
     record.state = "done";
-    record.key = "hole_filler " + keys_[job];
+    record.key = std::string(kFillingKey) + keys_[job];
     record.seconds = SecondsSince(task_begin);
     Save(stage, job, result, record);
   });

@@ -1,7 +1,7 @@
 // Plane hypothesis inference and the second filter on maps that are already there: hole_filler's work.
 //
-// Always starts from <image>.measured.bin. Where only <image>.geometric.bin is there (another program's), it is
-// copied to that name first, so that running twice gives the same bytes.
+// Always starts from <image>.measured.bin. Where <image>.geometric.bin is another program's, it gets that name first, so
+// that running twice gives the same bytes.
 #pragma once
 
 #include <map>
@@ -23,7 +23,8 @@ class HoleFilling {
   HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs, const PipelineOptions& options,
               const std::map<std::string, std::string>& effective_options, const Backends& backends);
 
-  // Writes <image>.geometric.bin and the filled masks. Throws phi::InputError when no image has maps; images that
+  // Writes <image>.geometric.bin and the filled masks. Throws phi::InputError when no image has maps, or when another
+  // program's would be replaced without --overwrite; images that
   // cannot be done are in the summary, and all others are done.
   RunSummary Run();
 
@@ -34,6 +35,7 @@ class HoleFilling {
   bool ImportMeasuredMap(int job);
   std::shared_ptr<const phi::Mask> NoMask(int job) const;
   void Fail(int job, const std::string& stage, const std::string& message);
+  void RunStages(const std::vector<Stage>& stages);
   void RunStage(const Stage& stage, const Stage& previous);
   void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
   const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
@@ -47,6 +49,7 @@ class HoleFilling {
   StageTasks tasks_;
   std::vector<std::string> keys_;  // by job: of its maps; empty where it has none
   RunSummary summary_;
+  std::unique_ptr<ProgressLine> progress_;
 };
 
 }  // namespace colmap_ext

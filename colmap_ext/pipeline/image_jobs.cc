@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <set>
 #include <system_error>
 #include <unordered_map>
+#include <utility>
 
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -42,6 +44,8 @@ std::string ViewKey(const Workspace& workspace, int image) {
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
   AddFileSample(workspace.ImagePath(image), &key);
+  if (const std::filesystem::path mask = workspace.ImageMaskPath(image); !mask.empty() && std::filesystem::exists(mask))
+    AddFileSample(mask, &key);
   return key.Hex();
 }
 
@@ -86,6 +90,19 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
   phi::LogWarning("patch-match.cfg names more than " + std::to_string(phi::kMaxSourceViews) +
                   " source images for " + std::to_string(num_long_lists) + " images: matching takes the " +
                   std::to_string(phi::kMaxSourceViews) + " best of them, the consistency filters take all");
+}
+
+void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
+  if (workspace.ImageMaskPath(jobs.front().image).empty()) return;
+  const auto has_none = [&](const ImageJob& job) {
+    return !std::filesystem::exists(workspace.ImageMaskPath(job.image));
+  };
+  const auto num_without = std::count_if(jobs.begin(), jobs.end(), has_none);
+  if (num_without == 0) return;
+  const ImageJob& first = *std::find_if(jobs.begin(), jobs.end(), has_none);
+  phi::LogWarning(std::to_string(num_without) + " of " + std::to_string(jobs.size()) +
+                  " images have no mask and are used whole; the first would be " +
+                  workspace.ImageMaskPath(first.image).string());
 }
 
 std::string ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {
@@ -141,6 +158,25 @@ phi::SparseScene MakeSparseScene(const SparseModel& model) {
   return scene;
 }
 
+std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
+  std::set<std::pair<int, int>> sizes;
+  std::set<std::size_t> num_sources;
+  for (const ImageJob& job : jobs) {
+    const phi::Pinhole& size = workspace.views()[job.image].camera.pinhole;
+    sizes.emplace(size.width, size.height);
+    num_sources.insert(std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews));
+  }
+  const auto size_text = [](const std::pair<int, int>& size) {
+    return std::to_string(size.first) + "x" + std::to_string(size.second);
+  };
+  std::string text = std::to_string(jobs.size()) + (jobs.size() == 1 ? " image, " : " images, ");
+  text += size_text(*sizes.begin());
+  if (sizes.size() > 1) text += " to " + size_text(*sizes.rbegin());
+  text += ", " + std::to_string(*num_sources.begin());
+  if (num_sources.size() > 1) return text + " to " + std::to_string(*num_sources.rbegin()) + " source views";
+  return text + " source views each";
+}
+
 std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options) {
@@ -153,6 +189,7 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
     jobs[j].sources = problems[j].sources;
     job_of_image[problems[j].reference] = static_cast<int>(j);
   }
+  WarnOfMissingMasks(workspace, jobs);
   SelectSources(workspace, scene, problems, options, &jobs);
   const std::string scene_key = SceneKey(scene);
   const std::vector<std::string> view_keys = ViewKeys(workspace);

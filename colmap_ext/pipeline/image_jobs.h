@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "colmap_ext/pipeline/stage_graph.h"
@@ -12,6 +13,9 @@ namespace colmap_ext {
 
 // The sparse model as the dense stages need it; views as in workspace.views().
 phi::SparseScene MakeSparseScene(const SparseModel& model);
+
+// "19 images, 1248x832, 8 source views each", as ranges where images differ.
+std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>& jobs);
 
 // In the order of patch-match.cfg, with sources selected where the file says __auto__. config_path empty: the
 // workspace's own file.

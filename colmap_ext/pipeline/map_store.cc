@@ -71,13 +71,35 @@ MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int nu
       writers_(num_writers) {}
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
-  const auto item = cache_.GetOrLoad({image, "gray"}, [&] { return MakeSized(workspace_.ReadGray(image)); });
+  const auto item = cache_.GetOrLoad({image, "gray"}, [&] {
+    std::shared_ptr<const phi::GrayImage> gray = workspace_.ReadGray(image);
+    const auto mask = ImageMask(image);
+    if (mask != nullptr) gray = std::make_shared<const phi::GrayImage>(phi::ExtendIntoMask(*gray, *mask));
+    return MakeSized(gray);
+  });
   return std::static_pointer_cast<const phi::GrayImage>(item);
+}
+
+std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
+  const auto mask = ImageMask(image);
+  if (mask == nullptr) return Gray(image);
+  return GetOrRead<phi::GrayImage>(cache_, {image, "cut gray"},
+                                   [&] { return phi::CutOutMask(*Gray(image), *mask); });
+}
+
+std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
+  const std::filesystem::path path = workspace_.ImageMaskPath(image);
+  if (path.empty() || !fs::exists(path)) return nullptr;
+  const auto item =
+      cache_.GetOrLoad({image, "mask"}, [&] { return MakeSized(workspace_.ReadImageMask(image)); });
+  return std::static_pointer_cast<const phi::ImageMask>(item);
 }
 
 std::shared_ptr<const phi::PlaneMap> MapStore::Map(int image, const std::string& kind) {
   return GetOrRead<phi::PlaneMap>(cache_, {image, kind}, [&] {
-    return ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+    phi::PlaneMap map = ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+    if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &map);
+    return map;
   });
 }
 
@@ -87,6 +109,7 @@ std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::stri
     const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
     phi::DepthMap depths =
         map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &depths);
     if (kind == kMeasured) phi::HideFewWitnesses(*MaskOf(image, kind), &depths);
     return depths;
   });
@@ -99,7 +122,7 @@ std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string&
 
 std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& kind) {
   return GetOrRead<phi::Mask>(cache_, {image, MaskKey(kind)},
-                              [&] { return ReadMask(MaskPath(image, kind)); });
+                              [&] { return ReadMask(workspace_.FilledMaskPath(image, kind)); });
 }
 
 void MapStore::Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete) {
@@ -150,7 +173,7 @@ CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const S
   const auto append = [&files](CompleteFiles more) {
     for (auto& file : more) files.push_back(std::move(file));
   };
-  if (result.mask) files.push_back(PrepareMask(MaskPath(image, kind), *result.mask, durability));
+  if (result.mask) files.push_back(PrepareMask(workspace_.FilledMaskPath(image, kind), *result.mask, durability));
   if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
   if (result.map) {
     append(PreparePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
@@ -208,17 +231,11 @@ void MapStore::Drain() {
   unsynced_folders_.clear();
 }
 
-fs::path MapStore::MaskPath(int image, const std::string& kind) const {
-  const fs::path path = workspace_.FilledMaskPath(image);
-  if (kind == kGeometric) return path;
-  return path.parent_path() / (path.stem().string() + "." + kind + path.extension().string());
-}
-
 FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                              const TaskRecord* record) const {
   std::vector<fs::path> paths = {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind)};
   if (with_cost) paths.push_back(workspace_.CostMapPath(image, kind));
-  if (with_mask) paths.push_back(MaskPath(image, kind));
+  if (with_mask) paths.push_back(workspace_.FilledMaskPath(image, kind));
   FoundFiles found{.whole = record != nullptr, .foreign = {}};
   for (const fs::path& path : paths) {
     std::error_code unreachable;
@@ -244,7 +261,7 @@ bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
 
 bool MapStore::HasMask(int image, const std::string& kind) const {
   std::error_code unreachable;
-  return fs::exists(MaskPath(image, kind), unreachable);
+  return fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
 void MapStore::RemoveFiles(int image, const std::string& kind) const {
@@ -252,7 +269,7 @@ void MapStore::RemoveFiles(int image, const std::string& kind) const {
   fs::remove(workspace_.DepthMapPath(image, kind), ignored);
   fs::remove(workspace_.NormalMapPath(image, kind), ignored);
   fs::remove(workspace_.CostMapPath(image, kind), ignored);
-  fs::remove(MaskPath(image, kind), ignored);
+  fs::remove(workspace_.FilledMaskPath(image, kind), ignored);
 }
 
 }  // namespace colmap_ext

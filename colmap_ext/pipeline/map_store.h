@@ -40,7 +40,13 @@ class MapStore {
  public:
   MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers);
 
+  // Extended into the mask, where the image has one; see phi/base/image_mask.h.
   std::shared_ptr<const phi::GrayImage> Gray(int image);
+  // The same with the mask cut out.
+  std::shared_ptr<const phi::GrayImage> CutGray(int image);
+  // Null where the image has none.
+  std::shared_ptr<const phi::ImageMask> ImageMask(int image);
+  // Maps have no depth where the image is masked, whoever made them.
   std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
   // The map's depths alone, of measured maps without those that have few witnesses.
   std::shared_ptr<const phi::DepthMap> Depths(int image, const std::string& kind);
@@ -86,7 +92,6 @@ class MapStore {
   };
   void Publish(Ready ready);
   void PublishBatch(const std::vector<Ready>& batch);
-  std::filesystem::path MaskPath(int image, const std::string& kind) const;
 
   const Workspace& workspace_;
   const std::int64_t max_waiting_bytes_;

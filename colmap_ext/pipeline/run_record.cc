@@ -41,6 +41,7 @@ Json ToJson(const TaskRecord& record) {
   json["seconds"] = record.seconds;
   json["peak_memory_bytes"] = record.peak_memory_bytes;
   json["warnings"] = record.warnings;
+  if (!record.options_hash.empty()) json["options_hash"] = record.options_hash;
   return json;
 }
 
@@ -51,6 +52,7 @@ TaskRecord FromJson(const Json& json) {
   record.seconds = json.value("seconds", 0.0);
   record.peak_memory_bytes = json.value("peak_memory_bytes", std::int64_t{0});
   record.warnings = json.value("warnings", std::vector<std::string>{});
+  record.options_hash = json.value("options_hash", "");
   record.files = FilesFromJson(json, "files");
   record.earlier = FilesFromJson(json, "earlier_files");
   return record;
@@ -189,19 +191,29 @@ void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::str
 
 void RunRecord::Finish(const Task& task, const TaskRecord& record) {
   Json json = {{"image", NameToJson(task.first)}, {"kind", task.second}};
-  json.update(ToJson(record));
   std::lock_guard<std::mutex> lock(mutex_);
+  TaskRecord finished = record;
+  finished.options_hash = options_hash_;
+  json.update(ToJson(finished));
   changed_ = true;
   AppendLine(journal_path_, Dump(json, -1) + "\n");
   TaskRecord& known = tasks_[task];
   std::vector<FileIdentity> earlier = std::move(known.earlier);
-  known = record;
+  known = std::move(finished);
   known.earlier = std::move(earlier);
 }
 
 void RunRecord::Forget(const Task& task) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (tasks_.erase(task) > 0) changed_ = true;
+}
+
+void RunRecord::Confirm(const Task& task) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = tasks_.find(task);
+  if (found == tasks_.end() || found->second.options_hash == options_hash_) return;
+  found->second.options_hash = options_hash_;
+  changed_ = true;
 }
 
 void RunRecord::AddRun(const std::string& summary_json) {

@@ -28,6 +28,7 @@ struct TaskRecord {
   std::vector<std::string> warnings;       // for a failed task, why
   std::vector<FileIdentity> files = {};    // of the result; none where an earlier program made it
   std::vector<FileIdentity> earlier = {};  // of earlier results that may still lie under its names
+  std::string options_hash = {};  // of the last run that made it or found it up to date; empty: not known
 };
 
 // Thread-safe after Open.
@@ -50,6 +51,10 @@ class RunRecord {
   // are (MapStore).
   void Finish(const Task& task, const TaskRecord& record);
   void Forget(const Task& task);
+  // The run that is under way found the result up to date.
+  void Confirm(const Task& task);
+  // Of the last run of patch_match_stereo; empty: there was none.
+  const std::string& options_hash() const { return options_hash_; }
   // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
   void AddRun(const std::string& summary_json);
   // Rewrites phimvs.json and removes the journal; nothing when neither tasks nor the hash of options have changed, so that

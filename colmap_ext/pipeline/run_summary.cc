@@ -5,15 +5,17 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
 
+#include "colmap_ext/progress.h"
+#include "phi/base/log.h"
+
 namespace colmap_ext {
 namespace {
 
-constexpr double kMega = 1e6;
+constexpr double kMega = 1e6, kGiga = 1e9;
 constexpr std::size_t kMaxListedFailures = 20;
 
 template <typename... Args>
@@ -65,15 +67,6 @@ nlohmann::ordered_json InferenceJson(const InferenceSummary& s) {
 
 }  // namespace
 
-std::string UtcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts = {};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
-
 std::int64_t PeakHostBytes() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
@@ -97,7 +90,28 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend) {
   return {backend.Name(), backend.PeakDeviceBytes(), backend.DeviceStageTimes()};
 }
 
-std::vector<std::string> SummaryLines(const RunSummary& summary) {
+std::string SummaryLine(const RunSummary& summary) {
+  const int num_made = summary.num_images - summary.num_images_kept;
+  const int num_failed = static_cast<int>(summary.failures.size());
+  std::string text = Format("%d images", summary.num_images);
+  if (num_made == 0 && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
+  text += " done in " + FormatDuration(summary.seconds);
+  if (summary.num_images_kept > 0) text += Format(", %d of them kept from before", summary.num_images_kept);
+  if (num_failed > 0) text += Format(", %d of them failed", num_failed);
+  const StageSummary& last = summary.stages.back();
+  if (last.num_pixels > 0) {
+    text += Format("; depth at %.1f %% of the pixels", Percent(last.num_with_depth, last.num_pixels));
+    if (summary.inference.num_kept > 0)
+      text += Format(", %.1f %% inferred", Percent(summary.inference.num_kept, last.num_pixels));
+  }
+  text += Format("; most memory %.1f GB", summary.peak_host_bytes / kGiga);
+  for (const DeviceSummary& device : summary.devices) {
+    if (device.peak_bytes > 0) text += Format(", %.1f GB on %s", device.peak_bytes / kGiga, device.name.c_str());
+  }
+  return text;
+}
+
+std::vector<std::string> SummaryDetails(const RunSummary& summary) {
   std::vector<std::string> lines;
   for (const StageSummary& stage : summary.stages) {
     if (stage.num_made == 0) continue;
@@ -114,23 +128,24 @@ std::vector<std::string> SummaryLines(const RunSummary& summary) {
                          summary.num_images, summary.num_images_kept));
   lines.push_back(Format("memory: peak %.0f MB on the host, of it %.0f MB cached images and maps",
                          summary.peak_host_bytes / kMega, summary.peak_cache_bytes / kMega));
-  for (const DeviceSummary& device : summary.devices) {
-    if (device.peak_bytes > 0)
-      lines.push_back(Format("memory: peak %.0f MB on %s", device.peak_bytes / kMega, device.name.c_str()));
-  }
   lines.push_back(
       Format("disk: %.0f MB of maps written, %.0f MB/s per writer", summary.bytes_written / kMega,
              summary.write_seconds > 0 ? summary.bytes_written / kMega / summary.write_seconds : 0.0));
-  if (summary.failures.empty()) return lines;
-  lines.push_back(Format("%zu of %d images failed:", summary.failures.size(), summary.num_images));
-  for (std::size_t i = 0; i < std::min(summary.failures.size(), kMaxListedFailures); ++i) {
-    const FailedImage& failure = summary.failures[i];
-    lines.push_back("  " + failure.stage + ": " + failure.message);
-  }
-  if (summary.failures.size() > kMaxListedFailures) {
-    lines.push_back(Format("  and %zu more, see phimvs.json", summary.failures.size() - kMaxListedFailures));
-  }
   return lines;
+}
+
+void LogSummary(const RunSummary& summary) {
+  for (const std::string& line : SummaryDetails(summary)) phi::LogDebug(line);
+  const std::size_t num_failed = summary.failures.size();
+  if (num_failed > 0) {
+    phi::LogError(Format("%zu of %d images failed:", num_failed, summary.num_images));
+    for (std::size_t i = 0; i < std::min(num_failed, kMaxListedFailures); ++i) {
+      phi::LogError("  " + summary.failures[i].stage + ": " + summary.failures[i].message);
+    }
+    if (num_failed > kMaxListedFailures)
+      phi::LogError(Format("  and %zu more, see phimvs.json", num_failed - kMaxListedFailures));
+  }
+  phi::LogInfo(SummaryLine(summary));
 }
 
 std::string SummaryJson(const RunSummary& summary, const std::string& finished) {

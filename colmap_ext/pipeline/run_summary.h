@@ -58,17 +58,19 @@ struct RunSummary {
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend);
 
-// The time of day, UTC, ISO 8601.
-std::string UtcNow();
 // Peak resident memory of this process.
 std::int64_t PeakHostBytes();
 // Memory that this process may use: the machine's, or its control group's limit.
 std::int64_t AvailableHostBytes();
 
-// One line of log for each entry.
-std::vector<std::string> SummaryLines(const RunSummary& summary);
+// What was done, in one sentence.
+std::string SummaryLine(const RunSummary& summary);
+// Times by stage, what became of the holes, memory and disk: one line each.
+std::vector<std::string> SummaryDetails(const RunSummary& summary);
+// Logs both, the details at level 3, and the failures.
+void LogSummary(const RunSummary& summary);
 
-// The same as a JSON object, for phimvs.json. `finished`: when, as UtcNow tells it.
+// The same as a JSON object, for phimvs.json. `finished`: when, as phi::UtcNow tells it.
 std::string SummaryJson(const RunSummary& summary, const std::string& finished);
 
 }  // namespace colmap_ext

@@ -132,6 +132,20 @@ void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, const std
 
 }  // namespace
 
+std::string ActivityName(StageKind kind) {
+  switch (kind) {
+    case StageKind::kEstimate:
+      return "estimating";
+    case StageKind::kFilter:
+      return "filtering";
+    case StageKind::kInfer:
+      return "filling holes";
+    case StageKind::kPublish:
+      return "writing";
+  }
+  return "";
+}
+
 std::string EstimateKind(const PipelineOptions& options) {
   return RawMapsAreOutput(options) ? std::string(kPhotometric) : "raw";
 }

@@ -31,6 +31,9 @@ struct Stage {
   double weight = 1;                           // expected time of a task, relative to an estimation
 };
 
+// What a stage does, for the progress line: "estimating".
+std::string ActivityName(StageKind kind);
+
 std::vector<Stage> BuildStages(const PipelineOptions& options);
 // The kind of map that the last estimation makes.
 std::string EstimateKind(const PipelineOptions& options);

@@ -71,10 +71,10 @@ StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& 
 
 StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
                             const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
-                            std::vector<std::string>* warnings) const {
+                            ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
   switch (stage.kind) {
     case StageKind::kEstimate:
-      return Estimate(stage, previous, input_keys, jobs_[job], backend, warnings);
+      return Estimate(stage, previous, input_keys, jobs_[job], backend, progress, warnings);
     case StageKind::kFilter:
       return Filter(stage, *previous, input_keys, jobs_[job], backend);
     case StageKind::kInfer:
@@ -87,12 +87,14 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
 
 StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
                                  const std::vector<std::string>& input_keys, const ImageJob& job,
-                                 phi::Backend& backend, std::vector<std::string>* warnings) const {
+                                 phi::Backend& backend, ProgressLine::Task* progress,
+                                 std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
-  input.reference = ReadView(job.image);
+  input.tell_progress = [progress](double share) { progress->SetShare(share); };
+  input.reference = ReadView(job.image, true);
   input.noise = phi::NoiseDeviation(input.reference.image->view());
   std::vector<int> used;
-  input.sources = ReadSources(job, &used, warnings);
+  input.sources = ReadSources(job, true, &used, warnings);
   if (input.sources.empty()) {
     throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
   }
@@ -108,6 +110,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
     input.source_depths = SourceDepths(*previous, input_keys, job, used);
   }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
+  if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
   result.map = std::make_shared<const phi::PlaneMap>(std::move(estimate.map));
   if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
@@ -151,7 +154,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
 
 // What the filter kept and is no measurement all the same. A doubtful pixel with few witnesses is not even a clue.
 void StageTasks::JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const {
-  phi::DropPlainPixels(*ReadView(job.image).image, &filtered->map);
+  const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
+  phi::DropPlainPixels(*store_.Gray(job.image), noise, &filtered->map);
   std::vector<const phi::Camera*> sources;
   for (const int source : job.sources) sources.push_back(&workspace_.views()[source].camera);
   sources.resize(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));  // those that matching uses
@@ -170,9 +174,10 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
                               const ImageJob& job, phi::Backend& backend,
                               std::vector<std::string>* warnings) const {
   phi::InferenceInput input;
-  input.reference = ReadView(job.image);
+  input.reference = ReadView(job.image, false);
   std::vector<int> used;
-  input.sources = ReadSources(job, &used, warnings);
+  input.sources = ReadSources(job, false, &used, warnings);
+  input.mask = store_.ImageMask(job.image);
   const auto measured = store_.Map(job.image, previous.result);
   const auto few_witnesses = store_.MaskOf(job.image, previous.result);
   input.measured = measured;
@@ -185,14 +190,20 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
   if (has_few) phi::RestoreFewWitnesses(*measured, *few_witnesses, &inferred);
-  CountInference(*measured, inferred);
+  if (input.mask != nullptr) {
+    phi::DropMasked(*input.mask, &inferred.map);
+    phi::DropMasked(*input.mask, &inferred.filled);
+  }
+  CountInference(*measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
           .mask = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
 }
 
-void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const {
+void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::ImageMask* mask,
+                                const phi::InferenceResult& inferred) const {
   const auto has_no_depth = [](const phi::PlaneHypothesis& h) { return !(h.depth > 0); };
-  const std::int64_t num_holes = phi::CountIf(measured, has_no_depth);
+  std::int64_t num_holes = phi::CountIf(measured, has_no_depth);
+  if (mask != nullptr) num_holes -= CountValue(*mask, 0);
   const std::int64_t num_confirmed = CountValue(inferred.filled, phi::kInferredConfirmed);
   const std::int64_t num_alone = CountValue(inferred.filled, phi::kInferredAlone);
   const phi::FieldStatistics& one = inferred.statistics;
@@ -216,17 +227,17 @@ InferenceSummary StageTasks::Inference() const {
   return inference_;
 }
 
-phi::ViewImage StageTasks::ReadView(int image) const {
-  return {&workspace_.views()[image], store_.Gray(image)};
+phi::ViewImage StageTasks::ReadView(int image, bool cut) const {
+  return {&workspace_.views()[image], cut ? store_.CutGray(image) : store_.Gray(image)};
 }
 
-std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::vector<int>* used,
+std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, bool cut, std::vector<int>* used,
                                                     std::vector<std::string>* warnings) const {
   std::vector<phi::ViewImage> sources;
   for (std::size_t i = 0; i < job.sources.size(); ++i) {
     if (sources.size() == static_cast<std::size_t>(phi::kMaxSourceViews)) break;
     try {
-      sources.push_back(ReadView(job.sources[i]));
+      sources.push_back(ReadView(job.sources[i], cut));
       used->push_back(static_cast<int>(i));
     } catch (const phi::InputError& error) {
       warnings->push_back(std::string("source image left out: ") + error.what());

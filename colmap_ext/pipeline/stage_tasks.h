@@ -9,6 +9,7 @@
 #include "colmap_ext/pipeline/map_store.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_graph.h"
+#include "colmap_ext/progress.h"
 #include "phi/initialization.h"
 
 namespace colmap_ext {
@@ -23,26 +24,32 @@ class StageTasks {
              SparseDepthFunction sparse_depth, MapStore* store);
 
   // `input_keys`: by job, empty where the stage before made no map. `warnings` gets what the user should know
-  // about this image. Throws phi::InputError when this image cannot be done.
+  // about this image, `progress` how far it is; both may not be null. Throws phi::InputError when this image cannot be
+  // done.
   StageResult Run(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                  int job, phi::Backend& backend, std::vector<std::string>* warnings) const;
+                  int job, phi::Backend& backend, ProgressLine::Task* progress,
+                  std::vector<std::string>* warnings) const;
 
   // Of the images that Run has done so far.
   InferenceSummary Inference() const;
 
  private:
   StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                       const ImageJob& job, phi::Backend& backend, std::vector<std::string>* warnings) const;
+                       const ImageJob& job, phi::Backend& backend, ProgressLine::Task* progress,
+                       std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
   void JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const;
   StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend, std::vector<std::string>* warnings) const;
-  void CountInference(const phi::PlaneMap& measured, const phi::InferenceResult& inferred) const;
-  phi::ViewImage ReadView(int image) const;
+  // mask: of the image, may be null.
+  void CountInference(const phi::PlaneMap& measured, const phi::ImageMask* mask,
+                      const phi::InferenceResult& inferred) const;
+  // For estimation the image's mask is cut out, else the image is extended into it.
+  phi::ViewImage ReadView(int image, bool cut) const;
   // The sources whose image can be read; the others become warnings. `used` gets their positions in
   // job.sources.
-  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
+  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, bool cut, std::vector<int>* used,
                                           std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
   std::vector<std::shared_ptr<const phi::DepthMap>> SourceDepths(const Stage& previous,

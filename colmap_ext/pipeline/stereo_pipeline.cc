@@ -4,12 +4,15 @@
 #include <chrono>
 #include <filesystem>
 
+#include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "colmap_ext/pipeline/task_queue.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "phi/base/utc_time.h"
 #include "phi/base/whole_array.h"
+#include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
 namespace {
@@ -57,16 +60,14 @@ StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob>
 RunSummary StereoPipeline::Run() {
   const Clock::time_point begin = Clock::now();
   CheckFiles();
-  std::vector<std::string> names;
-  std::vector<double> weights;
+  std::vector<ProgressStage> progress_stages;
   for (const Stage& stage : stages_) {
-    names.push_back(stage.result);
-    weights.push_back(stage.weight);
+    progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
     summary_.stages.push_back({.name = stage.result});
   }
   ReportImpossibleJobs();
   WarnOfFewWitnesses();
-  progress_ = std::make_unique<ProgressLine>(names, weights);
+  progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
   for (bool first = true;; first = false) {
     const std::vector<StagePlan> plan = Plan();
     for (std::size_t s = 0; s < stages_.size(); ++s) {
@@ -75,18 +76,42 @@ RunSummary StereoPipeline::Run() {
     }
     const auto next =
         std::find_if(plan.begin(), plan.end(), [](const StagePlan& p) { return !p.pending.empty(); });
-    if (first) summary_.num_images_kept = static_cast<int>(jobs_.size() - plan.back().pending.size());
+    if (first) {
+      summary_.num_images_kept = static_cast<int>(jobs_.size() - plan.back().pending.size());
+      LogPlan(plan);
+    }
     if (next == plan.end()) break;
     RunStage(static_cast<int>(next - plan.begin()), plan);
   }
   store_.Drain();
+  ConfirmKeptMaps();
   RemoveIntermediateFiles();
   Summarize(SecondsSince(begin));
-  if (summary_.num_images_kept < summary_.num_images) record_.AddRun(SummaryJson(summary_, UtcNow()));
+  if (summary_.num_images_kept < summary_.num_images) record_.AddRun(SummaryJson(summary_, phi::UtcNow()));
   record_.Compact();
   progress_.reset();
   WarnOfEmptyMaps();
   return summary_;
+}
+
+// What runs where, and about how long.
+void StereoPipeline::LogPlan(const std::vector<StagePlan>& plan) const {
+  std::string text = DescribeJobs(workspace_, jobs_);
+  if (summary_.num_images_kept > 0) text += ", " + std::to_string(summary_.num_images_kept) + " of them done";
+  double speed = 0, work = 0;  // pixels times source views
+  for (const auto& backend : backends_) {
+    text += ", " + backend->Name();
+    speed += backend->ExpectedPixelViewsPerSecond();
+  }
+  double weight = 0;  // of an image's estimation: all that follows included
+  for (const Stage& stage : stages_) weight += stage.weight;
+  for (const int job : plan.front().pending) {
+    const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
+    const std::size_t num_views = std::min<std::size_t>(jobs_[job].sources.size(), phi::kMaxSourceViews);
+    work += weight * size.width * size.height * static_cast<double>(num_views);
+  }
+  if (speed > 0 && work > 0) text += ", about " + FormatDuration(work / speed);
+  phi::LogInfo(text);
 }
 
 // The filters ask for so many source views that confirm a pixel, and only views with maps of their own can.
@@ -185,13 +210,8 @@ void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
   progress_->BeginStage(stage);
   const Clock::time_point begin = Clock::now();
   const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
-    try {
-      RunTask(stage, plan, job, backend);
-    } catch (const phi::InputError&) {
-      progress_->TaskDone();  // a failed image takes no more time either
-      throw;
-    }
-    progress_->TaskDone();
+    ProgressLine::Task progress(progress_.get());
+    RunTask(stage, plan, job, backend, &progress);
   });
   if (stage > 0) {  // the only stage that reads those maps
     for (const ImageJob& job : jobs_) store_.Forget(job.image, stages_[stage - 1].result);
@@ -201,14 +221,15 @@ void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
   RecordFailures(stage, plan, failures);
 }
 
-void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend) {
+void StereoPipeline::RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend,
+                             ProgressLine::Task* progress) {
   const Clock::time_point begin = Clock::now();
   const bool first = stage == 0;
   static const std::vector<std::string> kNoKeys;
   TaskRecord record;
   const StageResult result =
       tasks_.Run(stages_[stage], first ? nullptr : &stages_[stage - 1],
-                 first ? kNoKeys : plan[stage - 1].keys, job, backend, &record.warnings);
+                 first ? kNoKeys : plan[stage - 1].keys, job, backend, progress, &record.warnings);
   for (const std::string& warning : record.warnings) phi::LogWarning("image " + NameOf(job) + ": " + warning);
   record.state = "done";
   record.key = plan[stage].keys[job];
@@ -252,6 +273,18 @@ void StereoPipeline::RecordFailures(int stage, const std::vector<StagePlan>& pla
     record.key = plan[stage].keys[failure.task];
     record.warnings = {failure.message};
     record_.Finish({NameOf(failure.task), stages_[stage].result}, record);
+  }
+}
+
+// Those that were up to date are this run's as much as those that it made.
+void StereoPipeline::ConfirmKeptMaps() {
+  const std::vector<StagePlan> plan = Plan();
+  for (std::size_t s = 0; s < stages_.size(); ++s) {
+    for (std::size_t j = 0; j < jobs_.size() && stages_[s].is_output; ++j) {
+      const std::string& key = plan[s].keys[j];
+      const int stage = static_cast<int>(s), job = static_cast<int>(j);
+      if (!key.empty() && IsDone(stage, job, key)) record_.Confirm({NameOf(job), stages_[s].result});
+    }
   }
 }
 

@@ -16,11 +16,11 @@
 #include <utility>
 #include <vector>
 
-#include "colmap_ext/pipeline/progress.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_tasks.h"
 #include "colmap_ext/pipeline/task_queue.h"
+#include "colmap_ext/progress.h"
 
 namespace colmap_ext {
 
@@ -45,11 +45,14 @@ class StereoPipeline {
   std::vector<StagePlan> Plan() const;
   bool IsDone(int stage, int job, const std::string& key) const;
   void RunStage(int stage, const std::vector<StagePlan>& plan);
-  void RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend);
+  void RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend,
+               ProgressLine::Task* progress);
   void Save(int stage, int job, const StageResult& result, const TaskRecord& record);
   void RecordFailures(int stage, const std::vector<StagePlan>& plan,
                       const std::vector<TaskFailure>& failures);
+  void ConfirmKeptMaps();
   void RemoveIntermediateFiles();
+  void LogPlan(const std::vector<StagePlan>& plan) const;
   void WarnOfFewWitnesses() const;
   void WarnOfEmptyMaps() const;
   void Summarize(double seconds);

@@ -1,37 +1,4 @@
 'use strict';
-const report = JSON.parse(document.getElementById('data').textContent);
-const byId = (id) => document.getElementById(id);
-
-function make(tag, className, text) {
-  const element = document.createElement(tag);
-  if (className) element.className = className;
-  if (text !== undefined) element.textContent = text;
-  return element;
-}
-
-const percent = (value) => (value < 0 ? '–' : value.toFixed(1) + ' %');
-const mean = (values) => values.reduce((a, b) => a + b, 0) / Math.max(1, values.length);
-const known = (values) => values.filter((v) => v >= 0);
-// What other images confirmed; maps of other programs have no such file, their final map is all measured.
-const measuredOf = (image) => (image.measured >= 0 ? image.measured
-  : image.geometric >= 0 ? image.geometric - Math.max(0, image.filled) : image.photometric);
-
-function duration(seconds) {
-  if (seconds < 60) return seconds.toFixed(1) + ' s';
-  if (seconds < 3600) return (seconds / 60).toFixed(1) + ' min';
-  return (seconds / 3600).toFixed(1) + ' h';
-}
-
-const gigabytes = (bytes) => (bytes / 1e9).toFixed(2) + ' GB';
-
-function fillTable(table, rows) {
-  rows.forEach((cells, r) => {
-    const row = make('tr');
-    for (const cell of cells) row.append(make(r === 0 ? 'th' : 'td', '', cell));
-    table.append(row);
-  });
-}
-
 function showSummary() {
   byId('origin').textContent =
     `${report.workspace} · written ${report.written} by phimvs ${report.program}`;
@@ -42,6 +9,11 @@ function showSummary() {
   const geometric = known(report.images.map((i) => i.geometric));
   if (measured.length) tiles.push([percent(mean(measured)), 'of pixels measured']);
   if (geometric.length) tiles.push([percent(mean(geometric)), 'of pixels after filling']);
+  const sizes = report.images.map((i) => i.pixel_size).filter((v) => v > 0);
+  if (sizes.length) tiles.push([middle(sizes).toPrecision(3), 'world units a pixel (ground sampling distance)']);
+  if (visibility) tiles.push([mean([...visibility.counts]).toFixed(1), 'images a point']);
+  const baselines = report.images.map(baselineOverDepth).filter((v) => v !== null);
+  if (baselines.length) tiles.push([middle(baselines).toFixed(2), 'baseline over depth']);
   for (const e of report.evaluations.slice(0, 1)) {
     const t = Math.min(1, e.tolerances.length - 1);
     tiles.push([e.f1[t].toFixed(1), `F1 at ${e.tolerances[t]}`]);
@@ -66,26 +38,6 @@ function showSummary() {
 function showWarnings() {
   byId('warnings').hidden = report.warnings.length === 0;
   for (const warning of report.warnings) byId('warnings').querySelector('ul').append(make('li', '', warning));
-}
-
-function showCoverage() {
-  for (const image of report.images) {
-    const measured = Math.max(0, measuredOf(image));
-    const total = image.geometric >= 0 ? image.geometric : measured;
-    // Filtering again after filling may drop measured pixels: the final map is what the bar shows.
-    const filled = Math.max(0, image.filled);
-    const bar = make('div', 'bar');
-    for (const [name, share] of [['measured', total - filled], ['filled', filled]]) {
-      const part = make('div', name);
-      part.style.width = share + '%';
-      bar.append(part);
-    }
-    const row = make('div', 'bar-row');
-    const name = make('span', 'name', image.name);
-    name.title = image.name;
-    row.append(name, bar, make('span', 'figure', `${percent(measured)} → ${percent(total)}`));
-    byId('coverage-bars').append(row);
-  }
 }
 
 const colours = ['#2a78b8', '#e07b2a', '#3f9a57', '#b24a8c', '#8a6d3b', '#6a5acd'];
@@ -175,154 +127,100 @@ function showSettings() {
   const options = Object.entries(report.options || {});
   if (!options.length) return;
   byId('settings').hidden = false;
-  fillTable(byId('settings').querySelector('table'), [['option', 'value'], ...options.map(([k, v]) => [k, String(v)])]);
+  const table = (entries) => [['option', 'value'], ...entries.map(([k, v]) => [k, String(v)])];
+  const chosen = Object.entries(report.chosen_options || {});
+  byId('chosen-options').hidden = chosen.length === 0;
+  byId('all-default').hidden = chosen.length > 0;
+  if (chosen.length) fillTable(byId('chosen-options'), table(chosen));
+  fillTable(byId('all-options'), table(options));
 }
 
-// Full-window view of one picture: wheel or pinch zooms at the pointer, dragging moves, layers keep the place.
-const viewer = {
-  image: null, layer: 0, scale: 1, x: 0, y: 0, pointers: new Map(),
 
-  open(image, layer) {
-    this.image = image;
-    byId('viewer').hidden = false;
-    byId('viewer-title').textContent = image.name;
-    const layers = byId('viewer-layers');
-    layers.replaceChildren();
-    image.pictures.forEach((p, i) => {
-      const button = make('button', '', p.title);
-      button.onclick = () => this.show(i);
-      layers.append(button);
-    });
-    const picture = byId('viewer-picture');
-    picture.onload = () => { this.fit(); picture.onload = null; };
-    this.show(layer);
-    byId('viewer-close').focus();
-  },
-  close() { byId('viewer').hidden = true; },
-  show(layer) {
-    this.layer = (layer + this.image.pictures.length) % this.image.pictures.length;
-    const p = this.image.pictures[this.layer];
-    byId('viewer-picture').src = p.uri;
-    byId('viewer-picture').alt = p.title;
-    byId('viewer-caption').textContent = `${p.title}: ${p.caption}. Scroll or pinch to zoom, drag to move.`;
-    [...byId('viewer-layers').children].forEach((b, i) => b.setAttribute('aria-pressed', i === this.layer));
-  },
-  fit() {
-    const stage = byId('viewer-stage').getBoundingClientRect(), picture = byId('viewer-picture');
-    this.scale = Math.min(stage.width / picture.naturalWidth, stage.height / picture.naturalHeight);
-    this.x = (stage.width - this.scale * picture.naturalWidth) / 2;
-    this.y = (stage.height - this.scale * picture.naturalHeight) / 2;
-    this.place();
-  },
-  place() {
-    byId('viewer-picture').style.transform = `translate(${this.x}px, ${this.y}px) scale(${this.scale})`;
-  },
-  zoom(factor, clientX, clientY) {
-    const stage = byId('viewer-stage').getBoundingClientRect();
-    const px = clientX - stage.left, py = clientY - stage.top;
-    const next = Math.min(40, Math.max(0.05, this.scale * factor));
-    this.x = px - (px - this.x) * next / this.scale;
-    this.y = py - (py - this.y) * next / this.scale;
-    this.scale = next;
-    this.place();
-  },
-  move(event) {
-    const before = this.pointers.get(event.pointerId);
-    if (!before) return;
-    const others = [...this.pointers.entries()].filter(([id]) => id !== event.pointerId).map(([, p]) => p);
-    if (others.length) {
-      const gap = (p) => Math.hypot(p.x - others[0].x, p.y - others[0].y);
-      const now = { x: event.clientX, y: event.clientY };
-      if (gap(before) > 0) this.zoom(gap(now) / gap(before), (now.x + others[0].x) / 2, (now.y + others[0].y) / 2);
-    } else {
-      this.x += event.clientX - before.x;
-      this.y += event.clientY - before.y;
-      this.place();
-    }
-    this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-  },
-  listen() {
-    const stage = byId('viewer-stage');
-    stage.addEventListener('wheel', (e) => {
-      e.preventDefault();
-      this.zoom(Math.exp(-e.deltaY / 400), e.clientX, e.clientY);
-    }, { passive: false });
-    stage.addEventListener('pointerdown', (e) => {
-      stage.setPointerCapture(e.pointerId);
-      this.pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
-    });
-    stage.addEventListener('pointermove', (e) => this.move(e));
-    for (const end of ['pointerup', 'pointercancel']) {
-      stage.addEventListener(end, (e) => this.pointers.delete(e.pointerId));
-    }
-    stage.addEventListener('dblclick', () => this.fit());
-    byId('viewer-close').onclick = () => this.close();
-    document.addEventListener('keydown', (e) => {
-      if (byId('viewer').hidden) return;
-      if (e.key === 'Escape') this.close();
-      if (e.key === 'ArrowRight') this.show(this.layer + 1);
-      if (e.key === 'ArrowLeft') this.show(this.layer - 1);
-    });
-  },
-};
-
-function showImage(image) {
-  const figures = [['raw', image.photometric], ['measured', image.measured], ['final', image.geometric],
-    ['inferred', image.filled]].filter(([, v]) => v >= 0);
-  byId('image-figures').textContent = 'Pixels with a depth: ' + figures.map(([k, v]) => `${k} ${percent(v)}`).join(', ');
-  byId('pictures').replaceChildren(...image.pictures.map((p, i) => {
-    const figure = make('figure'), button = make('button'), picture = make('img');
-    picture.src = p.uri;
-    picture.alt = `${p.title} of ${image.name}`;
-    button.append(picture);
-    button.title = 'Enlarge';
-    button.onclick = () => viewer.open(image, i);
-    const caption = make('figcaption', '', p.caption);
-    caption.prepend(make('b', '', p.title));
-    figure.append(button, caption);
-    return figure;
-  }));
+// Bars of equal width on a common ground; `label` names the bars that get one.
+function histogram(title, unit, bars) {
+  const width = 360, height = 210, left = 10, right = 10, top = 34, bottom = 44;
+  const most = Math.max(...bars.map((b) => b.count)), step = (width - left - right) / bars.length;
+  const sum = bars.reduce((a, b) => a + b.count, 0);
+  let svg = `<text class="title" x="${left}" y="20">${title}</text>`;
+  bars.forEach((bar, i) => {
+    const h = (height - top - bottom) * bar.count / most, x = left + i * step;
+    svg += `<rect class="bar-rect" x="${x}" y="${height - bottom - h}" width="${Math.max(1, step - 1)}" height="${h}">` +
+      `<title>${bar.range}: ${(100 * bar.count / sum).toFixed(1)} %</title></rect>`;
+    if (bar.label) svg += `<text x="${x + step / 2}" y="${height - bottom + 16}" text-anchor="middle">${bar.label}</text>`;
+  });
+  svg += `<text x="${width / 2}" y="${height - 8}" text-anchor="middle">${unit}</text>`;
+  const element = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  element.setAttribute('viewBox', `0 0 ${width} ${height}`);
+  element.setAttribute('role', 'img');
+  element.setAttribute('aria-label', title);
+  element.innerHTML = svg;
+  return element;
 }
 
-function showImages() {
-  const shown = report.images.filter((i) => i.pictures.length);
-  byId('images').hidden = shown.length === 0;
-  if (!shown.length) return;
-  const choice = byId('image-choice');
-  shown.forEach((image, i) => choice.append(new Option(`${image.name} (${i + 1} of ${shown.length})`, i)));
-  const go = (i) => {
-    choice.value = (i + shown.length) % shown.length;
-    showImage(shown[choice.value]);
-  };
-  choice.onchange = () => go(+choice.value);
-  byId('previous').onclick = () => go(+choice.value - 1);
-  byId('next').onclick = () => go(+choice.value + 1);
-  go(0);
-}
-
-function showCloud() {
-  const cloud = report.cloud;
-  if (!cloud || !cloud.num_shown) return;
-  byId('cloud').hidden = false;
-  const few = cloud.num_shown < cloud.num_points ? `${cloud.num_shown.toLocaleString('en')} of ` : '';
-  byId('cloud-caption').textContent = `${few}${cloud.num_points.toLocaleString('en')} points of ${cloud.file}. ` +
-    'Drag to turn, scroll or pinch to zoom, right-drag or two fingers to move.';
-  const view = startCloudView(byId('cloud-canvas'), cloud);
-  if (!view) {
-    byId('cloud-caption').textContent += ' This browser has no WebGL, so the view stays empty.';
-    return;
+// Without the last hundredth at either end.
+function depthBars() {
+  const counts = new Map();
+  for (const image of report.images) {
+    for (const [bin, count] of image.depth_histogram || []) counts.set(bin, (counts.get(bin) || 0) + count);
   }
-  byId('cloud-reset').onclick = () => view.reset();
-  byId('cloud-size').oninput = (e) => view.setPointSize(+e.target.value);
+  const bins = [...counts.keys()].sort((a, b) => a - b), sum = [...counts.values()].reduce((a, b) => a + b, 0);
+  let below = 0, first = null, last = null;
+  for (const bin of bins) {
+    below += counts.get(bin);
+    if (first === null && below > 0.01 * sum) first = bin;
+    if (last === null && below >= 0.99 * sum) last = bin;
+  }
+  if (first === null) return [];
+  const at = (bin) => 2 ** (bin / 8), number = last - first + 1;
+  return Array.from({ length: number }, (unused, i) => {
+    const bin = first + i, every = Math.max(1, Math.ceil(number / 6));
+    return { count: counts.get(bin) || 0, range: `${at(bin).toPrecision(3)} to ${at(bin + 1).toPrecision(3)}`,
+      label: i % every === 0 ? at(bin).toPrecision(2) : '' };
+  });
 }
 
+function viewBars() {
+  const counts = [];
+  for (const count of visibility.counts) counts[count] = (counts[count] || 0) + 1;
+  const most = Math.min(20, counts.length - 1), bars = [];
+  for (let views = 1; views <= most; ++views) {
+    const open = views === most && counts.length - 1 > most;
+    const count = open ? counts.slice(most).reduce((a, b) => a + (b || 0), 0) : counts[views] || 0;
+    bars.push({ count, range: `${views}${open ? ' or more' : ''} images`,
+      label: most <= 10 || views % 2 === 0 ? views + (open ? '+' : '') : '' });
+  }
+  return bars;
+}
+
+function showFusion() {
+  const fusion = report.fusion;
+  if (!fusion) return;
+  byId('fusion').hidden = false;
+  const sum = Object.values(fusion.pixels).reduce((a, b) => a + b, 0);
+  const rows = Object.entries(fusion.pixels).sort((a, b) => b[1] - a[1])
+    .map(([reason, count]) => [reason, count.toLocaleString('en'), (100 * count / sum).toFixed(2)]);
+  fillTable(byId('fusion-table'), [['what became of a pixel', 'pixels', '%'], ...rows]);
+  byId('fusion-figures').textContent = `${fusion.points.toLocaleString('en')} points of ${fusion.images} images in ` +
+    `${duration(fusion.seconds)}.` + (fusion.smoothing ? ` ${fusion.smoothing}.` : '');
+  if (fusion.advice) report.warnings.push(`few pixels gave points: ${fusion.advice}`);
+}
+
+function showHistograms() {
+  const depths = depthBars();
+  if (depths.length) byId('histograms').append(histogram('Depths of all final maps', 'world units, logarithmic', depths));
+  if (visibility) byId('histograms').append(histogram('Images that see a point', 'images', viewBars()));
+  byId('survey').hidden = !byId('histograms').children.length;
+}
+
+showFusion();
 showSummary();
 showWarnings();
-showCoverage();
+showHistograms();
 showScores();
 showTimes();
 showSettings();
 showImages();
+showImageTable();
 viewer.listen();
-showCloud();
+const cloudView = showCloud();
 document.documentElement.dataset.ready = 'true';

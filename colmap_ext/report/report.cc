@@ -1,11 +1,14 @@
 #include "colmap_ext/report/report.h"
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/fusion/scene_fusion.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/report/report_cloud.h"
@@ -35,16 +38,44 @@ Json ToJson(const ReportImage& image) {
   Json pictures = Json::array();
   for (const ReportPicture& p : image.pictures) {
     pictures.push_back({{"title", p.title}, {"uri", p.uri}, {"caption", p.caption}});
+    if (!p.legend.palette.empty())
+      pictures.back()["legend"] = {p.legend.palette, p.legend.from, p.legend.to};
   }
-  return {{"name", image.name},           {"photometric", image.photometric}, {"measured", image.measured},
-          {"geometric", image.geometric}, {"filled", image.filled},           {"pictures", pictures}};
+  Json histogram = Json::array();
+  for (const auto& [bin, count] : image.depth_histogram) histogram.push_back({bin, count});
+  return {{"name", image.name},
+          {"view", image.view},
+          {"width", image.width},
+          {"height", image.height},
+          {"photometric", image.photometric},
+          {"measured", image.measured},
+          {"geometric", image.geometric},
+          {"filled", image.filled},
+          {"depths", {image.near_depth, image.median_depth, image.far_depth}},
+          {"pixel_size", image.pixel_size},
+          {"depth_histogram", histogram},
+          {"warnings", image.warnings},
+          {"pictures", pictures}};
+}
+
+// Which of the run's options somebody chose.
+Json ChosenOptions(const Json& options, const std::map<std::string, std::string>& defaults) {
+  Json chosen = Json::object();
+  for (const auto& [name, value] : options.items()) {
+    const auto found = defaults.find(name);
+    if (found != defaults.end() && value.is_string() && value.get<std::string>() != found->second)
+      chosen[name] = value;
+  }
+  return chosen;
 }
 
 // Sums the tasks of stereo/phimvs.json by kind of result, and collects what they warned of.
-void AddRun(const std::filesystem::path& record_path, Json& report) {
+void AddRun(const std::filesystem::path& record_path,
+            const std::map<std::string, std::string>& default_options, Json& report) {
   const Json record = ReadJson(record_path);
   report["version"] = record.value("version", "");
   report["options"] = record.value("options", Json::object());
+  report["chosen_options"] = ChosenOptions(report["options"], default_options);
   report["runs"] = record.value("runs", Json::array());
   Json stages = Json::object();
   const Json images = record.value("images", Json::object());
@@ -106,22 +137,50 @@ void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& repor
   }
 }
 
+// Of the view's frusta: half of the image plane's sides at distance 1 are tan_x and tan_y.
+Json CamerasJson(const Workspace& workspace, const std::array<double, 3>& offset) {
+  Json cameras = Json::array();
+  for (const phi::SceneView& view : workspace.views()) {
+    const Eigen::Vector3d c = view.camera.pose.Center() - Eigen::Vector3d(offset[0], offset[1], offset[2]);
+    const Eigen::Vector3d up = -view.camera.pose.rotation.row(1), forward = view.camera.pose.rotation.row(2);
+    const phi::Pinhole& k = view.camera.pinhole;
+    cameras.push_back({{"name", view.name},
+                       {"center", {c.x(), c.y(), c.z()}},
+                       {"up", {up.x(), up.y(), up.z()}},
+                       {"forward", {forward.x(), forward.y(), forward.z()}},
+                       {"tan_x", 0.5 * k.width / k.fx},
+                       {"tan_y", 0.5 * k.height / k.fy}});
+  }
+  return cameras;
+}
+
 void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& report) {
   const auto path = options.cloud.empty() ? options.workspace / "fused.ply" : options.cloud;
   if (options.cloud.empty() && !std::filesystem::exists(path)) return;
-  const ReportCloud cloud = MakeReportCloud(path, options.max_points);
-  Json cameras = Json::array();
-  for (const phi::SceneView& view : workspace.views()) {
-    const Eigen::Vector3d c = view.camera.pose.Center();
-    const Eigen::Vector3d up = -view.camera.pose.rotation.row(1), forward = view.camera.pose.rotation.row(2);
-    cameras.push_back({{"center", {c.x(), c.y(), c.z()}},
-                       {"up", {up.x(), up.y(), up.z()}},
-                       {"forward", {forward.x(), forward.y(), forward.z()}}});
+  CloudSample sample = SampleCloud(path, options.max_points);
+  // Our own fuser moves clouds that lie far from the origin.
+  const std::array<double, 3> offset =
+      sample.has_origin ? ChooseWorldOffset(workspace) : std::array<double, 3>{};
+  if (!options.truth_depth_maps.empty() && offset == std::array<double, 3>{}) {
+    CompareWithTruth(workspace, FindTruthMaps(options.truth_depth_maps), options.values_per_unit, &sample);
   }
-  report["cloud"] = {{"file", path.string()},        {"num_points", cloud.num_points},
-                     {"num_shown", cloud.num_shown}, {"center", cloud.center},
-                     {"scale", cloud.scale},         {"positions", cloud.positions},
-                     {"colors", cloud.colors},       {"cameras", cameras}};
+  const ReportCloud cloud = PackCloud(sample);
+  report["cloud"] = {{"file", path.string()},
+                     {"num_points", sample.num_points},
+                     {"num_shown", cloud.num_shown},
+                     {"center", cloud.center},
+                     {"scale", cloud.scale},
+                     {"positions", cloud.positions},
+                     {"colors", cloud.colors},
+                     {"normals", cloud.normals},
+                     {"inferred", cloud.inferred},
+                     {"errors", cloud.errors},
+                     {"error_unit", CloudSample::kErrorUnit},
+                     {"view_counts", cloud.view_counts},
+                     {"views", cloud.views},
+                     {"cameras", CamerasJson(workspace, offset)}};
+  const std::filesystem::path fusion = path.string() + ".json";
+  if (std::filesystem::exists(fusion)) report["fusion"] = ReadJson(fusion);
 }
 
 std::string Now() {
@@ -144,6 +203,13 @@ std::string ForScript(const Json& json) {
   return safe;
 }
 
+// The masks that the last run used, where they still are; as given, they may be relative to the folder that it ran in.
+std::filesystem::path MaskFolder(const Json& report) {
+  const Json options = report.value("options", Json::object());
+  const std::string folder = options.value("PhiStereo.mask_path", "");
+  return std::filesystem::is_directory(folder) ? folder : "";
+}
+
 }  // namespace
 
 std::string ReportOptions::Check() const {
@@ -158,16 +224,15 @@ std::string ReportOptions::Check() const {
 void WriteReport(const ReportOptions& options) {
   WorkspaceOptions workspace_options;
   workspace_options.path = options.workspace;
-  const Workspace workspace(workspace_options);
   Json report = {{"workspace", std::filesystem::absolute(options.workspace).lexically_normal().string()},
                  {"written", Now()},
                  {"program", PHIMVS_VERSION},
                  {"warnings", Json::array()},
                  {"evaluations", Json::array()}};
-  const auto record = workspace.StereoFolder() / "phimvs.json";
+  const auto record = options.workspace / "stereo" / "phimvs.json";
   if (std::filesystem::exists(record)) {
     try {
-      AddRun(record, report);
+      AddRun(record, options.default_options, report);
     } catch (const Json::exception& error) {
       WarnOfDamagedRecord(error.what(), report);
     } catch (const phi::InputError& error) {
@@ -176,6 +241,8 @@ void WriteReport(const ReportOptions& options) {
   } else {
     report["warnings"].push_back("stereo/phimvs.json is missing: times and settings are unknown");
   }
+  workspace_options.mask_path = MaskFolder(report);
+  const Workspace workspace(workspace_options);
   AddCloud(options, workspace, report);
   const std::vector<ReportImage> images = MakeReportImages(workspace, options);
   RequireContent(workspace, images, report);

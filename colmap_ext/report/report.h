@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct ReportOptions {
   int picture_size = 800;                   // --picture_size: longest side, pixels
   int max_images = 40;                      // --max_images with pictures; figures are for all
   int max_points = 250000;                  // --max_points of the cloud's view
+  // To tell which of a run's options were chosen; options that are not named here are not told.
+  std::map<std::string, std::string> default_options;
   std::string Check() const;
 };
 

@@ -1,23 +1,55 @@
-// The thinned cloud that the report shows.
+// The part of the cloud that the report shows.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
+#include <vector>
+
+#include "colmap_ext/workspace.h"
 
 namespace colmap_ext {
 
+// A random choice of a cloud's points, in the order of the file.
+struct CloudSample {
+  struct Point {
+    std::array<double, 3> xyz{};
+    std::array<float, 3> normal{};
+    std::array<std::uint8_t, 3> rgb{160, 160, 160};
+    bool inferred = false;
+    std::uint8_t error = 255;         // to truth, over depth, in units of kErrorUnit; 254: that or more; 255: not known
+    std::vector<std::uint16_t> views;  // images that see it, as indices into the workspace's views
+  };
+  static constexpr double kErrorUnit = 0.05 / 254;
+
+  std::uint64_t num_points = 0;  // of the file
+  std::vector<Point> points;
+  bool has_normals = false, has_origin = false;  // properties of the file
+};
+
+// At most max_points, each point of the file as likely as any other; the same for the same file. Views are read from the
+// .vis file beside it, where there is one for as many points. Throws phi::InputError for a damaged file.
+CloudSample SampleCloud(const std::filesystem::path& ply, int max_points);
+
+// Sets the points' errors: the difference in depth to the truth in the first image that sees the point and has truth
+// there. truth: by image name, as FindTruthMaps.
+void CompareWithTruth(const Workspace& workspace, const std::map<std::string, std::filesystem::path>& truth,
+                      double values_per_unit, CloudSample* sample);
+
+// What the page draws, without the points far outside the bulk, so that a few strays do not shrink the view.
 // Coordinates are 16-bit, x = center + scale * value / 32767.
 struct ReportCloud {
-  std::size_t num_points = 0;  // of the file
   std::size_t num_shown = 0;
   double center[3] = {0, 0, 0};
   double scale = 1;
-  std::string positions;  // base64 of little-endian int16, x y z
-  std::string colors;     // base64 of uint8, r g b
+  // base64 of little-endian values: int16 x y z; uint8 r g b; int8 x y z (or empty); uint8; uint8 (or empty); number of
+  // views, uint8 (255: that or more); views of all points, one after the other, at most 255 each, uint16.
+  std::string positions, colors, normals, inferred, errors, view_counts, views;
 };
 
-// Takes points evenly over the file; drops what lies far outside the bulk, so that a few strays do not shrink the view.
-ReportCloud MakeReportCloud(const std::filesystem::path& ply, int max_points);
+ReportCloud PackCloud(const CloudSample& sample);
 
 }  // namespace colmap_ext

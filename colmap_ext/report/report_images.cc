@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 #include <optional>
@@ -10,6 +11,8 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/map_statistics.h"
+#include "colmap_ext/progress.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -26,11 +29,19 @@ double ValidPercent(const DepthMap& depth) {
   return 100.0 * static_cast<double>(valid) / static_cast<double>(depth.size());
 }
 
-std::string RangeCaption(DepthRange range) {
-  char text[96];
-  std::snprintf(text, sizeof(text), "%.4g (near) to %.4g (far), world units", range.lower, range.upper);
-  return range.upper > 0 ? text : "no depth";
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", value);
+  return text;
 }
+
+// Near is warm.
+ReportLegend DepthLegend(DepthRange range) {
+  if (!(range.upper > 0)) return {};
+  return {"turbo", Number(range.upper) + " far", Number(range.lower) + " near, world units"};
+}
+
+ReportLegend DifferenceLegend() { return {"viridis", "0", Number(100 * kMaxRelativeDifference) + " % of the depth or more"}; }
 
 class ImageMaker {
  public:
@@ -44,6 +55,7 @@ class ImageMaker {
 
   ReportImage Make() {
     result_.name = workspace_.views()[image_].name;
+    result_.view = image_;
     const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
     const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadDepthMap);
     const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
@@ -54,6 +66,7 @@ class ImageMaker {
     if (geometric) result_.geometric = ValidPercent(*geometric);
     if (geometric && filled) result_.filled = FilledPercent(*geometric, *filled);
     if (!photometric && !geometric) result_.warnings.push_back("has no depth map");
+    if (const auto& best = geometric ? geometric : measured ? measured : photometric; best) AddDepths(*best);
     if (with_pictures_) AddPictures(photometric, measured, geometric, filled);
     return std::move(result_);
   }
@@ -78,8 +91,25 @@ class ImageMaker {
     return 100.0 * static_cast<double>(count) / static_cast<double>(depth.size());
   }
 
-  void Add(const std::string& title, std::string uri, const std::string& caption) {
-    result_.pictures.push_back({title, std::move(uri), caption});
+  void Add(const std::string& title, std::string uri, const std::string& caption, ReportLegend legend = {}) {
+    result_.pictures.push_back({title, std::move(uri), caption, std::move(legend)});
+  }
+
+  void AddDepths(const DepthMap& depth) {
+    constexpr double kBinsPerOctave = 8;
+    const MapStatistics statistics = DepthStatistics(depth);
+    result_.width = depth.width();
+    result_.height = depth.height();
+    if (statistics.num_valid == 0) return;
+    result_.near_depth = statistics.low;
+    result_.median_depth = statistics.median;
+    result_.far_depth = statistics.high;
+    const phi::Pinhole& camera = workspace_.views()[image_].camera.pinhole;
+    result_.pixel_size = statistics.median / (camera.fx * depth.width() / camera.width);
+    for (const float d : depth) {
+      if (d > 0 && std::isfinite(d))
+        ++result_.depth_histogram[static_cast<int>(std::floor(kBinsPerOctave * std::log2(d)))];
+    }
   }
 
   void AddPictures(const std::optional<DepthMap>& photometric, const std::optional<DepthMap>& measured,
@@ -99,27 +129,36 @@ class ImageMaker {
     const auto& best = geometric ? geometric : measured ? measured : photometric;
     if (!best) return;
     const DepthRange range = RobustDepthRange(*best);
-    if (photometric) Add("Raw depth", DepthPicture(*photometric, range, side), RangeCaption(range));
+    const ReportLegend legend = DepthLegend(range);
+    if (photometric)
+      Add("Raw depth", DepthPicture(*photometric, range, side), "estimated, before the filter", legend);
     if (measured)
-      Add("Measured depth", DepthPicture(*measured, range, side), "confirmed by other views; black: none");
-    if (geometric) Add("Final depth", DepthPicture(*geometric, range, side), RangeCaption(range));
+      Add("Measured depth", DepthPicture(*measured, range, side), "confirmed by other views; black: none",
+          legend);
+    if (geometric)
+      Add("Final depth", DepthPicture(*geometric, range, side), "measured and inferred; black: none", legend);
     const auto normals =
         Read(workspace_.NormalMapPath(image_, geometric ? kGeometric : kPhotometric), ReadNormalMap);
     if (normals)
       Add("Normals", NormalPicture(*normals, side), "red right, green up, blue towards the camera");
     const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric), ReadDepthMap);
-    if (cost) Add("Matching cost", CostPicture(*cost, side), "dark 0 (alike) to bright 2 (unlike)");
+    if (cost) Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
+    if (const auto mask = workspace_.ImageMaskPath(image_); !mask.empty()) {
+      const auto left_out = Read(mask, [](const auto& path) { return ReadGrayImage(path); });
+      if (left_out) Add("Mask", MaskPicture(*left_out, side), "black: left out of the reconstruction");
+    }
     if (filled) Add("Filled mask", MaskPicture(*filled, side), "white: inferred, not measured");
     AddDifferences(*best);
   }
 
   void AddDifferences(const DepthMap& depth) {
-    const std::string caption = "dark 0 to yellow 5 % of the depth or more; grey: not in both";
+    const std::string caption = "grey: not in both";
     if (const auto file = truth_.find(result_.name); file != truth_.end()) {
       const auto truth = Read(file->second, [&](const std::filesystem::path& p) {
         return ReadTruthDepth(p, options_.values_per_unit);
       });
-      if (truth) Add("Difference to truth", DifferencePicture(depth, *truth, options_.picture_size), caption);
+      if (truth) Add("Difference to truth", DifferencePicture(depth, *truth, options_.picture_size), caption,
+            DifferenceLegend());
     }
     if (options_.compare_workspace.empty()) return;
     const auto other =
@@ -131,9 +170,9 @@ class ImageMaker {
     }
     Add("Depth, " + options_.compare_name,
         DepthPicture(*other, RobustDepthRange(depth), options_.picture_size),
-        "same colours as the final depth");
+        "same colours as the final depth", DepthLegend(RobustDepthRange(depth)));
     Add("Difference to " + options_.compare_name, DifferencePicture(depth, *other, options_.picture_size),
-        caption);
+        caption, DifferenceLegend());
   }
 
   const Workspace& workspace_;
@@ -157,8 +196,10 @@ std::vector<ReportImage> MakeReportImages(const Workspace& workspace, const Repo
   std::sort(by_name.begin(), by_name.end(),
             [&](int a, int b) { return workspace.views()[a].name < workspace.views()[b].name; });
   std::vector<ReportImage> images(count);
+  ProgressLine progress(ProgressStage{.name = "reading maps"}, count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     phi::ThrowIfCancelled();
+    const ProgressLine::Task task(&progress);
     images[i] = ImageMaker(workspace, options, truth, by_name[i], i % step == 0).Make();
   });
   return images;

@@ -8,7 +8,7 @@
 namespace phi {
 
 // The process exit code that a command ends with.
-enum class ExitCode { kOk = 0, kUsage = 1, kBadInput = 2, kOutOfResources = 3, kSomeImagesFailed = 4 };
+enum class ExitCode { kOk = 0, kUsage = 1, kBadInput = 2, kOutOfResources = 3, kSomeImagesFailed = 4, kNoDevice = 5 };
 
 // Of a command that does what it can: bad input where nothing could be done.
 inline ExitCode CodeOfFailures(std::size_t num_failed, std::size_t num_all) {
@@ -33,6 +33,10 @@ struct InputError : Error {
 };
 struct ResourceError : Error {
   explicit ResourceError(const std::string& message) : Error(ExitCode::kOutOfResources, message) {}
+};
+// There is no device of the kind that was asked for.
+struct NoDeviceError : Error {
+  explicit NoDeviceError(const std::string& message) : Error(ExitCode::kNoDevice, message) {}
 };
 
 }  // namespace phi

@@ -5,6 +5,8 @@
 #include <mutex>
 #include <utility>
 
+#include "phi/base/utc_time.h"
+
 namespace phi {
 namespace {
 
@@ -23,6 +25,11 @@ std::atomic<int>& Level() {
   return level;
 }
 
+std::atomic<bool>& Timestamps() {
+  static std::atomic<bool> on{false};
+  return on;
+}
+
 const char* Prefix(LogLevel level) {
   switch (level) {
     case LogLevel::kError:
@@ -35,6 +42,12 @@ const char* Prefix(LogLevel level) {
 }
 
 }  // namespace
+
+void SetLogTimestamps(bool on) { Timestamps() = on; }
+
+std::string LogLine(LogLevel level, const std::string& message) {
+  return (Timestamps() ? UtcNow() + " " : "") + Prefix(level) + message;
+}
 
 void SetLogSink(LogSink sink) {
   std::lock_guard<std::mutex> lock(SinkMutex());
@@ -51,7 +64,7 @@ void Log(LogLevel level, const std::string& message) {
   if (Sink()) {
     Sink()(level, message);
   } else {
-    std::fprintf(stderr, "%s%s\n", Prefix(level), message.c_str());
+    std::fprintf(stderr, "%s\n", LogLine(level, message).c_str());
   }
 }
 

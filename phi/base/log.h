@@ -16,6 +16,11 @@ void SetLogSink(LogSink sink);
 void SetLogLevel(LogLevel level);
 LogLevel GetLogLevel();
 
+// Puts the time of day (UTC, ISO 8601) before each line; off at first.
+void SetLogTimestamps(bool on);
+// The line as the default sink prints it: time of day if wanted, "warning: " or "error: ", the message.
+std::string LogLine(LogLevel level, const std::string& message);
+
 void Log(LogLevel level, const std::string& message);
 inline void LogError(const std::string& m) { Log(LogLevel::kError, m); }
 inline void LogWarning(const std::string& m) { Log(LogLevel::kWarning, m); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "phi/base/cancellation.h"
+#include "phi/cpu/estimation_work.h"
 #include "phi/cpu/simd_matcher.h"
 #include "phi/initialization.h"
 #include "phi/matching/coarse_hypothesis.h"
@@ -85,18 +86,20 @@ PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& star
 }
 
 template <int kViews>
-void Run(const CpuContext& context, const Start& start) {
+void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       InitializePixelState<kViews>(context, x, y, StartHypothesis(p, start, x, y));
     }
+    work->RowDone(width, EstimationWork::kFirstHypotheses);
   });
   for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
     for (int colour = 0; colour < 2; ++colour) {
       ForEachRow(height, [&](int y) {
         for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel<kViews>(context, x, y, iteration);
+        work->RowDone(width, EstimationWork::kHalfPassHypotheses);
       });
     }
   }
@@ -114,7 +117,7 @@ void ReduceImages(int level, EstimationInput* input) {
 }
 
 EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions& options,
-                              const Start& start) {
+                              const Start& start, EstimationWork* work) {
   const EstimationParameters parameters = MakeEstimationParameters(input, options);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
@@ -124,9 +127,9 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
     context.source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
   if (parameters.num_views <= 8) {
-    Run<8>(context, start);
+    Run<8>(context, start, work);
   } else {
-    Run<kMaxSourceViews>(context, start);
+    Run<kMaxSourceViews>(context, start, work);
   }
   return {std::move(arrays.plane), std::move(arrays.cost)};
 }
@@ -141,6 +144,8 @@ DepthRangeMap RangesOf(const EstimationInput& input) {
 
 EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions& options) {
   const std::vector<EstimationPart> parts = EstimationParts(input, options);
+  const Pinhole& size = input.reference.view->camera.pinhole;
+  EstimationWork work(parts, size.width, size.height, input.tell_progress);
   const DepthRangeMap ranges = RangesOf(PartInput(input, options, parts.front()).input());
   EstimationResult result;
   int coarser_level = parts.front().level;
@@ -151,7 +156,7 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
     const Start start = {.earlier = input.initial.get(),
                          .coarse = {coarse.view(), coarser_level - part.level},
                          .ranges = {ranges.view(), kDepthRangeCell << (parts.front().level - part.level)}};
-    result = EstimatePart(of_part.input(), of_part.options(), start);
+    result = EstimatePart(of_part.input(), of_part.options(), start, &work);
     coarser_level = part.level;
   }
   return result;

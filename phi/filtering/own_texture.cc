@@ -6,7 +6,6 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/box_sums.h"
-#include "phi/base/image_noise.h"
 
 namespace phi {
 namespace {
@@ -45,10 +44,9 @@ bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int 
 
 }  // namespace
 
-void DropPlainPixels(const GrayImage& image, PlaneMap* map) {
+void DropPlainPixels(const GrayImage& image, double noise, PlaneMap* map) {
   if (image.width() < kSide || image.height() < kSide) return;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
-  const double noise = NoiseDeviation(image.view());
   const double min_variance = kSumsPerGreyLevel * kSumsPerGreyLevel *
                               std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, map->height(), [&](int y) {

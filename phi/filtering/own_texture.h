@@ -20,7 +20,7 @@ inline constexpr double kMinOwnVariance = 0.125;
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
 // Takes the depth from the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
-// its noise lets it. The map has the image's size; images smaller than the surroundings keep all.
-void DropPlainPixels(const GrayImage& image, PlaneMap* map);
+// its noise lets it (NoiseDeviation, grey levels). The map has the image's size; images smaller than the surroundings keep all.
+void DropPlainPixels(const GrayImage& image, double noise, PlaneMap* map);
 
 }  // namespace phi

@@ -122,7 +122,7 @@ PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, cons
 Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
   std::vector<PooledSupport> pooled;
   if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
-  return Hypotheses(*input.measured, formulas, input.reference.image.get(), input.reference.view->image_id,
+  return Hypotheses(*input.measured, formulas, RegionImage(input).get(), input.reference.view->image_id,
                     pooled, PrecisionOf(input));
 }
 

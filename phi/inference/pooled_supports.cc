@@ -8,6 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/support_visibility.h"
@@ -43,6 +44,7 @@ class SourcePool {
              const DepthMap& depths)
       : measured_(*input.measured),
         surroundings_(surroundings),
+        mask_(input.mask.get()),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
         depths_(depths),
@@ -98,6 +100,7 @@ class SourcePool {
     const int px = support->PixelX(), py = support->PixelY();
     // The reference's own measurement knows better what is there.
     if (measured_(px, py).depth != 0) return;
+    if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
     if (surroundings_.Hide(px, py, support->inverse_depth)) return;
@@ -123,6 +126,7 @@ class SourcePool {
 
   const PlaneMap& measured_;
   const Surroundings& surroundings_;
+  const ImageMask* mask_;  // null: nothing is left out
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
   const DepthMap& depths_;

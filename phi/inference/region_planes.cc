@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 #include <Eigen/Dense>
 
+#include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/plane_normal.h"
@@ -288,6 +289,11 @@ DepthPrecision PrecisionOf(const InferenceInput& input) {
   std::vector<const Camera*> sources;
   for (const ViewImage& source : input.sources) sources.push_back(&source.view->camera);
   return {input.reference.view->camera, sources};
+}
+
+std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
+  if (input.mask == nullptr) return input.reference.image;
+  return std::make_shared<const GrayImage>(CutOutMask(*input.reference.image, *input.mask));
 }
 
 RegionPlanes::RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,9 @@ struct RegionPlane {
 
 // Of the reference view, as its sources tell it.
 DepthPrecision PrecisionOf(const InferenceInput& input);
+
+// The image whose regions are found: the reference's, its mask cut out.
+std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
 
 class RegionPlanes {
  public:

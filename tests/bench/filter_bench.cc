@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "phi/filtering/neighbor_agreement.h"
+#include "phi/base/image_noise.h"
 #include "phi/filtering/own_texture.h"
 
 namespace {
@@ -73,7 +74,7 @@ void OwnTexture(benchmark::State& state) {
     state.PauseTiming();
     phi::PlaneMap kept = map;
     state.ResumeTiming();
-    phi::DropPlainPixels(image, &kept);
+    phi::DropPlainPixels(image, phi::NoiseDeviation(image.view()), &kept);
     benchmark::DoNotOptimize(kept.data());
   }
 }

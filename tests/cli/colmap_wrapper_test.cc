@@ -54,6 +54,33 @@ TEST_F(ColmapWrapper, TakesOverPatchMatchStereo) {
   EXPECT_EQ(result.exit_code, 3);
 }
 
+// COLMAP makes two sparse models, with --dense 0 whatever was asked.
+TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
+  const std::string project = (folder_ / "project").string();
+  WriteProgram(folder_ / "real/colmap", "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
+                                            "/sparse/1\n");
+  WriteProgram(folder_ / "bin/phimvs", "echo \"phimvs: $*\"\n");
+  const ProgramResult result =
+      Colmap({"automatic_reconstructor", "--workspace_path", project, "--image_path", "photos", "--quality", "medium"});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  std::string expected = "real colmap: automatic_reconstructor --workspace_path " + project +
+                         " --image_path photos --quality medium --dense 0\n";
+  for (const std::string model : {"0", "1"}) {
+    const std::string dense = project + "/dense/" + model;
+    expected += "real colmap: image_undistorter --image_path photos --input_path " + project + "/sparse/" + model +
+                "/ --output_path " + dense + " --max_image_size 1600\nphimvs: dense --workspace_path " + dense +
+                "\nreal colmap: poisson_mesher --input_path " + dense + "/fused.ply --output_path " + dense +
+                "/meshed-poisson.ply\n";
+  }
+  EXPECT_EQ(result.output, expected);
+}
+
+TEST_F(ColmapWrapper, LeavesAReconstructionWithoutDenseModelToColmap) {
+  const ProgramResult result = Colmap({"automatic_reconstructor", "--workspace_path", "w", "--dense", "0"});
+  EXPECT_EQ(result.output, "real colmap: automatic_reconstructor --workspace_path w --dense 0\n");
+  EXPECT_EQ(result.exit_code, 7);
+}
+
 TEST_F(ColmapWrapper, TakesOverStereoFusionOnRequestOnly) {
   EXPECT_EQ(Colmap({"stereo_fusion"}).output, "real colmap: stereo_fusion\n");
   EXPECT_EQ(Colmap({"stereo_fusion"}, {"PHIMVS_STEREO_FUSION=1"}).output, "phimvs: stereo_fusion\n");

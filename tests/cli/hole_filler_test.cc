@@ -23,6 +23,7 @@ using test_support::ReadBytes;
 using test_support::RunProgram;
 using test_support::TemporaryFolder;
 using testing::HasSubstr;
+using testing::Not;
 
 bool InHole(int x, int y) { return x >= 60 && x < 100 && y >= 45 && y < 75; }
 
@@ -76,8 +77,13 @@ class ForeignWorkspace {
     return colmap_ext::ReadDepthMap(path() / "stereo/depth_maps" / MapName(view, kind));
   }
   ProgramResult Fill(const std::string& mode) const {
-    return RunProgram({PHIMVS_BINARY, "hole_filler", "--workspace_path", path().string(),
-                       "--PhiStereo.backend", "cpu", "--PhiInference.mode", mode});
+    return Run({"--PhiInference.mode", mode, "--overwrite", "true"});
+  }
+  ProgramResult Run(const std::vector<std::string>& options) const {
+    std::vector<std::string> command = {PHIMVS_BINARY, "hole_filler",         "--workspace_path",
+                                        path().string(), "--PhiStereo.backend", "cpu"};
+    command.insert(command.end(), options.begin(), options.end());
+    return RunProgram(command);
   }
   ProgramResult Stereo(const std::vector<std::string>& options) const {
     std::vector<std::string> command = {PHIMVS_BINARY,
@@ -186,6 +192,42 @@ TEST(HoleFillerCommand, DoubtfulDepthsAreNotPublished) {
   }
 }
 
+// The depths of the first image are given as negative where there are none, which measured maps must not hold.
+TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
+  const ForeignWorkspace workspace;
+  const fs::path first = workspace.path() / "stereo/depth_maps" / MapName(0, "geometric");
+  phi::Array2D<float> depth = workspace.Depth(0, "geometric");
+  for (float& d : depth) d = d > 0 ? d : -1;
+  colmap_ext::WriteDepthMap(first, depth);
+  const auto originals = workspace.Files();
+
+  const ProgramResult refused = workspace.Run({});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("was made by another program, and filling replaces it; add --overwrite"));
+  EXPECT_EQ(workspace.Files(), originals);
+  EXPECT_EQ(workspace.Run({"--restore", "true"}).exit_code, 2) << "nothing was filled yet";
+
+  ASSERT_EQ(workspace.Run({"--overwrite", "true"}).exit_code, 0);
+  EXPECT_NE(workspace.Files(), originals);
+  EXPECT_EQ(workspace.Run({}).exit_code, 0) << "the filled maps are its own";
+  const ProgramResult restored = workspace.Run({"--restore", "true"});
+  EXPECT_EQ(restored.exit_code, 0) << restored.errors;
+  EXPECT_EQ(workspace.Files(), originals);
+  EXPECT_EQ(workspace.Run({}).exit_code, 2) << "they are the other program's again";
+}
+
+// The measured maps are phimvs's own there.
+TEST(HoleFillerCommand, RestoreLeavesMapsOfPatchMatchStereoAlone) {
+  const ForeignWorkspace workspace;
+  ASSERT_EQ(workspace.Stereo({"--overwrite", "true"}).exit_code, 0);
+  ASSERT_EQ(workspace.Run({}).exit_code, 0);
+  const auto files = workspace.Files();
+  const ProgramResult result = workspace.Run({"--restore", "true"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("--PhiInference.mode off"));
+  EXPECT_EQ(workspace.Files(), files);
+}
+
 TEST(HoleFillerCommand, OffTakesFilledDepthsBackOut) {
   const ForeignWorkspace workspace;
   const std::string depth = workspace.path() / "stereo/depth_maps/view1.png.geometric.bin";
@@ -218,6 +260,28 @@ TEST(HoleFillerCommand, LeavesAWorkspaceThatBothCommandsGoOnFrom) {
   const ProgramResult again = workspace.Stereo({});
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_EQ(workspace.Files(), own);
+}
+
+// What is fused is what the last run meant, or a warning says so.
+TEST(StaleMaps, AreNamedBeforeTheyAreFused) {
+  const ForeignWorkspace workspace;
+  const auto fuse = [&](const std::string& type) {
+    return RunProgram({PHIMVS_BINARY, "stereo_fusion", "--workspace_path", workspace.path(), "--output_path",
+                       workspace.path() / "fused.ply", "--input_type", type});
+  };
+  EXPECT_THAT(fuse("geometric").errors, Not(HasSubstr("warning"))) << "all are another program's";
+  ASSERT_EQ(workspace.Stereo({"--overwrite", "true"}).exit_code, 0);
+  EXPECT_THAT(fuse("geometric").errors, Not(HasSubstr("of the last run")));
+  ASSERT_EQ(workspace.Stereo({"--PatchMatchStereo.geom_consistency", "false"}).exit_code, 0);
+  EXPECT_THAT(fuse("geometric").errors,
+              HasSubstr("geometric maps, view0.png the first, were made with other options than those of the last run"));
+  EXPECT_THAT(fuse("photometric").errors, Not(HasSubstr("of the last run")));
+  ASSERT_EQ(workspace.Stereo({}).exit_code, 0);
+  EXPECT_THAT(fuse("geometric").errors, Not(HasSubstr("of the last run")));
+  ASSERT_EQ(workspace.Run({}).exit_code, 0);
+  for (const std::string type : {"geometric", "measured", "photometric"}) {
+    EXPECT_THAT(fuse(type).errors, Not(HasSubstr("of the last run"))) << type;
+  }
 }
 
 // What was inferred once must never come back as measured.

@@ -166,10 +166,15 @@ TEST_F(OptionParserTest, ColmapsDefaultsOnTheCommandLineCount) {
   EXPECT_EQ(warnings_[0], "--PatchMatchStereo.sigma_color has no effect: there is no colour term");
 }
 
-TEST_F(OptionParserTest, LogsEffectiveValues) {
-  Parse({"--PhiStereo.speed", "fast", "--default_random_seed", "4000000000"});
+TEST_F(OptionParserTest, LogsWhatDiffersFromTheDefaults) {
+  Parse({"--PhiStereo.speed", "fast", "--PatchMatchStereo.num_iterations", "8"});
+  EXPECT_EQ(log_, "options: --PhiStereo.speed fast\n");
+}
+
+TEST_F(OptionParserTest, LogsAllValuesAtLevel3) {
+  Parse({"--log_level", "3", "--PhiStereo.speed", "fast", "--default_random_seed", "4000000000"});
   EXPECT_THAT(log_, HasSubstr("options PatchMatchStereo: filter=true num_iterations=8"));
-  EXPECT_THAT(log_, HasSubstr("speed=fast"));
+  EXPECT_THAT(log_, HasSubstr("options PhiStereo: speed=fast"));
   EXPECT_EQ(parser_.random_seed(), 4000000000u);
   EXPECT_EQ(parser_.EffectiveValues().at("default_random_seed"), "4000000000");
 }

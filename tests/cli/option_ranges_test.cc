@@ -42,7 +42,7 @@ void Fusion(const std::string& option, const std::string& value) {
   const std::string name = "--" + option;
   const char* arguments[] = {"phimvs", "--workspace_path", "w", name.c_str(), value.c_str()};
   parser.Parse(5, arguments);
-  options.Finish();
+  options.Finish(parser);
 }
 
 template <typename Options>

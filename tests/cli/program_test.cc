@@ -14,6 +14,7 @@ namespace {
 using test_support::TemporaryFolder;
 using test_support::WatchedResult;
 using test_support::WatchOptions;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
@@ -150,11 +151,12 @@ TEST(ProgramTest, SummaryTellsTimesAndMemory) {
   const WatchedResult result = RunStereo(folder.path());
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.out, "");
-  EXPECT_THAT(result.err, HasSubstr("PatchMatchStereo: "));  // the effective options
-  EXPECT_THAT(result.err, HasSubstr("backend: cpu"));
-  EXPECT_THAT(result.err, HasSubstr("time: photometric"));
-  EXPECT_THAT(result.err, HasSubstr("memory: peak "));
-  EXPECT_THAT(result.err, HasSubstr("images/s"));
+  EXPECT_THAT(result.err, HasSubstr("3 images, 24x16, 2 source views each, cpu ("));
+  EXPECT_THAT(result.err, ContainsRegex("\n3 images done in [0-9]+ s.*most memory [0-9.]+ GB\n"));
+  EXPECT_THAT(result.err, Not(HasSubstr("num_iterations=")));  // all options: at level 3 only
+  const WatchedResult detailed = RunStereo(folder.path(), {"--log_level", "3", "--overwrite", "true"});
+  EXPECT_THAT(detailed.err, HasSubstr("num_iterations="));
+  EXPECT_THAT(detailed.err, HasSubstr("memory: peak "));
 }
 
 class InterruptionTest : public ::testing::Test {
@@ -216,8 +218,24 @@ TEST_F(InterruptionTest, TerminalShowsABar) {
   test_support::WriteNoiseWorkspace(folder.path(), kOptions);
   const WatchedResult result = RunStereo(folder.path(), {}, {.terminal = true, .while_running = {}});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.err, HasSubstr("\r\033[K["));
-  EXPECT_THAT(result.err, HasSubstr("images, time left"));
+  EXPECT_THAT(result.err, ContainsRegex("\r.\\[J\\[[#.]+\\] [0-9]+ %, "));
+}
+
+// Of 40 columns, the last of which stays free, since a full row would move to the next.
+TEST_F(InterruptionTest, BarFitsTheTerminal) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+  const WatchedResult result = RunStereo(folder.path(), {}, {.terminal = true, .columns = 40});
+  const std::string begin = "\r\033[J";
+  int num_bars = 0;
+  for (std::size_t at = result.err.find(begin); at != std::string::npos; at = result.err.find(begin, at)) {
+    at += begin.size();
+    const std::string bar = result.err.substr(at, result.err.find_first_of("\r\n", at) - at);
+    if (!bar.starts_with("[")) continue;  // a line of log
+    ++num_bars;
+    EXPECT_LE(bar.size(), 39u) << bar;
+  }
+  EXPECT_GT(num_bars, 0);
 }
 
 TEST_F(InterruptionTest, SecondProcessInTheSameWorkspaceIsRefused) {

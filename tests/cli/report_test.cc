@@ -6,8 +6,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/report/report_cloud.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "colmap_ext/sparse_model.h"
+#include "colmap_ext/workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -108,6 +110,10 @@ TEST_F(ReportCommand, TellsCoverageTimesSettingsAndScores) {
   EXPECT_EQ(data["warnings"][0], "a.png (photometric): </script> sees <one> view");
   EXPECT_EQ(data["evaluations"][0]["name"], "ours");
   EXPECT_EQ(data["cloud"]["num_points"], 2);
+  EXPECT_EQ(data["chosen_options"], nlohmann::json({{"PhiStereo.quality", "fast"}}));
+  // 48 of 64 columns have depth 2, which lies in the eighths of an octave from 8 log2(2) = 8; f = 60 pixels.
+  EXPECT_EQ(image["depth_histogram"], nlohmann::json::array({{8, 48 * kHeight}}));
+  EXPECT_NEAR(image["pixel_size"], 2 / 60.0, 1e-6);
 }
 
 TEST_F(ReportCommand, NeedsNoNetwork) {
@@ -183,6 +189,67 @@ TEST_F(ReportCommand, BrowserDrawsIt) {
     EXPECT_GT(share({59, 161, 230}, {63, 165, 234}), 0.0002) << "the filled bar at " << size;
     std::filesystem::remove(folder_ / "page.png");
   }
+}
+
+// A cloud of points 0, 1, 2, ... along x, with the images that see them: i % 3 of them.
+void WriteCloud(const std::filesystem::path& path, std::uint32_t num_points) {
+  std::string cloud = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(num_points) +
+                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar inferred\nend_header\n";
+  std::string visibility;
+  const auto add = [&](auto value) { visibility.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+  add(std::uint64_t{num_points});
+  for (std::uint32_t i = 0; i < num_points; ++i) {
+    cloud += std::to_string(i) + " 0 0 " + std::to_string(i % 2) + "\n";
+    add(i % 3);
+    for (std::uint32_t view = 0; view < i % 3; ++view) add(10 * i + view);
+  }
+  WriteBytes(path, cloud);
+  WriteBytes(path.string() + ".vis", visibility);
+}
+
+// Neither half of the budget is lost where it is a little more than half of the points, nor is every second one taken.
+TEST(SampleCloud, TakesWhatIsAskedForAtRandomWithItsViews) {
+  const TemporaryFolder folder;
+  WriteCloud(folder / "a.ply", 1000);
+  const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", 600);
+  EXPECT_EQ(sample.num_points, 1000u);
+  ASSERT_EQ(sample.points.size(), 600u);
+  int num_first_half = 0, num_odd = 0;
+  for (const auto& point : sample.points) {
+    const int i = static_cast<int>(point.xyz[0]);
+    num_first_half += i < 500;
+    num_odd += i % 2;
+    EXPECT_EQ(point.inferred, i % 2 == 1);
+    std::vector<std::uint16_t> views;
+    for (int view = 0; view < i % 3; ++view) views.push_back(static_cast<std::uint16_t>(10 * i + view));
+    EXPECT_EQ(point.views, views) << i;
+  }
+  EXPECT_NEAR(num_first_half, 300, 40);  // standard deviation: 8
+  EXPECT_NEAR(num_odd, 300, 40);
+  EXPECT_EQ(colmap_ext::SampleCloud(folder / "a.ply", 5000).points.size(), 1000u);
+}
+
+// One camera at the origin, f = 60, the truth at depth 2 everywhere: a point at 2.02 is 1 % off, one beside the image is
+// not known.
+TEST_F(ReportCommand, ErrorsAreThoseInDepth) {
+  phi::Array2D<float> truth(kWidth, kHeight, 2.0f);
+  colmap_ext::WriteDepthMap(folder_ / "truth/a.png.bin", truth);
+  WriteBytes(folder_ / "dense/fused.ply",
+             "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+             "end_header\n0.1 0.1 2.02\n3 0 2\n");
+  std::string visibility;
+  const auto add = [&](auto value) { visibility.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+  add(std::uint64_t{2});
+  for (int i = 0; i < 2; ++i) {
+    add(std::uint32_t{1});
+    add(std::uint32_t{0});
+  }
+  WriteBytes(folder_ / "dense/fused.ply.vis", visibility);
+  colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder_ / "dense/fused.ply", 10);
+  const colmap_ext::Workspace workspace({.path = folder_ / "dense"});
+  colmap_ext::CompareWithTruth(workspace, {{"a.png", folder_ / "truth/a.png.bin"}}, 1000, &sample);
+  EXPECT_NEAR(sample.points[0].error * colmap_ext::CloudSample::kErrorUnit, 0.01, 0.0003);
+  EXPECT_EQ(sample.points[1].error, 255);
 }
 
 TEST(Base64, PadsAsTheStandardDoes) {

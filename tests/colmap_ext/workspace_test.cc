@@ -191,6 +191,22 @@ TEST_F(WorkspaceTest, NamesTheFolderThatIsNoWorkspace) {
   EXPECT_THAT(OpenError(), AllOf(HasSubstr("has no folder 'sparse'"), HasSubstr("image_undistorter")));
 }
 
+TEST_F(WorkspaceTest, IsFoundBelowTheFolderThatHoldsIt) {
+  EXPECT_EQ(FindWorkspaceFolder(folder_.path()), folder_.path());
+  const TemporaryFolder project;
+  EXPECT_EQ(FindWorkspaceFolder(project.path()), project.path());
+  std::filesystem::create_directories(project / "sparse/0");  // the mapper's
+  std::filesystem::create_directories(project / "images");
+  test_support::WriteSmallWorkspace(project / "dense/0");
+  EXPECT_EQ(FindWorkspaceFolder(project.path()), project / "dense/0");
+  EXPECT_EQ(FindWorkspaceFolder(project / "dense"), project / "dense/0");
+  test_support::WriteSmallWorkspace(project / "dense/1");
+  EXPECT_THAT(InputErrorOf([&] { FindWorkspaceFolder(project.path()); }),
+              AllOf(HasSubstr("dense/0"), HasSubstr("dense/1")));
+  test_support::WriteSmallWorkspace(project / "dense");
+  EXPECT_EQ(FindWorkspaceFolder(project.path()), project / "dense");
+}
+
 TEST_F(WorkspaceTest, ListsAllProblemsOnRequest) {
   SparseModel model = SmallModel();
   model.cameras[4].model_id = 2;

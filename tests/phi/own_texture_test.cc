@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "phi/base/image_noise.h"
+
 namespace phi {
 namespace {
 
@@ -23,7 +25,7 @@ GrayImage Stripes(std::uint8_t bright) {
 
 double KeptShare(const GrayImage& image) {
   PlaneMap map(image.width(), image.height(), {{0, 0, -1}, 3});
-  DropPlainPixels(image, &map);
+  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
   int kept = 0;
   for (const PlaneHypothesis& h : map) kept += h.depth > 0;
   return static_cast<double>(kept) / static_cast<double>(map.size());
@@ -76,7 +78,8 @@ TEST(OwnTexture, TextureStaysWhereNoiseIs) {
     for (int x = 100; x < 200; ++x) image(x, y) = x / 3 % 2 == 0 ? 108 : 148;
   }
   PlaneMap map(200, 200, {{0, 0, -1}, 3});
-  DropPlainPixels(AddNoise(image, 8), &map);
+  const GrayImage noisy = AddNoise(image, 8);
+  DropPlainPixels(noisy, NoiseDeviation(noisy.view()), &map);
   int num_plain = 0;
   for (int y = 0; y < 200; ++y) {
     for (int x = 0; x < 95; ++x) num_plain += map(x, y).depth > 0;
@@ -92,7 +95,7 @@ TEST(OwnTexture, AnEdgeBelongsToThePixelsBesideIt) {
     for (int x = 20; x < kSide; ++x) image(x, y) = 255;
   }
   PlaneMap map(kSide, kSide, {{0, 0, -1}, 3});
-  DropPlainPixels(image, &map);
+  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
   for (int x = 0; x < kSide; ++x) EXPECT_EQ(map(x, 7).depth > 0, x >= 17 && x <= 22) << x;
 }
 
@@ -103,7 +106,7 @@ TEST(OwnTexture, DropsDepthAndNormalOfPlainPixelsOnly) {
   }
   PlaneMap map(kSide, kSide, {{0, 0, -1}, 3});
   map(30, 15).depth = 0;
-  DropPlainPixels(image, &map);
+  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
   EXPECT_EQ(map(5, 5).depth, 0);
   EXPECT_EQ(map(5, 5).normal.z, 0);
   EXPECT_EQ(map(30, 5).depth, 3);

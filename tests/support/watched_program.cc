@@ -44,10 +44,13 @@ WatchedResult RunWatchedProgram(const std::filesystem::path& binary,
   const TemporaryFolder folder;
   WatchedResult result;
   int terminal = -1;
-  const pid_t pid = options.terminal ? forkpty(&terminal, nullptr, nullptr, nullptr) : fork();
+  const winsize size{.ws_row = 24, .ws_col = options.columns, .ws_xpixel = 0, .ws_ypixel = 0};
+  const pid_t pid = options.terminal ? forkpty(&terminal, nullptr, nullptr, &size) : fork();
   if (pid < 0) throw std::runtime_error("cannot fork");
   if (pid == 0) {
-    if (!options.terminal) {
+    if (options.terminal) {
+      setenv("TERM", "xterm", 1);
+    } else {
       RedirectTo(folder / "out", STDOUT_FILENO);
       RedirectTo(folder / "err", STDERR_FILENO);
     }

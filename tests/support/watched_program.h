@@ -17,8 +17,9 @@ struct WatchedResult {
 
 struct WatchOptions {
   bool terminal = false;  // stderr is a terminal (and stdout with it: all output is in `err`)
+  unsigned short columns = 80;  // of the terminal
   // Called again and again while the program runs; may send it signals.
-  std::function<void(pid_t)> while_running;
+  std::function<void(pid_t)> while_running = {};
 };
 
 WatchedResult RunWatchedProgram(const std::filesystem::path& binary,

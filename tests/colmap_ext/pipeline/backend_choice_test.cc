@@ -28,7 +28,8 @@ TEST(MakeBackendsTest, CudaIsAGpuOrAnErrorThatNamesTheCpuBackend) {
   options.kind = BackendKind::kCuda;
   try {
     EXPECT_FALSE(MakeBackends(options).empty());
-  } catch (const phi::ResourceError& error) {
+  } catch (const phi::NoDeviceError& error) {
+    EXPECT_EQ(static_cast<int>(error.code()), 5);
     EXPECT_NE(std::string(error.what()).find("--PhiStereo.backend cpu"), std::string::npos) << error.what();
   }
 }

@@ -1,0 +1,25 @@
+// What the commands of the same names do once their options are known; dense does them one after the other.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "colmap_ext/cli/fusion_options.h"
+#include "colmap_ext/cli/stereo_options.h"
+
+namespace colmap_ext {
+
+// `effective_options` goes into phimvs.json for the reader. Returns the exit code.
+int EstimateMaps(const StereoCommandOptions& options,
+                 const std::map<std::string, std::string>& effective_options);
+
+enum class CloudType { kPly, kBinary, kText };
+
+// output: the file, or the folder of a sparse model. Returns the exit code.
+int FuseMaps(FusionCommandOptions options, const std::filesystem::path& output, CloudType type);
+
+// Of the options of both, for the report.
+std::map<std::string, std::string> DefaultOptions();
+
+}  // namespace colmap_ext

@@ -1,0 +1,93 @@
+#include "colmap_ext/pipeline/original_maps.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/pipeline/file_identity.h"
+#include "colmap_ext/pipeline/run_record.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kOriginal = "original";
+
+// A second name for the file's content; a copy on a file system that knows no such thing.
+void GiveSecondName(const fs::path& from, const fs::path& to) {
+  fs::remove(to);
+  std::error_code cannot;
+  fs::create_hard_link(from, to, cannot);
+  if (cannot) fs::copy_file(from, to);
+}
+
+void GiveSecondName(const Workspace& workspace, int image, std::string_view to) {
+  GiveSecondName(workspace.DepthMapPath(image, kGeometric), workspace.DepthMapPath(image, to));
+  GiveSecondName(workspace.NormalMapPath(image, kGeometric), workspace.NormalMapPath(image, to));
+}
+
+// Its geometric map is a filling, and nobody has replaced it since, of maps that the record does not know.
+bool IsFilledForeign(const Workspace& workspace, const RunRecord& record, int image) {
+  const std::string& name = workspace.views()[image].name;
+  const TaskRecord* geometric = record.Find(name, std::string(kGeometric));
+  return geometric != nullptr && geometric->key.starts_with(kFillingKey) &&
+         record.Find(name, std::string(kMeasured)) == nullptr &&
+         IsOneOf(workspace.DepthMapPath(image, kGeometric), geometric->files);
+}
+
+bool HasMaps(const Workspace& workspace, int image, std::string_view kind) {
+  return fs::exists(workspace.DepthMapPath(image, kind)) && fs::exists(workspace.NormalMapPath(image, kind));
+}
+
+void RemoveMaps(const Workspace& workspace, int image, std::string_view kind) {
+  fs::remove(workspace.DepthMapPath(image, kind));
+  fs::remove(workspace.NormalMapPath(image, kind));
+}
+
+}  // namespace
+
+void KeepOriginalMaps(const Workspace& workspace, int image) {
+  phi::PlaneMap map = ReadPlaneMap(workspace.DepthMapPath(image, kGeometric),
+                                   workspace.NormalMapPath(image, kGeometric));
+  const auto is_negative = [](const phi::PlaneHypothesis& h) { return h.depth < 0; };
+  if (std::none_of(map.begin(), map.end(), is_negative)) {
+    GiveSecondName(workspace, image, kMeasured);
+    return;
+  }
+  // A negative depth is none there; in ours it would be a doubtful one.
+  GiveSecondName(workspace, image, kOriginal);
+  std::replace_if(map.begin(), map.end(), is_negative, phi::PlaneHypothesis{});
+  WritePlaneMap(workspace.DepthMapPath(image, kMeasured), workspace.NormalMapPath(image, kMeasured), map);
+}
+
+int RestoreOriginalMaps(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
+  RunRecord record(workspace.StereoFolder());
+  int num_restored = 0;
+  for (const ImageJob& job : jobs) {
+    const std::string& name = workspace.views()[job.image].name;
+    if (!IsFilledForeign(workspace, record, job.image)) continue;
+    const std::string_view kept = HasMaps(workspace, job.image, kOriginal) ? kOriginal : kMeasured;
+    if (!HasMaps(workspace, job.image, kept)) continue;
+    fs::rename(workspace.DepthMapPath(job.image, kept), workspace.DepthMapPath(job.image, kGeometric));
+    fs::rename(workspace.NormalMapPath(job.image, kept), workspace.NormalMapPath(job.image, kGeometric));
+    RemoveMaps(workspace, job.image, kMeasured);
+    fs::remove(workspace.FilledMaskPath(job.image));
+    fs::remove(workspace.FilledMaskPath(job.image, kMeasured));
+    record.Forget({name, std::string(kGeometric)});
+    ++num_restored;
+  }
+  if (num_restored == 0) {
+    throw phi::InputError(workspace.StereoFolder().string() +
+                          " holds no maps of another program that hole_filler filled: there is nothing to "
+                          "put back. Of phimvs's own maps, --PhiInference.mode off takes the filled depths "
+                          "out again");
+  }
+  record.Compact();
+  return num_restored;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,56 @@
+#include "colmap_ext/pipeline/stale_maps.h"
+
+#include <filesystem>
+
+#include "colmap_ext/pipeline/file_identity.h"
+#include "colmap_ext/pipeline/run_record.h"
+
+namespace colmap_ext {
+namespace {
+
+// Some of the images, by their number and the first one's name.
+struct Images {
+  int count = 0;
+  std::string first = {};
+
+  void Add(const std::string& name) {
+    if (count++ == 0) first = name;
+  }
+};
+
+}  // namespace
+
+std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind) {
+  if (!std::filesystem::exists(workspace.StereoFolder() / "phimvs.json")) return {};
+  const RunRecord record(workspace.StereoFolder());
+  Images foreign, unfinished, older;
+  int num_maps = 0;
+  for (std::size_t i = 0; i < workspace.views().size(); ++i) {
+    const std::string& name = workspace.views()[i].name;
+    const std::filesystem::path path = workspace.DepthMapPath(static_cast<int>(i), kind);
+    if (!std::filesystem::exists(path)) continue;
+    ++num_maps;
+    const TaskRecord* task = record.Find(name, std::string(kind));
+    if (task == nullptr || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
+      foreign.Add(name);
+    } else if (task->state != "done") {
+      unfinished.Add(name);
+    } else if (!task->options_hash.empty() && task->options_hash != record.options_hash()) {
+      older.Add(name);
+    }
+  }
+  std::vector<std::string> sentences;
+  const auto tell = [&](const Images& images, const std::string& what) {
+    if (images.count == 0) return;
+    sentences.push_back(std::to_string(images.count) + " of " + std::to_string(num_maps) + " " +
+                        std::string(kind) + " maps, " + images.first + " the first, " + what);
+  };
+  tell(foreign, "were not made by phimvs, the others were");
+  tell(unfinished, "were to be made again by a run that stopped; run patch_match_stereo again");
+  tell(older,
+       "were made with other options than those of the last run, which left them as they were; run "
+       "patch_match_stereo again with the options that you want, or choose another --input_type");
+  return sentences;
+}
+
+}  // namespace colmap_ext

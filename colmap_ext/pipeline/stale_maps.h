@@ -1,0 +1,16 @@
+// Maps that lie in a workspace and are not what its last run would have made.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "colmap_ext/workspace.h"
+
+namespace colmap_ext {
+
+// One sentence for each kind of such maps among those of `kind`, with what to do. Empty where the last run made them all,
+// and where phimvs never ran, so that all are another program's. Throws phi::InputError for a damaged phimvs.json.
+std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind);
+
+}  // namespace colmap_ext

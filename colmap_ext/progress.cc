@@ -1,0 +1,286 @@
+#include "colmap_ext/progress.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+namespace {
+
+constexpr std::chrono::milliseconds kBarInterval{250};
+constexpr std::chrono::seconds kLongestLineInterval{60};
+constexpr int kLineIntervalsInARun = 20;  // so many lines in a run of any length, or one a minute
+constexpr int kMinBarWidth = 6, kMaxBarWidth = 30;
+
+std::vector<double> Weights(const std::vector<ProgressStage>& stages) {
+  std::vector<double> weights;
+  for (const ProgressStage& stage : stages) weights.push_back(stage.weight);
+  return weights;
+}
+
+// That understands the sequences that a redrawn line needs.
+bool StderrIsTerminal() {
+  const char* terminal = std::getenv("TERM");
+  return isatty(STDERR_FILENO) != 0 && (terminal == nullptr || std::strcmp(terminal, "dumb") != 0);
+}
+
+// Asked before each drawing, since a window's size may change.
+int TerminalColumns() {
+  constexpr int kUsual = 80;
+  winsize size = {};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+  return kUsual;
+}
+
+// "1:05", "2:00:07"
+std::string ClockTime(double seconds) {
+  const long long whole = std::llround(std::max(0.0, seconds));
+  char text[32];
+  if (whole >= 3600) {
+    std::snprintf(text, sizeof(text), "%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof(text), "%lld:%02lld", whole / 60, whole % 60);
+  }
+  return text;
+}
+
+std::string Percent(double fraction) {
+  return std::to_string(static_cast<int>(100 * std::clamp(fraction, 0.0, 1.0) + 1e-6)) + " %";
+}
+
+std::string TimeLeft(const ProgressState& state) {
+  return state.seconds_left < 0 ? "time left unknown" : FormatDuration(state.seconds_left) + " left";
+}
+
+std::string LineText(const ProgressState& s) {
+  if (s.stage.empty()) return "starting";
+  return Percent(s.fraction) + ", " + s.stage + " " + std::to_string(s.num_done) + " of " +
+         std::to_string(s.num_tasks) + " " + s.unit + ", " + FormatDuration(s.seconds) + " so far, " +
+         TimeLeft(s);
+}
+
+}  // namespace
+
+ProgressEstimator::ProgressEstimator(const std::vector<double>& weights) : stages_(weights.size()) {
+  for (std::size_t i = 0; i < weights.size(); ++i) stages_[i].weight = weights[i];
+}
+
+void ProgressEstimator::SetNumTasks(int stage, int num_tasks) { stages_[stage].num_tasks = num_tasks; }
+
+void ProgressEstimator::SetDone(int stage, double num_done, double seconds) {
+  stages_[stage].num_done = num_done;
+  stages_[stage].seconds = seconds;
+}
+
+double ProgressEstimator::SecondsPerWeight() const {
+  double seconds = 0, weight = 0;
+  for (const Stage& stage : stages_) {
+    if (stage.num_done <= 0) continue;
+    seconds += stage.seconds;
+    weight += stage.weight * stage.num_done;
+  }
+  return weight > 0 ? seconds / weight : 0;
+}
+
+double ProgressEstimator::SecondsPerTask(const Stage& stage) const {
+  return stage.num_done > 0 ? stage.seconds / stage.num_done : stage.weight * SecondsPerWeight();
+}
+
+double ProgressEstimator::SecondsLeft() const {
+  if (SecondsPerWeight() <= 0) return -1;
+  double seconds = 0;
+  for (const Stage& stage : stages_) seconds += SecondsPerTask(stage) * (stage.num_tasks - stage.num_done);
+  return std::max(0.0, seconds);
+}
+
+double ProgressEstimator::Fraction() const {
+  const double left = SecondsLeft();
+  double spent = 0;
+  int num_tasks = 0;
+  for (const Stage& stage : stages_) {
+    spent += stage.seconds;
+    num_tasks += stage.num_tasks;
+  }
+  if (num_tasks == 0) return 1;
+  return left < 0 ? 0 : spent / std::max(spent + left, 1e-9);
+}
+
+std::string FormatDuration(double seconds) {
+  const long long whole = std::llround(std::max(0.0, seconds));
+  const long long hours = whole / 3600, minutes = whole / 60 % 60;
+  if (hours > 0) return std::to_string(hours) + " h " + std::to_string(minutes) + " min";
+  if (minutes > 0) return std::to_string(minutes) + " min " + std::to_string(whole % 60) + " s";
+  return std::to_string(whole) + " s";
+}
+
+std::string FormatBar(const ProgressState& s, int columns) {
+  std::vector<std::string> parts = {Percent(s.fraction)};
+  if (!s.stage.empty()) {
+    parts.push_back(s.stage + " " + std::to_string(s.num_done) + "/" + std::to_string(s.num_tasks));
+    parts.push_back(s.seconds_left < 0 ? "" : ClockTime(s.seconds_left) + " left");
+  }
+  parts.push_back(ClockTime(s.seconds) + " so far");
+  std::string text;
+  for (const std::string& part : parts) {
+    if (part.empty()) continue;
+    if (static_cast<int>(text.size() + 2 + part.size()) > columns) break;
+    text += (text.empty() ? "" : ", ") + part;
+  }
+  const int room = columns - static_cast<int>(text.size()) - 3;  // two brackets and a space
+  if (room < kMinBarWidth) return text;
+  const int width = std::min(room, kMaxBarWidth);
+  const int filled = static_cast<int>(width * std::clamp(s.fraction, 0.0, 1.0));
+  return "[" + std::string(filled, '#') + std::string(width - filled, '.') + "] " + text;
+}
+
+ProgressLine::ProgressLine(std::vector<ProgressStage> stages, std::chrono::milliseconds line_interval)
+    : terminal_(StderrIsTerminal() && phi::GetLogLevel() >= phi::LogLevel::kInfo),
+      line_interval_(line_interval),
+      stages_(std::move(stages)),
+      estimator_(Weights(stages_)),
+      num_tasks_(stages_.size(), 0) {
+  if (terminal_) {
+    phi::SetLogSink([this](phi::LogLevel level, const std::string& message) {
+      {
+        std::lock_guard<std::mutex> lock(mutex_);
+        EraseBar();
+        bar_length_ = 0;
+        std::fprintf(stderr, "%s\n", phi::LogLine(level, message).c_str());
+      }
+      DrawBar();
+    });
+  }
+  try {
+    thread_ = std::thread([this] { Loop(); });
+  } catch (const std::system_error&) {  // the work can be done without
+    phi::LogDebug("no thread for the progress line");
+  }
+}
+
+ProgressLine::ProgressLine(const ProgressStage& stage, std::size_t num_tasks)
+    : ProgressLine(std::vector<ProgressStage>{stage}) {
+  SetNumTasks(0, static_cast<int>(num_tasks));
+  BeginStage(0);
+}
+
+ProgressLine::~ProgressLine() {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  stopped_.notify_all();
+  if (thread_.joinable()) thread_.join();
+  if (terminal_) {
+    phi::SetLogSink(nullptr);
+    EraseBar();
+    std::fflush(stderr);
+  }
+}
+
+void ProgressLine::SetNumTasks(int stage, int num_tasks) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  num_tasks_[stage] = num_tasks;
+  estimator_.SetNumTasks(stage, num_tasks);
+}
+
+void ProgressLine::BeginStage(int stage) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  UpdateEstimate();
+  stage_ = stage;
+  num_done_ = 0;
+  shares_ = 0;
+  stage_begin_ = estimated_at_ = Clock::now();
+}
+
+void ProgressLine::Task::SetShare(double share) {
+  line_->AddShare(share - share_);
+  share_ = share;
+}
+
+void ProgressLine::AddShare(double share) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  shares_ += share;
+  UpdateEstimate();
+}
+
+void ProgressLine::TaskDone(double share_told) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  ++num_done_;
+  shares_ -= share_told;
+  UpdateEstimate();
+}
+
+void ProgressLine::UpdateEstimate() {
+  if (stage_ < 0) return;
+  estimated_at_ = Clock::now();
+  const std::chrono::duration<double> elapsed = estimated_at_ - stage_begin_;
+  estimator_.SetDone(stage_, num_done_ + shares_, elapsed.count());
+}
+
+// Between two reports of what is done the time left runs down by the clock.
+ProgressState ProgressLine::State() const {
+  const Clock::time_point now = Clock::now();
+  const std::chrono::duration<double> since_begin = now - begin_, since_estimate = now - estimated_at_;
+  ProgressState state;
+  state.seconds = since_begin.count();
+  if (stage_ < 0) return state;
+  state.stage = stages_[stage_].name;
+  state.unit = stages_[stage_].unit;
+  state.num_done = num_done_;
+  state.num_tasks = num_tasks_[stage_];
+  state.fraction = estimator_.Fraction();
+  const double left = estimator_.SecondsLeft();
+  if (left >= 0) state.seconds_left = std::max(0.0, left - since_estimate.count());
+  return state;
+}
+
+// A bar that was drawn on a wider terminal may now take several rows.
+void ProgressLine::EraseBar() const {
+  const int num_rows_above = (static_cast<int>(bar_length_) - 1) / TerminalColumns();
+  std::fprintf(stderr, "\r");
+  if (num_rows_above > 0) std::fprintf(stderr, "\033[%dA", num_rows_above);
+  std::fprintf(stderr, "\033[J");
+}
+
+void ProgressLine::DrawBar() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (stop_) return;
+  const std::string bar = FormatBar(State(), TerminalColumns() - 1);  // a full row would move to the next
+  EraseBar();
+  bar_length_ = bar.size();
+  std::fprintf(stderr, "%s", bar.c_str());
+  std::fflush(stderr);
+}
+
+ProgressLine::Clock::duration ProgressLine::Interval() const {
+  if (terminal_) return kBarInterval;
+  const Clock::duration share = (Clock::now() - begin_) / kLineIntervalsInARun;
+  return std::max<Clock::duration>(line_interval_, std::min<Clock::duration>(share, kLongestLineInterval));
+}
+
+void ProgressLine::Loop() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!stop_) {
+    stopped_.wait_for(lock, Interval(), [this] { return stop_; });
+    if (stop_) return;
+    const std::string text = terminal_ ? "" : LineText(State());
+    lock.unlock();
+    if (terminal_) {
+      DrawBar();
+    } else {
+      phi::LogInfo("progress: " + text);
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace colmap_ext

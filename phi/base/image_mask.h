@@ -1,0 +1,30 @@
+// Masks of what is left out of the reconstruction: people, cars, sky, turntables. A masked pixel has no depth and no
+// brightness of its own; what the stages see in its place follows from the pixels around the mask alone.
+#pragma once
+
+#include <cstdint>
+
+#include "phi/base/array2d.h"
+#include "phi/geometry/plane_hypothesis.h"
+
+namespace phi {
+
+// 0: masked; every other value: used. All arguments of one call have the same size.
+using ImageMask = Array2D<std::uint8_t>;
+
+// For what asks whether there is texture, and for matching without weights: masked pixels take the brightness of a nearest
+// used one, so that the mask has no edge.
+Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const ImageMask& mask);
+
+// For matching with weights, and for regions: masked pixels are black or white, whichever is farther from a nearest used
+// pixel. At 128 grey levels and more from a window's centre a sample has no weight (MatchingWindow::Weight), so that
+// windows use what is outside the mask, and regions end at its edge. A source window inside the mask has no contrast,
+// which is how one beyond the image's border is treated too.
+Array2D<std::uint8_t> CutOutMask(const Array2D<std::uint8_t>& image, const ImageMask& mask);
+
+// Takes the depth, or the mark, of masked pixels away.
+void DropMasked(const ImageMask& mask, PlaneMap* map);
+void DropMasked(const ImageMask& mask, DepthMap* depths);
+void DropMasked(const ImageMask& mask, ImageMask* marks);
+
+}  // namespace phi
