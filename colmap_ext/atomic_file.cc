@@ -123,6 +123,9 @@ void SyncFolder(const fs::path& folder) {
 
 void RemoveIfLeftOver(const fs::path& path) {
   if (!IsTemporaryFile(path)) return;
+  // This process knows its own: results that wait for their names with others are closed, and hold no lock.
+  const std::string own = std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-";
+  if (path.filename().string().starts_with(own)) return;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());

@@ -140,6 +140,11 @@ TEST(AtomicFileTest, RemovesWhatAKilledProcessLeft) {
   EXPECT_TRUE(fs::exists(busy)) << "it waits for its name";
   writing.Publish();
   RemoveIfLeftOver(folder / "target");
+  AtomicFile waiting(folder / "with others", Durability::kProcess);
+  waiting.Complete();  // closed: the first writer of another thread must not take it for a left-over
+  for (const auto& entry : fs::directory_iterator(folder.path())) RemoveIfLeftOver(entry.path());
+  waiting.Publish();
+  EXPECT_TRUE(fs::exists(folder / "with others"));
   EXPECT_EQ(ReadBytes(folder / "target"), "x");
 }
 
