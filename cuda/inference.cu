@@ -90,13 +90,6 @@ __device__ float HypothesisCost(const InferenceLaunch& launch, int x, int y, int
                                              : BestMatchesCost(view_costs, launch.num_sources);
 }
 
-// As HypothesisMatcher::Mismatches.
-__device__ bool Mismatches(const InferenceLaunch& launch, int x, int y, int k) {
-  return launch.formulas == Formulas::kRobust &&
-         MismatchesTexture(launch.reference_texture, launch.window, x, y,
-                           [&] { return HypothesisCost(launch, x, y, k); });
-}
-
 // As HypothesisMatcher::Costs.
 __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x, int y) {
   PixelHypotheses result;
@@ -187,8 +180,7 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, H
   launch.inferred(x, y) = 0;
   if (launch.measured_inverse_depth(x, y) > 0) return;
   const int k = UpsampleHypothesis(maps, chosen, launch.formulas, x, y);
-  if (k < 0 || (!IsNode(x, y) && Mismatches(launch, x, y, k))) return;
-  launch.inferred(x, y) = maps.inverse_depth[k](x, y);
+  if (k >= 0) launch.inferred(x, y) = maps.inverse_depth[k](x, y);
 }
 
 // As FilledValue in infer.cc, and drops what other views see through.

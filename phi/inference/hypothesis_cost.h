@@ -56,18 +56,6 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
 inline constexpr float kTexturedVariance = 36.0f;
 inline constexpr float kMaxTexturedCost = 0.6f;
 
-template <class Sampler>
-PHI_HD bool IsTextured(const Sampler& reference, const MatchingWindow& window, int x, int y) {
-  return WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance;
-}
-
-// Whether the texture at (x, y) contradicts one hypothesis. `cost()`: its cost, asked for where it matters.
-template <class Sampler, class Cost>
-PHI_HD bool MismatchesTexture(const Sampler& reference, const MatchingWindow& window, int x, int y,
-                              const Cost& cost) {
-  return IsTextured(reference, window, x, y) && cost() > kMaxTexturedCost;
-}
-
 // The hypotheses of one pixel. Bit k of a mask: direction k.
 struct PixelHypotheses {
   float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
@@ -110,7 +98,7 @@ PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& win
     }
   }
   if (kept == hypotheses->free) return;
-  if (IsTextured(reference, window, x, y)) hypotheses->allowed = kept;
+  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance) hypotheses->allowed = kept;
 }
 
 }  // namespace phi

@@ -137,13 +137,6 @@ float HypothesisMatcher::Cost(int x, int y, int k, Scratch* scratch) const {
                                         : HarmonicMeanCost(view_costs, num_views);
 }
 
-bool HypothesisMatcher::Mismatches(int x, int y, int k, Scratch* scratch) const {
-  return formulas_ == Formulas::kRobust && MismatchesTexture(reference_, window_, x, y, [&] {
-           SampleReference(x, y, scratch);
-           return Cost(x, y, k, scratch);
-         });
-}
-
 PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   PixelHypotheses result;
   const HypothesisMaps maps = hypotheses_.maps();

@@ -24,8 +24,6 @@ class HypothesisMatcher {
 
   // Aggregated cost of each of the pixel's hypotheses, and which of them may be chosen; the others' costs mean nothing.
   PixelHypotheses Costs(int x, int y, Scratch* scratch) const;
-  // Whether the texture at (x, y) contradicts the pixel's hypothesis k; never in the paper's form.
-  bool Mismatches(int x, int y, int k, Scratch* scratch) const;
   // What the source views measured where this depth of pixel (x, y) would be.
   DepthEvidence Evidence(int x, int y, float inverse_depth) const;
 

@@ -38,18 +38,15 @@ InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatc
 }
 
 // The hypotheses that the field chose, at full size.
-InverseDepthMap Upsample(const Hypotheses& hypotheses, const HypothesisMatcher& matcher,
-                         const Array2D<float>& chosen, Formulas formulas) {
+InverseDepthMap Upsample(const Hypotheses& hypotheses, const Array2D<float>& chosen, Formulas formulas) {
   const HypothesisMaps maps = hypotheses.maps();
   auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
   tbb::parallel_for(0, result.height(), [&](int y) {
-    HypothesisMatcher::Scratch scratch;
     for (int x = 0; x < result.width(); ++x) {
       result(x, y) = 0;
       if (hypotheses.measured(x, y)) continue;
       const int k = UpsampleHypothesis(maps, chosen.view(), formulas, x, y);
-      if (k < 0 || (!IsNode(x, y) && matcher.Mismatches(x, y, k, &scratch))) continue;
-      result(x, y) = maps.inverse_depth[k](x, y);
+      if (k >= 0) result(x, y) = maps.inverse_depth[k](x, y);
     }
   });
   return result;
@@ -69,7 +66,7 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
     statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
   }
 
-  return Upsample(hypotheses, matcher, field.ChosenInverseDepth(solution.labels), options.formulas);
+  return Upsample(hypotheses, field.ChosenInverseDepth(solution.labels), options.formulas);
 }
 
 // What becomes of an inferred depth: the value in the filled mask, 0 where another view sees through it.

@@ -1,6 +1,6 @@
 // From the half-size field to full size: each pixel takes the one of its own hypotheses that is nearest to what the
-// field chose beside it. Depths are never blended, so nothing lies between two surfaces. What the pixel's own images say
-// about it is asked again (MismatchesTexture in hypothesis_cost.h): three pixels in four are no node.
+// field chose beside it. Depths are never blended, so nothing lies between two surfaces. Where texture refused
+// all hypotheses of a pixel's own node, no other node speaks for it.
 #pragma once
 
 #include <cmath>
@@ -19,8 +19,6 @@ struct HypothesisMaps {
 
 // Node (i, j) of the field is pixel (2 i, 2 j).
 inline constexpr int kFieldStride = 2;
-
-PHI_HD bool IsNode(int x, int y) { return x % kFieldStride == 0 && y % kFieldStride == 0; }
 
 // Among the chosen inverse depths: a hole all of whose hypotheses were refused.
 inline constexpr float kRefusedNode = -1;
