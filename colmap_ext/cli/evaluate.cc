@@ -25,6 +25,8 @@ struct EvaluateOptions {
   TruthOptions truth;
   CloudEvaluationOptions scoring;
   CoverageOptions coverage;
+  std::filesystem::path transform, crop;
+  CloudPreparation preparation;
   MapEvaluationOptions depth, normals;
   std::string tolerances = "0.01,0.02,0.05,0.1", angles = "5,10,20,30", scanners;
   double memory_gb = 8;
@@ -57,6 +59,14 @@ void AddCloudOptions(OptionParser& parser, EvaluateOptions& o) {
   parser.Add("coverage_workspace_path", &o.coverage.workspace,
              "Count only points that project onto a pixel with truth (--truth_depth_maps) in an image of "
              "this workspace");
+  parser.Add("cloud_transform_path", &o.transform,
+             "File with the 4 x 4 matrix that takes the cloud to the truth's frame");
+  parser.Add("crop_volume_path", &o.crop,
+             "Score the points of both clouds within this volume alone: a .json as Tanks and Temples has");
+  parser.Add(
+      "thin_clouds", &o.preparation.thin,
+      "First make one point of all points of a voxel, as Tanks and Temples does with voxels of half the "
+      "tolerance");
   parser.Add("memory", &o.memory_gb, "Memory for clouds and search").Unit("GB");
 }
 
@@ -124,6 +134,14 @@ void Complete(EvaluateOptions& o) {
   const bool scores_maps = !o.depth.maps.empty() || !o.normals.maps.empty();
   Require(!o.inferred_apart || !scores_maps || o.depth.kind == kGeometric,
           "--inferred_apart is for --map_type geometric: the other maps hold no inferred pixel");
+  const bool is_prepared = !o.transform.empty() || !o.crop.empty() || o.preparation.thin;
+  Require(
+      !is_prepared || (o.coverage.workspace.empty() && o.truth.scanners.empty() && !o.inferred_apart &&
+                       o.truth.path.extension() != ".mlp"),
+      "--cloud_transform_path, --crop_volume_path and --thin_clouds are for clouds alone, without scanners, "
+      "coverage or inferred points apart");
+  if (!o.transform.empty()) o.preparation.truth_from_cloud = ReadSimilarity(o.transform);
+  if (!o.crop.empty()) o.preparation.crop = ReadCropVolume(o.crop);
   Require(o.coverage.workspace.empty() || !o.depth.truth.empty(),
           "--coverage_workspace_path needs --truth_depth_maps");
 }
@@ -138,7 +156,7 @@ CloudScores EvaluateClouds(const EvaluateOptions& o) {
   LoadedClouds loaded;
   {
     const ProgressLine::Task task(&progress);
-    loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size, o.inferred_apart);
+    loaded = LoadClouds(o.cloud, o.truth, o.scoring.voxel_size, o.inferred_apart, o.preparation);
     if (!o.coverage.workspace.empty()) {
       loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
     }

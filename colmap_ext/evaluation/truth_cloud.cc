@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
@@ -102,7 +103,8 @@ bool IsMesh(const std::filesystem::path& path) {
 
 class Loader {
  public:
-  Loader(const TruthOptions& truth, double voxel_size) : truth_(truth), voxel_size_(voxel_size) {}
+  Loader(const TruthOptions& truth, double voxel_size, const CloudPreparation& preparation)
+      : truth_(truth), voxel_size_(voxel_size), preparation_(preparation) {}
 
   LoadedClouds Load(const std::filesystem::path& cloud_path) {
     if (truth_.path.extension() == ".mlp") {
@@ -113,9 +115,11 @@ class Loader {
       const bool has_views = HasViews(truth_.path);
       std::vector<Vector3d> left_out;
       ForEachPoint(truth_.path, truth_.min_views > 0, [&](const Vector3d& p, double views) {
-        if (IsLeftOut(views)) return left_out.push_back(p);
-        AddTruth(p);
-        if (has_views) AddViews(views);
+        if (IsLeftOut(views)) {
+          if (IsInside(p)) left_out.push_back(p);
+          return;
+        }
+        if (AddTruth(p) && has_views) AddViews(views);
       });
       for (const Vector3d& p : left_out) {
         result_.clouds.truth_left_out.push_back(Relative(p, result_.origin));
@@ -124,18 +128,31 @@ class Loader {
     if (result_.clouds.truth.empty())
       throw phi::InputError(truth_.path.string() + " holds no point to compare with");
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
-    ForEachPoint(cloud_path, false, [&](const Vector3d& p, double) {
+    const Eigen::Affine3d truth_from_cloud(
+        preparation_.truth_from_cloud.value_or(Eigen::Matrix4d::Identity()));
+    ForEachPoint(cloud_path, false, [&](const Vector3d& given, double) {
+      const Vector3d p = truth_from_cloud * given;
+      if (!IsInside(p)) return;
       result_.clouds.points.push_back(Relative(p, result_.origin));
       RequireMemory(0, "the clouds");
     });
+    if (preparation_.thin) {
+      result_.clouds.points = ThinCloud(result_.clouds.points, voxel_size_);
+      result_.clouds.truth = ThinCloud(result_.clouds.truth, voxel_size_);
+      result_.clouds.truth_views.clear();  // a voxel's points were seen by different images
+    }
     return std::move(result_);
   }
 
  private:
-  void AddTruth(const Vector3d& p) {
+  bool IsInside(const Vector3d& p) const { return !preparation_.crop || preparation_.crop->Contains(p); }
+
+  bool AddTruth(const Vector3d& p) {
+    if (!IsInside(p)) return false;
     if (result_.clouds.truth.empty()) result_.origin = ChooseOrigin(p, voxel_size_);
     result_.clouds.truth.push_back(Relative(p, result_.origin));
     RequireMemory(0, "the clouds");
+    return true;
   }
 
   // For `more` points beyond those that are there.
@@ -181,6 +198,7 @@ class Loader {
 
   const TruthOptions& truth_;
   double voxel_size_;
+  const CloudPreparation& preparation_;
   LoadedClouds result_;
 };
 
@@ -209,9 +227,41 @@ void SampleTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, dou
   }
 }
 
+std::vector<Vec3f> ThinCloud(const std::vector<Vec3f>& points, double voxel_size) {
+  using Cell = std::array<std::int64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Cell& cell) const {
+      std::uint64_t hash = 0;
+      for (const std::int64_t index : cell)
+        hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9e3779b97f4a7c15u;
+      return static_cast<std::size_t>(hash ^ hash >> 32);
+    }
+  };
+  struct Sum {
+    Vector3d position = Vector3d::Zero();
+    double count = 0;
+  };
+  const auto cell_of = [voxel_size](float x) {
+    return static_cast<std::int64_t>(std::floor(x / voxel_size));
+  };
+  std::unordered_map<Cell, std::size_t, Hash> index_of;
+  std::vector<Sum> sums;
+  for (const Vec3f& p : points) {
+    const auto [entry, is_new] =
+        index_of.try_emplace({cell_of(p.x), cell_of(p.y), cell_of(p.z)}, sums.size());
+    if (is_new) sums.emplace_back();
+    Sum& sum = sums[entry->second];
+    sum.position += Vector3d(p.x, p.y, p.z);
+    sum.count += 1;
+  }
+  std::vector<Vec3f> thinned;
+  for (const Sum& sum : sums) thinned.push_back(Relative(sum.position / sum.count, Vector3d::Zero()));
+  return thinned;
+}
+
 LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
-                        bool inferred_apart) {
-  LoadedClouds loaded = Loader(truth, voxel_size).Load(cloud_path);
+                        bool inferred_apart, const CloudPreparation& preparation) {
+  LoadedClouds loaded = Loader(truth, voxel_size, preparation).Load(cloud_path);
   if (inferred_apart) loaded.clouds.inferred = ReadInferred(cloud_path);
   return loaded;
 }

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "colmap_ext/evaluation/cloud_evaluation.h"
+#include "colmap_ext/evaluation/crop_volume.h"
 
 namespace colmap_ext {
 
@@ -23,6 +24,15 @@ struct TruthOptions {
   BeamOptions beams;
 };
 
+// What Tanks and Temples does with the clouds before it compares them.
+struct CloudPreparation {
+  std::optional<Eigen::Matrix4d> truth_from_cloud;  // --cloud_transform_path: a similarity
+  std::optional<CropVolume> crop;  // --crop_volume_path: in the truth's frame, for both clouds
+  // --thin_clouds: the points of a voxel become their mean. Averages over the same voxels are then the plain shares of
+  // the points that are left.
+  bool thin = false;
+};
+
 struct LoadedClouds {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // world position of the clouds' (0, 0, 0)
   CloudPair clouds;
@@ -33,7 +43,10 @@ struct LoadedClouds {
 // phi::InputError when a file is damaged, holds no point or does not tell what was inferred, and phi::ResourceError when
 // the clouds need more memory than they may have.
 LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
-                        bool inferred_apart = false);
+                        bool inferred_apart = false, const CloudPreparation& preparation = {});
+
+// One point for each occupied voxel of the grid through (0, 0, 0): the mean, in the order in which the voxels first occur.
+std::vector<phi::Vec3f> ThinCloud(const std::vector<phi::Vec3f>& points, double voxel_size);
 
 // Samples of triangle (a, b, c), at most `spacing` apart along both edges from a; corners included.
 void SampleTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,

@@ -261,7 +261,6 @@ def render(name, cameras, horizontal_view_degrees, samples, size=(1080, 720)):
     camera = bpy.data.cameras.new(name)
     camera.sensor_fit = "HORIZONTAL"
     camera.angle = math.radians(horizontal_view_degrees)
-    camera.clip_start = 0.02
     camera.clip_end = 2000
     owner = link(camera)
     scene.camera = owner

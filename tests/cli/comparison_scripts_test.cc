@@ -1,9 +1,11 @@
-// scripts/compare_with_colmap and scripts/eth3d on a synthetic room. Stereo and fusion are stand-ins that hand over the
+// scripts/compare_with_colmap, ablation, eth3d and tanks_and_temples on a synthetic room. Stereo and fusion are stand-ins that hand over the
 // room's exact maps and points, so that what is tested is the scripts; evaluate and report are the real ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/sparse_model.h"
@@ -146,17 +148,68 @@ TEST_F(ComparisonScripts, Eth3dScoresASceneOfItsLayoutAndResumes) {
                                            folder_ / "out", "--phimvs",       folder_ / "phimvs"};
   const ProgramResult first = Script("eth3d", arguments);
   ASSERT_EQ(first.exit_code, 0) << first.output << first.errors;
-  const auto result = nlohmann::json::parse(ReadBytes(folder_ / "out/tiny/scene.json"));
-  EXPECT_GT(result["scores"]["f1"][0].get<double>(), 99.9) << "the exact points score full marks";
-  EXPECT_EQ(result["num_images"], 4);
-  EXPECT_THAT(ReadBytes(folder_ / "out/table.md"), HasSubstr("| tiny | "));
-  EXPECT_THAT(first.output, HasSubstr("left out: courtyard"));
+  for (const char* row : {"PHI-MVS-P", "PHI-MVS-M", "PHI-MVS"}) {
+    const auto result = nlohmann::json::parse(ReadBytes(folder_ / "out/tiny" / row / "row.json"));
+    EXPECT_GT(result["scores"]["f1"][0].get<double>(), 99.9) << "the exact points score full marks";
+    EXPECT_EQ(result["num_images"], 4);
+  }
+  EXPECT_THAT(ReadBytes(folder_ / "out/training.md"), HasSubstr("| tiny | "));
+  EXPECT_THAT(first.output, HasSubstr("left out: botanical_garden"));
   const std::string calls = ReadBytes(folder_ / "calls");
-  EXPECT_THAT(calls, HasSubstr("--PatchMatchStereo.max_image_size 80"));  // half of 160
+  EXPECT_THAT(calls, HasSubstr("--preset paper --PatchMatchStereo.max_image_size 80"));  // half of 160
+  EXPECT_THAT(calls, HasSubstr("--PhiInference.mode off"));
+  EXPECT_THAT(calls, HasSubstr("--PhiInference.mode min_cost"));
 
   const ProgramResult second = Script("eth3d", arguments);
   ASSERT_EQ(second.exit_code, 0) << second.errors;
   EXPECT_EQ(ReadBytes(folder_ / "calls"), calls) << "nothing runs twice";
+}
+
+// The layout that another script makes, read by the one for ETH3D: scans in the frames of scanners, a training and a test
+// scene, and the folder that the server takes.
+TEST_F(ComparisonScripts, Eth3dWritesTheSubmissionOfTrainingAndTestScenes) {
+  const auto stand_in = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), {"--layout", "eth3d", "--name", name, "--workspace_path", *room_ / "room/dense",
+                               "--truth_depth_maps", TruthDepths(), "--output_path", folder_ / "data"});
+    const ProgramResult result = Script("benchmark_standin", more);
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+  };
+  stand_in("pipes", {"--scan_step", "1", "--num_scans", "4"});
+  stand_in("statue", {"--test"});
+  const ProgramResult result = Script("eth3d", {"--data_path", folder_ / "data", "--output_path",
+                                                folder_ / "out", "--phimvs", folder_ / "phimvs"});
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  const auto row = nlohmann::json::parse(ReadBytes(folder_ / "out/pipes/PHI-MVS/row.json"));
+  EXPECT_GT(row["scores"]["f1"][0].get<double>(), 99.9);
+  EXPECT_THAT(ReadBytes(folder_ / "out/training.md"),
+              HasSubstr("| pipes | 100.00 | 100.00 | 100.00 | 100.00 | 74.84 | 82.36 | 91.03 | 97.17 |"));
+  EXPECT_THAT(ReadBytes(folder_ / "out/test.md"), HasSubstr("| statue, PHI-MVS/P | 4 |"));
+  for (const char* name : {"PHI-MVS-P", "PHI-MVS-M", "PHI-MVS"}) {
+    const fs::path submission = folder_ / "out/submission" / name / "high_res_multi_view";
+    std::set<std::string> files;
+    for (const auto& entry : fs::directory_iterator(submission))
+      files.insert(entry.path().filename().string());
+    EXPECT_EQ(files, (std::set<std::string>{"pipes.ply", "pipes.txt", "statue.ply", "statue.txt"}));
+    EXPECT_THAT(ReadBytes(submission / "statue.txt"), testing::MatchesRegex("runtime [0-9]+\\.[0-9]+\n"));
+  }
+}
+
+TEST_F(ComparisonScripts, Eth3dRunsAllWindowsOfThePaper) {
+  ASSERT_EQ(Script("benchmark_standin", {"--layout", "eth3d", "--name", "office", "--workspace_path",
+                                         *room_ / "room/dense", "--truth_depth_maps", TruthDepths(),
+                                         "--output_path", folder_ / "data", "--scan_step", "4"})
+                .exit_code,
+            0);
+  const ProgramResult result =
+      Script("eth3d", {"--data_path", folder_ / "data", "--output_path", folder_ / "out", "--phimvs",
+                       folder_ / "phimvs", "--rows", "windows"});
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  const std::string table = ReadBytes(folder_ / "out/windows.md");
+  for (const char* row : {"5/5", "5/6", "6/6", "5/7", "7/7", "5/8", "8/8", "5/9", "9/9", "5/10", "10/10"})
+    EXPECT_THAT(table, HasSubstr("| " + std::string(row) + " | "));
+  EXPECT_THAT(table, HasSubstr("67.89 | 81.27 | 91.50 | 95.73 | - | 31.60 |"));  // the paper's 10/10
+  EXPECT_THAT(ReadBytes(folder_ / "calls"),
+              HasSubstr("--PatchMatchStereo.window_radius 9 --PatchMatchStereo.window_step 1.8"));
 }
 
 TEST_F(ComparisonScripts, Eth3dSaysWhatLayoutItWants) {
@@ -174,7 +227,7 @@ TEST_F(ComparisonScripts, AblationRunsRowsOnceAndWritesTables) {
                                            "--phimvs",
                                            folder_ / "phimvs",
                                            "--tables",
-                                           "Filling,Formulas",
+                                           "Filling,Paper: filling",
                                            "--scene",
                                            "tiny",
                                            *room_ / "room/dense",
@@ -185,14 +238,84 @@ TEST_F(ComparisonScripts, AblationRunsRowsOnceAndWritesTables) {
   ASSERT_EQ(first.exit_code, 0) << first.output << first.errors;
   const std::string tables = ReadBytes(folder_ / "out/tables.md");
   EXPECT_THAT(tables, HasSubstr("### Filling"));
-  EXPECT_THAT(tables, HasSubstr("### Formulas"));
+  EXPECT_THAT(tables, HasSubstr("### Paper: filling"));
+  EXPECT_THAT(tables, HasSubstr("| 62.26 | 75.73 | 87.12 | 92.70 |"));  // the paper's mean without filling
   EXPECT_THAT(tables, Not(HasSubstr("### Windows")));
   EXPECT_THAT(tables, HasSubstr("| min_cost | 100.00 | 100.00 | 100.00 | 100.00 | 100.00 | 100.00 | "));
+  EXPECT_THAT(tables, HasSubstr("| PHI-MVS/M | 100.00 | 100.00 | 100.00 | "));
   const std::string calls = ReadBytes(folder_ / "calls");
   EXPECT_THAT(calls, HasSubstr("--PhiInference.mode min_cost"));
-  EXPECT_THAT(calls, HasSubstr("--PhiStereo.formulas paper"));
+  EXPECT_THAT(calls, HasSubstr("--preset paper --PhiInference.mode off"));
+  EXPECT_THAT(calls,
+              HasSubstr("--output_path " + (folder_ / "out/run/fused.ply").string() + " --preset paper"))
+      << "fusion, too";
   ASSERT_EQ(Script("ablation", arguments).exit_code, 0);
   EXPECT_EQ(ReadBytes(folder_ / "calls"), calls) << "nothing runs twice";
+}
+
+// COLMAP's workspace is in the room's frame, the published trajectory in another one of 3.7 times its size: only trajectory,
+// matrix and crop together bring the exact points onto the truth.
+TEST_F(ComparisonScripts, TanksAndTemplesAlignsCropsAndScores) {
+  colmap_ext::SparseModel model = colmap_ext::ReadSparseModel(*room_ / "room/dense/sparse");
+  std::map<std::string, std::string> renamed;  // as the layout names photos
+  for (const colmap_ext::SparseImage& image : model.images) renamed[image.name];
+  int number = 0;
+  for (auto& [from, to] : renamed)
+    to = "00000" + std::to_string(++number) + fs::path(from).extension().string();
+  fs::create_directories(folder_ / "dense/stereo/depth_maps");
+  fs::create_directories(folder_ / "dense/images");
+  for (colmap_ext::SparseImage& image : model.images) {
+    fs::copy_file(*room_ / "room/dense/images" / image.name, folder_ / "dense/images" / renamed[image.name]);
+    image.name = renamed[image.name];
+  }
+  fs::create_directories(folder_ / "dense/sparse");
+  colmap_ext::WriteSparseModelBinary(model, folder_ / "dense/sparse");
+  WriteBytes(folder_ / "dense/stereo/patch-match.cfg", "000001.jpg\n__auto__, 20\n");
+  ASSERT_EQ(
+      Script("benchmark_standin",
+             {"--layout", "tanks_and_temples", "--name", "Barn", "--workspace_path", *room_ / "room/dense",
+              "--truth_depth_maps", TruthDepths(), "--output_path", folder_ / "data", "--scan_step", "1"})
+          .exit_code,
+      0);
+  WriteProgram(folder_ / "colmap", "echo \"$*\" >> '" + (folder_ / "colmap_calls").string() +
+                                       "'\nif [ \"$1\" = image_undistorter ]; then cp -r '" +
+                                       (folder_ / "dense").string() + "' \"$7\"; fi\n");
+  const std::vector<std::string> arguments{"--data_path",   folder_ / "data",  "--output_path",
+                                           folder_ / "out", "--phimvs",        folder_ / "phimvs",
+                                           "--colmap",      folder_ / "colmap"};
+  const ProgramResult result = Script("tanks_and_temples", arguments);
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  EXPECT_THAT(ReadBytes(folder_ / "colmap_calls"), HasSubstr("mapper --database_path"));
+  const auto scores = nlohmann::json::parse(ReadBytes(folder_ / "out/Barn/scene.json"))["scores"];
+  EXPECT_EQ(scores["tolerance"], 0.01);  // the benchmark's for this name
+  EXPECT_GT(scores["f_score"].get<double>(), 99.9);
+  EXPECT_LT(scores["trajectory_error"].get<double>(), 1e-6);
+  EXPECT_TRUE(fs::exists(folder_ / "out/submission/Barn.ply"));
+  EXPECT_TRUE(ReadBytes(folder_ / "out/submission/Barn.log").starts_with("0 0 0\n"));
+
+  // Half of the volume: the points outside do not count, so that the truth's number falls and the score does not.
+  const auto num_truth = [&] {
+    return nlohmann::json::parse(ReadBytes(folder_ / "out/Barn/scores.json"))["num_truth"].get<int>();
+  };
+  const int whole = num_truth();
+  auto crop = nlohmann::json::parse(ReadBytes(folder_ / "data/Barn/Barn.json"));
+  crop["axis_max"] = 0.5 * (crop["axis_min"].get<double>() + crop["axis_max"].get<double>());
+  WriteBytes(folder_ / "data/Barn/Barn.json", crop.dump());
+  fs::remove(folder_ / "out/Barn/scene.json");
+  ASSERT_EQ(Script("tanks_and_temples", arguments).exit_code, 0);
+  EXPECT_LT(num_truth(), 0.8 * whole);
+  EXPECT_GT(
+      nlohmann::json::parse(ReadBytes(folder_ / "out/Barn/scene.json"))["scores"]["f_score"].get<double>(),
+      99);
+
+  const ProgramResult printed = Script(
+      "tanks_and_temples",
+      {"--data_path", folder_ / "data", "--output_path", folder_ / "other", "--colmap", "", "--print_only"});
+  EXPECT_THAT(printed.output, HasSubstr("colmap image_undistorter"));
+  const ProgramResult without = Script("tanks_and_temples", {"--data_path", folder_ / "data", "--output_path",
+                                                             folder_ / "other", "--colmap", ""});
+  EXPECT_NE(without.exit_code, 0);
+  EXPECT_THAT(without.errors, HasSubstr("there is no colmap here"));
 }
 
 class CompareWithColmap : public ComparisonScripts {

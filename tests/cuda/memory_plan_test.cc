@@ -225,8 +225,8 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
   FilterOptions options;
   options.min_num_consistent = 3;
   options.min_num_consistent_inferred = 2;
-  // The map and two of the others, a mask of what is filled and one of what is kept.
-  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 2);
+  // The map and two of the others, a mask of what is filled, a pixel's state and its verdict.
+  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 4);
   EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
   DeviceResources ample(QueryDevice(0), 0);
   const PlaneMap whole = FilterOnGpu(&ample, input, options).map;

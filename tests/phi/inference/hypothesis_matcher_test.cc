@@ -139,7 +139,7 @@ TEST_F(HypothesisMatcherTest, EvidenceComesFromThePixelThatThePointFallsInto) {
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         const DepthEvidence evidence = matcher.Evidence(20 + dx, 4 + dy, w(1));
-        EXPECT_EQ(evidence.num_confirming > 0, dx == 0 && dy == 0) << into << ": " << dx << ", " << dy;
+        EXPECT_EQ(evidence.num_confirming, dx == 0 && dy == 0 ? 1 : 0) << into << ": " << dx << ", " << dy;
         EXPECT_FALSE(evidence.SeenThrough());
       }
     }

@@ -1,0 +1,77 @@
+#include "colmap_ext/evaluation/crop_volume.h"
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include <Eigen/Dense>
+
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+std::ifstream Open(const std::filesystem::path& path) {
+  std::ifstream stream(path);
+  if (!stream) throw phi::InputError("cannot read " + path.string());
+  return stream;
+}
+
+Eigen::Vector2d Across(const Eigen::Vector3d& point, int axis) {
+  return {point[axis == 0 ? 1 : 0], point[axis == 2 ? 1 : 2]};
+}
+
+}  // namespace
+
+bool CropVolume::Contains(const Eigen::Vector3d& point) const {
+  if (!(point[axis] >= min && point[axis] <= max)) return false;
+  // A ray from the point along the first coordinate crosses the border of a polygon that holds it an odd number of times.
+  const Eigen::Vector2d p = Across(point, axis);
+  bool inside = false;
+  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[j];
+    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+    if (p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) inside = !inside;
+  }
+  return inside;
+}
+
+CropVolume ReadCropVolume(const std::filesystem::path& path) {
+  std::ifstream stream = Open(path);
+  try {
+    const auto json = nlohmann::json::parse(stream);
+    const std::string axis = json.at("orthogonal_axis");
+    CropVolume volume;
+    volume.axis = axis == "X" || axis == "x" ? 0 : axis == "Y" || axis == "y" ? 1 : 2;
+    volume.min = json.at("axis_min");
+    volume.max = json.at("axis_max");
+    for (const auto& corner : json.at("bounding_polygon")) {
+      volume.polygon.push_back(Across(
+          {corner.at(0).get<double>(), corner.at(1).get<double>(), corner.at(2).get<double>()}, volume.axis));
+    }
+    if (volume.polygon.size() < 3) throw phi::InputError(path.string() + ": the polygon has no area");
+    return volume;
+  } catch (const nlohmann::json::exception& error) {
+    throw phi::InputError(path.string() + " is no crop volume (SelectionPolygonVolume): " + error.what());
+  }
+}
+
+Eigen::Matrix4d ReadSimilarity(const std::filesystem::path& path) {
+  std::ifstream stream = Open(path);
+  Eigen::Matrix4d m;
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) stream >> m(row, column);
+  }
+  const Eigen::Matrix3d a = m.topLeftCorner<3, 3>();
+  const double scale = stream ? std::cbrt(a.determinant()) : 0;
+  const bool is_similarity = scale > 0 && (a * a.transpose() / (scale * scale)).isIdentity(1e-3) &&
+                             m.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1));
+  if (!is_similarity) {
+    throw phi::InputError(path.string() +
+                          ": these are not four rows of four numbers of a rotation, scale and translation");
+  }
+  return m;
+}
+
+}  // namespace colmap_ext
