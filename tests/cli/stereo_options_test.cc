@@ -94,7 +94,8 @@ TEST(StereoOptions, TheLogSaysWhatGoesBeforeThePreset) {
   EXPECT_THAT(log.messages(),
               Contains(HasSubstr("--PhiStereo.num_window_levels 3 goes before the 1 of --preset paper")));
   EXPECT_THAT(log.messages(), Contains(HasSubstr("--PhiStereo.quality has no effect")));
-  EXPECT_THAT(log.messages(), Contains(HasSubstr("formulas=paper")));
+  EXPECT_THAT(log.messages(), Contains(HasSubstr("options: ")));
+  EXPECT_EQ(parser.EffectiveValues().at("PhiStereo.formulas"), "paper");
 }
 
 TEST(StereoOptions, GuidedPassesArePartOfTheIterations) {
