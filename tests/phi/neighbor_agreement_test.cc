@@ -133,9 +133,9 @@ TEST(NeighborAgreement, JudgesTheMapAsItWas) {
 }
 
 // Depths that differ by 0.6 % from row to row. A match of 0.15 pixels tells them to 0.09 % with a baseline of 5, where they
-// contradict each other, and to 0.45 % with one of 1, where they do not.
+// contradict each other, and to 0.9 % with one of 0.5, where they do not.
 TEST(NeighborAgreement, ShortBaselinesTellLess) {
-  for (const double baseline : {5.0, 1.0}) {
+  for (const double baseline : {5.0, 0.5}) {
     Camera reference;
     reference.pinhole = {kSide, kSide, 100, 100, 10.5, 10.5};
     Camera source = reference;
@@ -149,7 +149,7 @@ TEST(NeighborAgreement, ShortBaselinesTellLess) {
     }
     JudgeByNeighbors(precision, &map);
     const bool all_agree = CountDepths(map) == kSide * kSide;
-    EXPECT_EQ(all_agree, baseline == 1) << CountDepths(map);
+    EXPECT_EQ(all_agree, baseline == 0.5) << CountDepths(map);
   }
 }
 
