@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kNumWriters = 2;
-constexpr double kFilterWeight = 0.1;  // its time relative to inference, for the first guess of the time left
 
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -47,17 +46,9 @@ RunSummary HoleFilling::Run() {
   const Clock::time_point begin = Clock::now();
   summary_.num_images = static_cast<int>(jobs_.size());
   FindMeasuredMaps();
-  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
-  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  RunStages(BuildFillingStages(options_));
   if (options_.inference.mode == phi::InferenceMode::kOff) {
-    RunStages({measured, geometric});
     for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
-  } else {
-    const Stage inferred{
-        .kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
-    geometric.kind = StageKind::kFilter;
-    geometric.weight = kFilterWeight;
-    RunStages({measured, inferred, geometric});
   }
   store_.Drain();
   for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");

@@ -88,8 +88,7 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
 }
 
 std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
-  const std::filesystem::path path = workspace_.ImageMaskPath(image);
-  if (path.empty() || !fs::exists(path)) return nullptr;
+  if (!workspace_.HasImageMask(image)) return nullptr;
   const auto item =
       cache_.GetOrLoad({image, "mask"}, [&] { return MakeSized(workspace_.ReadImageMask(image)); });
   return std::static_pointer_cast<const phi::ImageMask>(item);
@@ -161,6 +160,12 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
   cache_.PutTransient({image, MaskKey(kind)}, MakeSized(result.mask), [save](const MemoryCache::Item& item) {
     save({.mask = std::static_pointer_cast<const phi::Mask>(item)});
   });
+}
+
+void MapStore::KeepInMemory(int image, const std::string& kind, const StageResult& result) {
+  cache_.PutPinned({image, kind}, MakeSized(result.map));
+  if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
+  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
 }
 
 void MapStore::Forget(int image, const std::string& kind) {

@@ -1,0 +1,26 @@
+// Runs work in a thread of its own while the calling thread keeps Python alive: it hands on log lines and progress to
+// Python's callables, and sees Ctrl-C. No other thread touches Python.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <functional>
+
+namespace phimvs_python {
+
+// Where a run tells what it does. `log`: called with (level of phi::LogLevel, message). `progress`: None, or called with
+// (stage, done, total, fraction, seconds, seconds_left).
+struct Listeners {
+  nanobind::callable log;
+  nanobind::object progress;
+  bool debug = false;  // whether lines of level kDebug are wanted
+};
+
+// Returns when `work` has ended, and throws what it threw, or what a callable raised, which cancels the work, as Ctrl-C does.
+// The log's sink, the progress's and the cancellation are the process's: runs of several threads wait for each other.
+void RunSupervised(const Listeners& listeners, const std::function<void()>& work);
+
+// Makes the run that is under way, if any, end with phi::Cancelled.
+void CancelRun();
+
+}  // namespace phimvs_python
