@@ -35,17 +35,17 @@ class CapturedOutput {
 
 // The exit code and what the command printed.
 std::pair<int, std::string> RunCommand(const std::string& name, const std::vector<std::string>& arguments,
-                                       nb::callable log, nb::object progress, bool debug) {
+                                       const Listeners& listeners) {
   const colmap_ext::Command* command = colmap_ext::FindCommand(name);
   if (command == nullptr) throw phi::UsageError("there is no command '" + name + "'");
   std::vector<std::string> words = {name};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  words.insert(words.end(), {"--log_level", debug ? "3" : "2"});
+  words.insert(words.end(), {"--log_level", listeners.debug ? "3" : "2"});
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   int code = 0;
   std::string printed;
-  RunSupervised({log, progress, debug}, [&] {
+  RunSupervised(listeners, [&] {
     const CapturedOutput output;
     code = command->run(static_cast<int>(argv.size()), argv.data());
     printed = output.text();
@@ -56,8 +56,7 @@ std::pair<int, std::string> RunCommand(const std::string& name, const std::vecto
 }  // namespace
 
 void BindCommands(nb::module_& module) {
-  module.def("run_command", &RunCommand, nb::arg("name"), nb::arg("arguments"), nb::arg("log"),
-             nb::arg("progress").none(), nb::arg("debug"));
+  module.def("run_command", &RunCommand);
   module.def("cancel", &CancelRun,
              "Makes the call that is under way in another thread end with phimvs.Cancelled; finished maps are kept.");
 }
