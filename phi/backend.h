@@ -81,9 +81,9 @@ struct EstimationResult {
 struct FilterInput {
   ViewMap reference;
   std::vector<SourceMap> sources;
-  std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
+  std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
   std::shared_ptr<const Mask>
-      filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)
+      filled;  // null, or as InferenceResult's (min_ncc does not apply to inferred depth)
 };
 
 struct FilterResult {

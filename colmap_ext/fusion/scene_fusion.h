@@ -18,12 +18,16 @@ namespace colmap_ext {
 struct SceneFusionOptions {
   phi::FusionOptions rule;
   FusionInput input;
-  std::optional<phi::BoundingBox> box;  // --bbox_path
-  int num_threads = -1;                 // --StereoFusion.num_threads; <= 0: all
-  int max_neighbors =
-      50;  // --StereoFusion.check_num_images: images that each image is compared with; -1: all
-  double max_memory_gb = 0;              // --PhiFusion.max_memory_gb; 0: half of the computer's
+  std::optional<phi::BoundingBox> box;
+  int num_threads = -1;                  // <= 0: all
+  int max_neighbors = 50;                // images that each image is compared with; -1: all
+  double max_memory_gb = 0;              // 0: half of the computer's
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
+
+  // All but the box, the rule's and the input's included.
+  phi::OptionList List();
+  // An empty string, or one sentence naming option, value and rule.
+  std::string Check() const;
 };
 
 struct SceneFusionReport {

@@ -36,7 +36,7 @@ HoleFilling::HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs,
       jobs_(std::move(jobs)),
       backends_(backends),
       record_(workspace.StereoFolder()),
-      store_(workspace, options.cache_bytes, kNumWriters),
+      store_(workspace, options.CacheBytes(), kNumWriters),
       tasks_(workspace_, jobs_, options_, NoSparseDepth, &store_),
       keys_(jobs_.size()) {
   record_.SetOptions(effective_options, record_.options_hash());

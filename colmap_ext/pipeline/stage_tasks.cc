@@ -130,7 +130,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
     input.sources.push_back(std::move(source));
   }
   const bool after_inference = previous.kind == StageKind::kInfer;
-  if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
+  if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
   if (after_inference) input.filled = store_.MaskOf(job.image, previous.result);
   phi::FilterResult filtered = backend.Filter(input, options_.filter);
   if (stage.drops_doubtful) JudgeMeasurements(job, &filtered);

@@ -52,7 +52,7 @@ StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob>
       stages_(BuildStages(options)),
       backends_(backends),
       record_(workspace.StereoFolder()),
-      store_(workspace, options.cache_bytes, NumWriters(backends)),
+      store_(workspace, options.CacheBytes(), NumWriters(backends)),
       tasks_(workspace_, jobs_, options_, std::move(sparse_depth), &store_) {
   record_.SetOptions(effective_options, OptionsHash(stages_));
 }

@@ -90,6 +90,44 @@ PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, Vec3f x_r
   return !IsHidden(source_map, su, sv, x_source.z);
 }
 
+// Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
+enum class Agreement : std::uint8_t { kNone, kWithin, kClose };
+
+// x_source: the point of `h` at the reference pixel (u, v), seen at (su, sv) of the source.
+PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
+                                const PlaneHypothesis& h, Vec3f x_reference, Vec3f x_source, float su, float sv,
+                                ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
+  const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
+  if (!(depth > 0)) return Agreement::kNone;
+
+  const float difference = fabsf(x_source.z - depth);
+  const float max_difference =
+      t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * x_source.z;
+  if (difference >= max_difference) return Agreement::kNone;
+
+  // Back from the source's own depth to the reference image.
+  const Vec3f y_source = depth * view.source.Ray(su, sv);
+  const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
+  if (!(y_reference.z > 0)) return Agreement::kNone;
+  const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
+  const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
+  const float error = sqrtf(du * du + dv * dv);
+  if (!(error < t.max_reprojection_error)) return Agreement::kNone;
+
+  const Vec3f source_normal = source_map(static_cast<int>(floorf(su)), static_cast<int>(floorf(sv))).normal;
+  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return Agreement::kNone;
+
+  if (t.max_ray_cosine < 1) {
+    // The angle at the point between the rays to both centres.
+    const Vec3f to_reference = view.rotation * x_reference;
+    const float cosine = Dot(x_source, to_reference) / (Norm(x_source) * Norm(to_reference));
+    if (cosine > t.max_ray_cosine) return Agreement::kNone;
+  }
+  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * x_source.z &&
+                        error < kCloseReprojection * t.max_reprojection_error;
+  return is_close ? Agreement::kClose : Agreement::kWithin;
+}
+
 // Of the source view about `h` at the reference pixel (u, v).
 PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
                      const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
@@ -99,37 +137,16 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
   if (!(x_source.z > 0)) return Testimony::kNone;
   const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
   const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
-  const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
-  const Testimony no =
-      CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
-  if (!(depth > 0)) return no;
-
-  const float difference = fabsf(x_source.z - depth);
-  const float max_difference =
-      t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * x_source.z;
-  if (difference >= max_difference) return no;
-
-  // Back from the source's own depth to the reference image.
-  const Vec3f y_source = depth * view.source.Ray(su, sv);
-  const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
-  if (!(y_reference.z > 0)) return no;
-  const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
-  const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
-  const float error = sqrtf(du * du + dv * dv);
-  if (!(error < t.max_reprojection_error)) return no;
-
-  const Vec3f source_normal = source_map(static_cast<int>(floorf(su)), static_cast<int>(floorf(sv))).normal;
-  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return no;
-
-  if (t.max_ray_cosine < 1) {
-    // The angle at the point between the rays to both centres.
-    const Vec3f to_reference = view.rotation * x_reference;
-    const float cosine = Dot(x_source, to_reference) / (Norm(x_source) * Norm(to_reference));
-    if (cosine > t.max_ray_cosine) return no;
+  switch (CompareWithMap(reference, view, u, v, h, x_reference, x_source, su, sv, source_map, t)) {
+    case Agreement::kClose:
+      return Testimony::kConfirmsClosely;
+    case Agreement::kWithin:
+      return Testimony::kConfirms;
+    case Agreement::kNone:
+      break;
   }
-  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * x_source.z &&
-                        error < kCloseReprojection * t.max_reprojection_error;
-  return is_close ? Testimony::kConfirmsClosely : Testimony::kConfirms;
+  // What hides the point is looked for only here: it takes nine reads.
+  return CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
 }
 
 }  // namespace phi

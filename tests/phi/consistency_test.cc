@@ -134,7 +134,7 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   EXPECT_FALSE(Keeps(10, 30));  // seen by the reference alone
 
   input_.cost = std::make_shared<CostMap>(80, 60, 1.0f);
-  options_.max_cost = 0.9;
+  options_.min_ncc = 0.1;
   EXPECT_FALSE(Keeps(60, 30));
   input_.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
   EXPECT_TRUE(Keeps(60, 30));

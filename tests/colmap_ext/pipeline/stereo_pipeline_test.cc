@@ -1,3 +1,4 @@
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 
 #include <gmock/gmock.h>
@@ -187,7 +188,7 @@ TEST_F(StereoPipelineTest, BytesDependNeitherOnWorkersNorOnMemory) {
     test_support::WriteNoiseWorkspace(other.path(), {.num_images = kNumImages});
     num_backends_ = num_backends;
     num_concurrent_ = num_concurrent;
-    options_.cache_bytes = cache_bytes;
+    options_.cache_gigabytes = static_cast<double>(cache_bytes) / kBytesPerGigabyte;
     Run(other.path());
     EXPECT_EQ(HashMaps(other.path()), expected)
         << num_backends << " x " << num_concurrent << ", " << cache_bytes;
@@ -205,13 +206,13 @@ TEST_F(StereoPipelineTest, RunsAsManyImagesAtOnceAsTheBackendsAskFor) {
 
 TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   const std::int64_t map_bytes = 24 * 16 * 16;
-  options_.cache_bytes = 3 * map_bytes;
+  options_.cache_gigabytes = 3 * map_bytes / kBytesPerGigabyte;
   const RunSummary summary = Run();
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
-  EXPECT_LE(summary.peak_cache_bytes, options_.cache_bytes + 5 * map_bytes);
+  EXPECT_LE(summary.peak_cache_bytes, (3 + 5) * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths,
   // images, and masks of what is filled and of what few views see.
-  options_.cache_bytes = std::int64_t{1} << 30;
+  options_.cache_gigabytes = 1;
   options_.stereo.seed = 1;
   EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 3 * map_bytes / 16));
 }
