@@ -84,11 +84,13 @@ colmap_ext::SparseModel ModelOf(const Scene& scene) {
   colmap_ext::SparseModel model;
   for (std::size_t i = 0; i < scene.names.size(); ++i) {
     const double* k = scene.cameras.data() + 4 * i;
-    colmap_ext::SparseCamera camera{.camera_id = static_cast<std::uint32_t>(i + 1)};
+    colmap_ext::SparseCamera camera;
+    camera.camera_id = static_cast<std::uint32_t>(i + 1);
     camera.width = static_cast<std::uint64_t>(scene.sizes[i].first);
     camera.height = static_cast<std::uint64_t>(scene.sizes[i].second);
     camera.params = {k, k + 4};
-    colmap_ext::SparseImage image{.image_id = scene.ids[i]};
+    colmap_ext::SparseImage image;
+    image.image_id = scene.ids[i];
     const phi::Pose pose = PoseOf(scene.poses.data() + 16 * i);
     image.rotation = Eigen::Quaterniond(pose.rotation);
     image.translation = pose.translation;

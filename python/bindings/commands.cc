@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"
@@ -53,10 +54,36 @@ std::pair<int, std::string> RunCommand(const std::string& name, const std::vecto
   return {code, printed};
 }
 
+// A command and its options as JSON, once the options among `arguments` have passed their checks.
+std::string DescribeCommand(const std::string& name, std::vector<std::string> arguments) {
+  const colmap_ext::Command* command = colmap_ext::FindCommand(name);
+  if (command == nullptr) throw phi::UsageError("there is no command '" + name + "'");
+  arguments.insert(arguments.begin(), name);
+  arguments.emplace_back("--help_json");
+  std::vector<char*> argv;
+  for (std::string& word : arguments) argv.push_back(word.data());
+  const OneRun one_run;
+  const CapturedOutput output;
+  command->run(static_cast<int>(argv.size()), argv.data());
+  return output.text();
+}
+
+// The program itself, for the script that the package installs.
+int RunProgram(std::vector<std::string> words) {
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  const nb::gil_scoped_release release;
+  return colmap_ext::RunMain(static_cast<int>(argv.size()), argv.data());
+}
+
 }  // namespace
 
 void BindCommands(nb::module_& module) {
   module.def("run_command", &RunCommand);
+  module.def("describe_command", &DescribeCommand);
+  module.def("main", &RunProgram);
+  module.def("version_text", &colmap_ext::VersionText,
+             "Version, commit, CUDA architectures, and the devices of this machine that work.");
   module.def("cancel", &CancelRun,
              "Makes the call that is under way in another thread end with phimvs.Cancelled; finished maps are kept.");
 }

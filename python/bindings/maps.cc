@@ -29,7 +29,7 @@ using Floats = Input<float>;
 template <typename Map>
 Map FromNumpy(const Floats& values) {
   Map map(static_cast<int>(values.shape(1)), static_cast<int>(values.shape(0)));
-  std::memcpy(map.data(), values.data(), map.bytes());
+  std::memcpy(static_cast<void*>(map.data()), values.data(), map.bytes());
   return map;
 }
 

@@ -57,6 +57,7 @@ void Translate(const std::exception_ptr& pointer, void*) {
 
 NB_MODULE(_core, module) {
   module.doc() = "The compiled part of phimvs; see the package's own functions.";
+  module.attr("__version__") = PHIMVS_VERSION;
   nb::register_exception_translator(phimvs_python::Translate);
   phimvs_python::BindArrays(module);
   phimvs_python::BindCommands(module);

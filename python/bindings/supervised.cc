@@ -100,12 +100,13 @@ std::mutex& RunMutex() {
 
 }  // namespace
 
+OneRun::OneRun() : lock_(RunMutex(), std::defer_lock) {
+  const nb::gil_scoped_release release;
+  lock_.lock();
+}
+
 void RunSupervised(const Listeners& listeners, const std::function<void()>& work) {
-  std::unique_lock<std::mutex> one_at_a_time(RunMutex(), std::defer_lock);
-  {
-    const nb::gil_scoped_release release;
-    one_at_a_time.lock();
-  }
+  const OneRun one_run;
   Mailbox mailbox;
   const ProcessState state(&mailbox, listeners.debug);
   std::exception_ptr error;

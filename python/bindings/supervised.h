@@ -5,6 +5,7 @@
 #include <nanobind/nanobind.h>
 
 #include <functional>
+#include <mutex>
 
 namespace phimvs_python {
 
@@ -16,8 +17,16 @@ struct Listeners {
   bool debug = false;  // whether lines of level kDebug are wanted
 };
 
+// The process's output, log and cancellation belong to one run at a time. Waits without holding Python's lock.
+class OneRun {
+ public:
+  OneRun();
+
+ private:
+  std::unique_lock<std::mutex> lock_;
+};
+
 // Returns when `work` has ended, and throws what it threw, or what a callable raised, which cancels the work, as Ctrl-C does.
-// The log's sink, the progress's and the cancellation are the process's: runs of several threads wait for each other.
 void RunSupervised(const Listeners& listeners, const std::function<void()>& work);
 
 // Makes the run that is under way, if any, end with phi::Cancelled.
