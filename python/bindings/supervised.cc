@@ -1,5 +1,7 @@
 #include "python/bindings/supervised.h"
 
+#include <nanobind/stl/string.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <deque>

@@ -34,8 +34,12 @@ class Run:
     def __init__(self, progress: ProgressCallable | None) -> None:
         self.errors: list[str] = []
         self._progress = progress
-        tell = None if progress is None else self._tell
-        self.listeners = _core.Listeners(self._log, tell, logger.isEnabledFor(logging.DEBUG))
+
+    @property
+    def listeners(self) -> Any:
+        """For the compiled part. Not kept here: it refers to this object, and Python could not free such a circle."""
+        tell = None if self._progress is None else self._tell
+        return _core.Listeners(self._log, tell, logger.isEnabledFor(logging.DEBUG))
 
     def _log(self, level: int, message: str) -> None:
         if level == 0:
