@@ -9,13 +9,12 @@
 #include <vector>
 
 #include "colmap_ext/fusion/scene_fusion.h"
+#include "colmap_ext/pipeline/backend_choice.h"
 #include "colmap_ext/pipeline/pipeline_options.h"
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
 
 namespace colmap_ext {
-
-using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
 // Of one image, at the workspace's working resolution.
 struct SceneMaps {

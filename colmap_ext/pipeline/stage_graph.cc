@@ -46,8 +46,8 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
           .weight = kFilterWeight};
 }
 
-// Whether something will be put in their place or not: measured means one thing. The paper's form knows no such rule.
-bool DropsDoubtful(const PipelineOptions& options) {
+// Whatever the inference: measured means one thing. The paper's form knows no such rule.
+bool JudgesMeasurements(const PipelineOptions& options) {
   return options.filter.formulas == phi::Formulas::kRobust;
 }
 
@@ -139,8 +139,8 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
     stages.back().has_mask = true;
-    stages.back().drops_doubtful = DropsDoubtful(options);
-    if (stages.back().drops_doubtful) stages.back().options += " drops_doubtful=1";
+    stages.back().judges_measurements = JudgesMeasurements(options);
+    if (stages.back().judges_measurements) stages.back().options += " judged=1";
   }
   // Without a filter there are no holes to fill; without inference the measured maps are the result.
   if (!options.filter_maps || options.inference.mode == phi::InferenceMode::kOff) {
@@ -165,6 +165,7 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
   Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
   if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
   geometric.kind = StageKind::kFilter;
+  geometric.has_mask = true;
   geometric.weight = kFilterWeightInFilling;
   return {measured,
           {.kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true},

@@ -40,11 +40,13 @@ def image_array(values: Any, what: str) -> np.ndarray:
     return np.ascontiguousarray(array)
 
 
-def mask_array(values: Any, what: str) -> np.ndarray:
+def mask_array(values: Any, what: str, shape: tuple[int, ...]) -> np.ndarray:
     """uint8 (H, W), 0 or 255."""
     array = to_numpy(values, what)
-    if array.ndim != 2 or array.dtype.kind not in "bu":
-        raise UsageError(f"{what} is {array.dtype} {array.shape}, but must be (H, W) of bool or uint8")
+    if array.shape != shape:
+        raise UsageError(f"{what} has shape {array.shape}, but must be {shape}, as its image is")
+    if array.dtype.kind not in "bu":
+        raise UsageError(f"{what} has dtype {array.dtype}, but must be bool or uint8")
     return np.ascontiguousarray(np.where(array != 0, 255, 0), np.uint8)
 
 

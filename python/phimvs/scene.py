@@ -193,7 +193,9 @@ def _gather(
     if masks is not None:
         if len(masks) != count:
             raise UsageError(f"there are {len(masks)} masks for {count} images; give one or None for each")
-        given.masks = [None if m is None else mask_array(m, f"masks[{i}]") for i, m in enumerate(masks)]
+        given.masks = [
+            None if m is None else mask_array(m, f"masks[{i}]", given.sizes[i][::-1]) for i, m in enumerate(masks)
+        ]
     given.points = _check_points(points, given)
     return given
 

@@ -62,9 +62,11 @@ def test_depths_are_right(room, maps):
 
 
 def half(scene, **changes):
-    """Two photos at half size: enough for what does not look at values."""
+    """Two of the photos."""
     small = {k: v[:2] for k, v in scene.items() if k != "points"}
-    return {**small, **changes}
+    xyz, observations = scene["points"]
+    seen = observations[observations[:, 1] < 2]
+    return {**small, "points": phimvs.Points(xyz, seen), **changes}
 
 
 class OnlyDlpack:
@@ -158,7 +160,7 @@ def camera_of(fx):
         ({"points": phimvs.Points(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]))}, "name a point that is not among 0 to 0"),
         ({"names": ["a", "a"]}, "names must be 2 different ones"),
         ({"masks": [None]}, "there are 1 masks for 2 images"),
-        ({"masks": [np.zeros((9, 9), bool), None]}, r"mask is 9x9 pixels, but its camera 120x90"),
+        ({"masks": [np.zeros((9, 9), bool), None]}, r"masks\[0\] has shape \(9, 9\), but must be \(90, 120\)"),
         ({"sources": [[1], [1]]}, r"sources\[1\] must hold indices of other images"),
         ({"options": {"PatchMatchStereo.window_radius": 99}}, "window_radius is 99, but must be between"),
         ({"options": {"nonsense": 1}}, "there is no option '--nonsense'"),

@@ -45,7 +45,7 @@ class StereoPipelineTest : public ::testing::Test {
   RunSummary Run(const std::filesystem::path& path) {
     const Workspace workspace({.path = path});
     const phi::SparseScene scene = MakeSparseScene(workspace.model());
-    StereoPipeline::Backends backends;
+    Backends backends;
     for (int i = 0; i < num_backends_; ++i) {
       backends.push_back(std::make_unique<FakeBackend>(&calls_, num_concurrent_));
     }
