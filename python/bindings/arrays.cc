@@ -50,11 +50,11 @@ struct Scene {
   Doubles observations;                             // M x 4: index of the point, index of the image, u, v; by point
 };
 
-// As libpng makes gray of an 8-bit RGB image, so that arrays and PNG files give the same maps.
+// As libpng makes gray of an 8-bit RGB image (it does not round), so that arrays and PNG files give the same maps.
 std::uint8_t Gray(const std::uint8_t* rgb) {
-  constexpr unsigned kRed = 9797, kGreen = 19234, kOne = 32768, kHalf = kOne / 2;
+  constexpr unsigned kRed = 9797, kGreen = 19234, kOne = 32768;
   if (rgb[0] == rgb[1] && rgb[0] == rgb[2]) return rgb[0];
-  return static_cast<std::uint8_t>((kRed * rgb[0] + kGreen * rgb[1] + (kOne - kRed - kGreen) * rgb[2] + kHalf) / kOne);
+  return static_cast<std::uint8_t>((kRed * rgb[0] + kGreen * rgb[1] + (kOne - kRed - kGreen) * rgb[2]) / kOne);
 }
 
 void SetPhoto(const std::optional<Bytes>& photo, std::pair<int, int> size, colmap_ext::MemoryImage* image) {

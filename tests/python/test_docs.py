@@ -48,10 +48,15 @@ def test_depth_for_splatting(workspace, room, tmp_path):
     for frame in frames:
         depth = np.asarray(image.open(tmp_path / "splat" / frame["depth_file_path"])) * 0.001
         truth = phimvs.read_map(room / f"truth/depth_maps/{frame['file_path'].removeprefix('images/')}.bin")
-        assert np.median(np.abs(depth - truth)[depth > 0]) < 0.02
-        # A camera that looks at the scene: the centre's point lies in the room's middle, not behind it.
-        center = np.array(frame["transform_matrix"]) @ [0, 0, -truth[45, 60], 1]
-        assert np.isfinite(center).all() and (tmp_path / "splat" / frame["file_path"]).exists()
+        assert np.median((np.abs(depth - truth) / truth)[depth > 0]) < 0.03
+        # The cameras look along -z there: the true point of the pixel beside the image's centre lies in front of all of them.
+        height, width = truth.shape
+        u, v = width // 2 + 0.5, height // 2 + 0.5
+        ray = np.array([(u - frame["cx"]) / frame["fl_x"], -(v - frame["cy"]) / frame["fl_y"], -1.0])
+        point = np.array(frame["transform_matrix"]) @ [*(ray * truth[height // 2, width // 2]), 1.0]
+        for other in frames:
+            assert (np.linalg.inv(other["transform_matrix"]) @ point)[2] < 0
+        assert (tmp_path / "splat" / frame["file_path"]).exists()
     assert (tmp_path / "splat/sparse/0/cameras.bin").exists()
 
 
