@@ -6,13 +6,13 @@ import json
 import os
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 from . import _core
 from ._run import ProgressCallable, Run, words_of
 from .errors import InputError
 
-StrPath = "str | os.PathLike[str]"
+StrPath = Union[str, "os.PathLike[str]"]
 _SOME_IMAGES_FAILED = 4
 
 

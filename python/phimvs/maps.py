@@ -11,7 +11,7 @@ from . import _core
 from .errors import UsageError
 
 
-def read_map(path: "str | os.PathLike[str]", *, mmap: bool = False) -> np.ndarray:
+def read_map(path: str | os.PathLike[str], *, mmap: bool = False) -> np.ndarray:
     """A depth map as float32 (H, W), camera z in world units, <= 0: none; or a normal map as (H, W, 3), unit vectors in
     the camera frame. mmap: a read-only view of the mapped file, nothing is copied; normals lie in it plane by plane.
 
@@ -25,7 +25,7 @@ def read_map(path: "str | os.PathLike[str]", *, mmap: bool = False) -> np.ndarra
     return values if mmap else np.array(values, np.float32, order="C")
 
 
-def write_map(path: "str | os.PathLike[str]", values: Any) -> None:
+def write_map(path: str | os.PathLike[str], values: Any) -> None:
     """Writes a depth map (H, W) or a normal map (H, W, 3) as COLMAP reads it. The name appears with the whole file."""
     values = np.asarray(values)
     if values.ndim != 2 and not (values.ndim == 3 and values.shape[2] == 3):
@@ -35,7 +35,7 @@ def write_map(path: "str | os.PathLike[str]", values: Any) -> None:
     _core.write_map(os.fspath(path), np.ascontiguousarray(values, np.float32))
 
 
-def read_image(path: "str | os.PathLike[str]", *, color: bool = True) -> np.ndarray:
+def read_image(path: str | os.PathLike[str], *, color: bool = True) -> np.ndarray:
     """A photo's stored pixels as uint8, (H, W, 3) RGB or (H, W) gray, exactly as the commands see them: an orientation
     tag is ignored, 16 bits become 8."""
     return _core.read_image(os.fspath(path), color)

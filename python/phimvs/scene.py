@@ -59,7 +59,7 @@ class Cloud:
     num_views: np.ndarray  # uint32 (N,): images that agree on it
     views: np.ndarray  # uint32 (sum of num_views,): their indices, point after point
 
-    def write(self, path: "str | os.PathLike[str]") -> None:
+    def write(self, path: str | os.PathLike[str]) -> None:
         """Writes PATH (.ply) and PATH.vis as stereo_fusion does."""
         _core.write_cloud(
             os.fspath(path), self.xyz, self.normals, self.colors, self.inferred.view(np.uint8), self.num_views, self.views
@@ -348,7 +348,7 @@ def fuse(
     return Cloud(xyz, normals, colors, inferred.view(bool), counts, views)
 
 
-def read_scene(workspace_path: "str | os.PathLike[str]", *, color: bool = False) -> dict[str, Any]:
+def read_scene(workspace_path: str | os.PathLike[str], *, color: bool = False) -> dict[str, Any]:
     """An undistorted COLMAP workspace as estimate's arguments: `phimvs.estimate(**phimvs.read_scene("dense"))` gives what
     patch_match_stereo writes. color: photos as RGB, for fuse; gray is what the commands match."""
     names, ids, paths, cameras, poses, xyz, observations = _core.read_scene(os.fspath(workspace_path))

@@ -108,7 +108,7 @@ QUICK = {**CPU, "PatchMatchStereo.num_iterations": 2, "PatchMatchStereo.filter_m
         OnlyDlpack,
         OnlyInterface,
     ],
-    ids="uint16 rgb channel rgba fortran negative strided dlpack interface".split(),
+    ids=["uint16", "rgb", "channel", "rgba", "fortran", "negative", "strided", "dlpack", "interface"],
 )
 def test_any_array_is_taken(scene, convert):
     small = half(scene)
