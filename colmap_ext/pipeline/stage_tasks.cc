@@ -7,6 +7,7 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/inference/infer_holes.h"
 #include "phi/matching/cost_aggregation.h"

@@ -5,7 +5,6 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/options.h"
 
@@ -14,7 +13,7 @@ namespace phi {
 struct ConsistencyThresholds {
   float max_reprojection_error = 1;        // pixels in the reference image
   float max_relative_depth_error = 0.01f;  // of the depth in the source camera
-  float min_normal_cosine = 0.8660254f;    // normals compared in the reference frame
+  float min_normal_cosine = 0.5f;          // normals compared in the reference frame
   float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
   float max_depth_error = 0;               // world units, instead of the relative one; 0: the relative one
   Formulas formulas = Formulas::kRobust;

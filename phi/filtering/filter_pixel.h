@@ -6,6 +6,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/consistency.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/options.h"
 
 namespace phi {

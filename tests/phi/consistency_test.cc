@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "phi/cpu/cpu_filter.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
 
