@@ -223,6 +223,7 @@ TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
   const RunSummary summary = Run();
   EXPECT_EQ(calls_.estimates + calls_.filters + calls_.inferences, 0);
   EXPECT_EQ(summary.num_images_kept, kNumImages);
+  EXPECT_THAT(SummaryLine(summary), HasSubstr("nothing to do"));
 }
 
 TEST_F(StereoPipelineTest, OtherOptionsMakeOnlyWhatDependsOnThem) {
@@ -258,6 +259,9 @@ TEST_F(StereoPipelineTest, GoesOnAfterABreakInEachStageWithTheBytesOfACleanRun) 
 TEST_F(StereoPipelineTest, MakesADamagedMapAgain) {
   Run();
   const auto expected = HashMaps(folder_.path());
+  std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
+  EXPECT_THAT(SummaryLine(Run()), testing::Not(HasSubstr("nothing to do")));
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
   std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
   std::filesystem::remove(DepthPath(2, "geometric"));
   calls_.estimates = 0;
