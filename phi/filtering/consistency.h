@@ -42,7 +42,7 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
 
 // What a source view's map says of a hypothesis.
 enum class Testimony : std::uint8_t {
-  kNone,             // the view cannot see the point
+  kNone,             // the view cannot see the point, or its mask leaves it out
   kContradicts,      // it could, and its map shows another surface, or none
   kConfirms,         // both describe one surface
   kConfirmsClosely,  // the same within kCloseDepth and kCloseReprojection of the thresholds
@@ -90,15 +90,21 @@ PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, Vec3f x_r
   return !IsHidden(source_map, su, sv, x_source.z);
 }
 
-// Of the source view about `h` at the reference pixel (u, v).
+PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, float u, float v) {
+  const int x = static_cast<int>(floorf(u)), y = static_cast<int>(floorf(v));
+  return mask.data != nullptr && mask.Contains(x, y) && mask(x, y) == 0;
+}
+
+// Of the source view about `h` at the reference pixel (u, v). source_mask: of the map's size, 0: left out; no data: nothing is.
 PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
                      const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
-                     const ConsistencyThresholds& t) {
+                     const ConsistencyThresholds& t, ArrayView2D<const std::uint8_t> source_mask = {}) {
   const Vec3f x_reference = h.depth * reference.Ray(u, v);
   const Vec3f x_source = view.rotation * x_reference + view.translation;
   if (!(x_source.z > 0)) return Testimony::kNone;
   const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
   const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
+  if (IsLeftOut(source_mask, su, sv)) return Testimony::kNone;
   const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
   const Testimony no =
       CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
