@@ -1,6 +1,7 @@
 #include "colmap_ext/cli/option_parser.h"
 
 #include <boost/program_options.hpp>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/terminal.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -19,7 +21,7 @@ namespace {
 
 namespace po = boost::program_options;
 
-constexpr int kHelpWidth = 110;
+constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
 
 // COLMAP keeps some options in single precision and writes them with 17 digits: 0.01 becomes
@@ -262,10 +264,12 @@ void OptionParser::LogEffectiveValues() const {
 }
 
 void OptionParser::PrintHelp() const {
+  const int columns = std::clamp(TerminalColumns(STDOUT_FILENO), kNarrowestHelp, kWidestHelp);
+  const int description_columns = columns * 5 / 8;  // long names have lines of their own
   std::map<std::string, po::options_description> groups;
   for (const phi::Option& option : options_) {
     const std::string group = GroupOf(option.name());
-    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, kHelpWidth, kHelpWidth / 2).first;
+    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
     auto* value = po::value<std::string>();
     if (!option.default_text().empty()) value->default_value(option.default_text());
     std::string help = option.help();
@@ -273,11 +277,12 @@ void OptionParser::PrintHelp() const {
     if (option.required()) help += " (required)";
     it->second.add_options()(option.name().c_str(), value, help.c_str());
   }
-  std::cout << "phimvs " << command_ << ": " << summary_ << "\n";
+  std::cout << WrapText("phimvs " + command_ + ": " + summary_, columns, 2) << "\n";
   for (const auto& [group, description] : groups) std::cout << "\n" << description;
-  std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n ";
-  for (const auto& [name, colmap] : only_colmap_) std::cout << " --" << name;
-  std::cout << std::endl;
+  std::string only_colmap = " ";
+  for (const auto& [name, colmap] : only_colmap_) only_colmap += " --" + name;
+  std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n"
+            << WrapText(only_colmap, columns, 2) << std::endl;
 }
 
 }  // namespace colmap_ext

@@ -87,9 +87,13 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
                                    [&] { return phi::CutOutMask(*Gray(image), *mask); });
 }
 
+bool MapStore::HasImageMask(int image) const {
+  const fs::path path = workspace_.ImageMaskPath(image);
+  return !path.empty() && fs::exists(path);
+}
+
 std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
-  const std::filesystem::path path = workspace_.ImageMaskPath(image);
-  if (path.empty() || !fs::exists(path)) return nullptr;
+  if (!HasImageMask(image)) return nullptr;
   const auto item =
       cache_.GetOrLoad({image, "mask"}, [&] { return MakeSized(workspace_.ReadImageMask(image)); });
   return std::static_pointer_cast<const phi::ImageMask>(item);

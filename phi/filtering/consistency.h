@@ -41,7 +41,7 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
 
 // What a source view's map says of a hypothesis.
 enum class Testimony : std::uint8_t {
-  kNone,             // the view cannot see the point
+  kNone,             // the view cannot see the point, or its mask leaves it out
   kContradicts,      // it could, and its map shows another surface, or none
   kConfirms,         // both describe one surface
   kConfirmsClosely,  // the same within kCloseDepth and kCloseReprojection of the thresholds
@@ -133,16 +133,22 @@ PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& v
   return is_close ? Agreement::kClose : Agreement::kWithin;
 }
 
-// Of the source view about `h` at the reference pixel (u, v).
+PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, float u, float v) {
+  const int x = static_cast<int>(floorf(u)), y = static_cast<int>(floorf(v));
+  return mask.data != nullptr && mask.Contains(x, y) && mask(x, y) == 0;
+}
+
+// Of the source view about `h` at the reference pixel (u, v). source_mask: of the map's size, 0: left out; no data: nothing is.
 PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
                      const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
-                     const ConsistencyThresholds& t) {
+                     const ConsistencyThresholds& t, ArrayView2D<const std::uint8_t> source_mask = {}) {
   ProjectedPoint point;
   point.in_reference = h.depth * reference.Ray(u, v);
   point.in_source = view.rotation * point.in_reference + view.translation;
   if (!(point.in_source.z > 0)) return Testimony::kNone;
   point.u = view.source.fx * point.in_source.x / point.in_source.z + view.source.cx;
   point.v = view.source.fy * point.in_source.y / point.in_source.z + view.source.cy;
+  if (IsLeftOut(source_mask, point.u, point.v)) return Testimony::kNone;
   switch (CompareWithMap(reference, view, u, v, h, point, source_map, t)) {
     case Agreement::kClose:
       return Testimony::kConfirmsClosely;

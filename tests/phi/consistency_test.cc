@@ -166,6 +166,22 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   EXPECT_EQ(verdict(), FilterVerdict::kDropped);
 }
 
+// The pixel's depth falls on the sources' pixel (35, 30): 25 pixels to the left of its own. Its mask may have taken away what
+// stood before the surface.
+TEST_F(FilterTest, WhatAViewLeavesOutTestifiesNothing) {
+  options_.max_normal_error = 60;
+  AddContradictingSource();
+  const auto mask = std::make_shared<Mask>(80, 60, 255);
+  input_.sources[1].load_mask = [mask] { return mask; };
+  EXPECT_FALSE(Keeps(60, 30));
+  for (const auto& [x, y] : {std::pair(34, 30), std::pair(36, 30), std::pair(35, 29), std::pair(35, 31)}) (*mask)(x, y) = 0;
+  EXPECT_FALSE(Keeps(60, 30));
+  (*mask)(35, 30) = 0;
+  EXPECT_TRUE(Keeps(60, 30));
+  input_.sources[0].load_mask = [mask] { return mask; };
+  EXPECT_FALSE(Keeps(60, 30));
+}
+
 // Of the tolerances, 1 % and one pixel, 0.4 and 0.5: depth 2 moves by 25 pixels between the views, and by half of one
 // where it is 2.04.
 TEST_F(FilterTest, AViewAloneMustConfirmClosely) {
