@@ -61,7 +61,7 @@ class LostDeviceTest : public ::testing::Test {
     const Workspace workspace({.path = path});
     PipelineOptions options;
     options.num_guided_passes = 0;
-    StereoPipeline::Backends backends;
+    Backends backends;
     if (dying) backends.push_back(std::move(dying));
     backends.push_back(std::make_unique<FakeBackend>(&calls_, 1));
     StereoPipeline pipeline(
