@@ -7,7 +7,10 @@
 namespace colmap_ext {
 
 void FusionCommandOptions::Register(OptionParser* parser) {
-  parser->Add("workspace_path", &workspace.path, "Undistorted workspace: images, sparse, stereo").Required();
+  parser
+      ->Add("workspace_path", &workspace.path,
+            "Folder that colmap image_undistorter wrote, or the one above it")
+      .Required();
   parser->Add("workspace_format", &workspace.format, "Only COLMAP");
   parser->AddColmapOnly("pmvs_option_name", "option-all", "PMVS workspaces are not read");
   RegisterFusion(parser);
@@ -25,7 +28,7 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
   parser->Add("StereoFusion.num_threads", &fusion.num_threads, "Threads; -1: all");
   parser
       ->Add("StereoFusion.max_image_size", &workspace.max_image_size,
-            "Longest side of the maps used; -1: all of it")
+            "Work on smaller maps: longest side; -1 = full size")
       .Unit("pixels");
   parser->Add("StereoFusion.min_num_pixels", &fusion.rule.min_num_views, "Images that must agree on a point")
       .ColmapDefault("5");
@@ -35,10 +38,12 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
       .ColmapDefault("10000");
   parser
       ->Add("StereoFusion.max_reproj_error", &fusion.rule.max_reproj_error,
-            "Largest reprojection error of a difference in depth")
+            "Largest distance in the other image between the points at both depths")
       .Unit("pixels")
       .ColmapDefault("2");
-  parser->Add("StereoFusion.max_depth_error", &fusion.rule.max_depth_error, "Largest difference over depth")
+  parser
+      ->Add("StereoFusion.max_depth_error", &fusion.rule.max_depth_error,
+            "Largest difference of two depths, relative to depth")
       .ColmapDefault("0.0099999997764825821");
   parser->Add("StereoFusion.max_normal_error", &fusion.rule.max_normal_error, "Largest angle between normals")
       .Unit("degrees")
@@ -55,8 +60,9 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
                                    {{"robust", phi::Formulas::kRobust}, {"paper", phi::Formulas::kPaper}},
                                    "paper = the paper's fusion; --preset paper sets this and its values");
   parser
-      ->Add("PhiFusion.max_normal_error_in_holes", &fusion.rule.max_normal_error_in_holes,
-            "The same in holes of the cloud, if larger than max_normal_error")
+      ->Add(
+          "PhiFusion.max_normal_error_in_holes", &fusion.rule.max_normal_error_in_holes,
+          "Largest angle between normals in holes of the cloud, if larger than StereoFusion.max_normal_error")
       .Unit("degrees");
   parser->Add("PhiFusion.min_support", &fusion.rule.min_support,
               "Least sum of the other images' agreements, each between 0 and 1");

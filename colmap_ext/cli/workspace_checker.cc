@@ -14,7 +14,9 @@ int RunWorkspaceChecker(int argc, char** argv) {
   WorkspaceOptions options;
   std::filesystem::path config_path;
   OptionParser parser("workspace_checker", "List every problem of an undistorted COLMAP workspace");
-  parser.Add("workspace_path", &options.path, "Undistorted workspace: images, sparse, stereo").Required();
+  parser
+      .Add("workspace_path", &options.path, "Folder that colmap image_undistorter wrote, or the one above it")
+      .Required();
   parser.Add("workspace_format", &options.format, "Only COLMAP");
   parser.Add("config_path", &config_path, "List of reference images; empty: stereo/patch-match.cfg");
   parser

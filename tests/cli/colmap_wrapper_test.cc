@@ -63,10 +63,11 @@ TEST_F(ColmapWrapper, TakesOverPatchMatchStereo) {
 // output.
 TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
   const std::string project = (folder_ / "project").string();
-  WriteProgram(folder_ / "real/colmap",
-               "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
-                   "/sparse/1\n[ $1 != image_undistorter ] || [ -d $(dirname $7) ] || exit 9\n" +
-                   "[ $1 != poisson_mesher ] || printf 'ply\\nelement face %s\\n' ${3#*dense/} | cut -d/ -f1 > $5\n");
+  WriteProgram(
+      folder_ / "real/colmap",
+      "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
+          "/sparse/1\n[ $1 != image_undistorter ] || [ -d $(dirname $7) ] || exit 9\n" +
+          "[ $1 != poisson_mesher ] || printf 'ply\\nelement face %s\\n' ${3#*dense/} | cut -d/ -f1 > $5\n");
   WriteProgram(folder_ / "bin/phimvs", "echo \"phimvs: $*\"\n");
   const ProgramResult result = Colmap({"automatic_reconstructor", "--workspace_path", project, "--image_path",
                                        "photos", "--quality", "medium"});
