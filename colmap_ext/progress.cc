@@ -246,7 +246,8 @@ void ProgressLine::EraseBar() const {
 void ProgressLine::DrawBar() {
   std::lock_guard<std::mutex> lock(mutex_);
   if (stop_) return;
-  const std::string bar = FormatBar(State(), TerminalColumns(STDERR_FILENO) - 1);  // a full row would move to the next
+  const std::string bar =
+      FormatBar(State(), TerminalColumns(STDERR_FILENO) - 1);  // a full row would move to the next
   EraseBar();
   bar_length_ = bar.size();
   std::fprintf(stderr, "%s", bar.c_str());

@@ -39,15 +39,15 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
 }
 
 // Sources `begin` to before `end`. What comes back keeps them alive.
-TurnMaps BindTurn(DeviceResources* device, const SceneView& reference,
-                  const std::vector<SourceMap>& sources, std::size_t begin, std::size_t end,
-                  Scratch* scratch, const Task& task, FilterTurn* turn) {
+TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std::vector<SourceMap>& sources,
+                  std::size_t begin, std::size_t end, Scratch* scratch, const Task& task, FilterTurn* turn) {
   const cudaStream_t stream = scratch->stream.get();
   TurnMaps handles;
   std::vector<FilterSource> bound;
   for (std::size_t j = begin; j < end; ++j) {
     handles.maps.push_back(device->maps.Get(sources[j].load(), stream, task));
-    bound.push_back({MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
+    bound.push_back(
+        {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
     const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
     if (mask == nullptr) continue;
     handles.masks.emplace_back(*mask, stream, task);

@@ -87,7 +87,8 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
   const auto map_bytes = [](const SourceMap& source) {  // not read yet: a map has its camera's size
     const Pinhole& size = source.view->camera.pinhole;
     const std::size_t mask_bytes = source.load_mask ? sizeof(std::uint8_t) : 0;
-    return std::int64_t{size.width} * size.height * static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
+    return std::int64_t{size.width} * size.height *
+           static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
   };
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->bytes());
   std::int64_t fixed = reference_bytes + num_pixels * (sizeof(FilterState) + sizeof(FilterVerdict));

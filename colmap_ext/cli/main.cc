@@ -67,13 +67,15 @@ void PrintUsage(int stream, std::ostream& out) {
   out << "phimvs " PHIMVS_VERSION
          ": dense multi-view stereo for COLMAP workspaces\n\n"
          "usage: phimvs COMMAND [--option value]...\n\n";
-  for (const auto& command : colmap_ext::Commands()) PrintCommand(command.name, command.summary, columns, out);
+  for (const auto& command : colmap_ext::Commands())
+    PrintCommand(command.name, command.summary, columns, out);
   PrintCommand("help", "this text; `phimvs help COMMAND` lists a command's options", columns, out);
   PrintCommand("version", "the version", columns, out);
   out << "\n"
-      << colmap_ext::WrapText("Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, "
-                              "5 no device, 130 and 143 stopped.",
-                              columns, 0)
+      << colmap_ext::WrapText(
+             "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, "
+             "5 no device, 130 and 143 stopped.",
+             columns, 0)
       << "\n";
 }
 

@@ -1,7 +1,7 @@
 #include "colmap_ext/cli/option_parser.h"
 
-#include <boost/program_options.hpp>
 #include <unistd.h>
+#include <boost/program_options.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -56,12 +56,15 @@ std::string ListKeys(const std::vector<std::string>& keys) {
 
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
-  Add("project_path", &project_path_, "Read options from this .ini file; those on the command line win over it");
-  Add("log_level", &log_level_, "What is logged: 0 = errors, 1 = also warnings, 2 = also progress, 3 = all details")
+  Add("project_path", &project_path_,
+      "Read options from this .ini file; those on the command line win over it");
+  Add("log_level", &log_level_,
+      "What is logged: 0 = errors, 1 = also warnings, 2 = also progress, 3 = all details")
       .ColmapDefault("0")
       .ColmapDefault("2");
   Add("log_timestamps", &log_timestamps_, "Begin each line of the log with the time of day (UTC)");
-  Add("default_random_seed", &random_seed_, "Seed of all random numbers; the same seed gives the same maps, byte by byte")
+  Add("default_random_seed", &random_seed_,
+      "Seed of all random numbers; the same seed gives the same maps, byte by byte")
       .ColmapDefault("0");
   AddColmapOnly("random_seed", "0", "newer versions of COLMAP and phimvs call it --default_random_seed");
   AddColmapOnly("log_to_stderr", "0", "the log always goes to stderr");

@@ -47,7 +47,8 @@ std::string ViewKey(const Workspace& workspace, int image) {
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
   AddFileSample(workspace.ImagePath(image), &key);
-  if (const std::filesystem::path mask = workspace.ImageMaskPath(image); !mask.empty() && std::filesystem::exists(mask)) {
+  if (const std::filesystem::path mask = workspace.ImageMaskPath(image);
+      !mask.empty() && std::filesystem::exists(mask)) {
     key.Add(kMaskRevision);
     AddFileSample(mask, &key);
   }

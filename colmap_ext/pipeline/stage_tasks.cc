@@ -81,7 +81,8 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   // Samples count by their grey level: those of the reference's mask must differ. Those of a source's must not, since
   // only the reference decides which samples of a window count, and an edge that is not there would outweigh the rest.
   const bool has_weights = options_.stereo.formulas != phi::Formulas::kPaper;
-  input.reference = {&workspace_.views()[job.image], has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
+  input.reference = {&workspace_.views()[job.image],
+                     has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
   input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);

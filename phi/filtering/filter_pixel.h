@@ -62,7 +62,8 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
       RequiredViews(InferredValue(f, x, y), f.min_num_consistent, f.min_num_consistent_inferred);
   for (int j = 0; j < turn.num_sources && state->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
-    const Testimony testimony = Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask);
+    const Testimony testimony =
+        Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask);
     if (testimony == Testimony::kNone) continue;
     if (state->num_seeing < kMostSeeing) ++state->num_seeing;
     if (testimony == Testimony::kContradicts) continue;

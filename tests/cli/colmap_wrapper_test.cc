@@ -63,9 +63,11 @@ TEST_F(ColmapWrapper, TakesOverPatchMatchStereo) {
 // output.
 TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
   const std::string project = (folder_ / "project").string();
-  WriteProgram(folder_ / "real/colmap",
-               "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
-                   "/sparse/1\n[ $1 != image_undistorter ] || [ -d $(dirname $7) ] || exit 9\n");
+  WriteProgram(
+      folder_ / "real/colmap",
+      "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
+          "/sparse/1\n[ $1 != image_undistorter ] || [ -d $(dirname $7) ] || exit 9\n" +
+          "[ $1 != poisson_mesher ] || printf 'ply\\nelement face %s\\n' ${3#*dense/} | cut -d/ -f1 > $5\n");
   WriteProgram(folder_ / "bin/phimvs", "echo \"phimvs: $*\"\n");
   const ProgramResult result = Colmap({"automatic_reconstructor", "--workspace_path", project, "--image_path",
                                        "photos", "--quality", "medium"});
@@ -81,6 +83,9 @@ TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
                 "/meshed-poisson.ply\n";
   }
   EXPECT_EQ(result.output, expected);
+  // The mesh of model 0 has no face, that of model 1 one.
+  EXPECT_THAT(result.errors, HasSubstr("dense/0/meshed-poisson.ply has no faces"));
+  EXPECT_THAT(result.errors, testing::Not(HasSubstr("dense/1/meshed-poisson.ply has no faces")));
 }
 
 // As COLMAP 3.8 does where it finds no display for its features on the GPU. It aborts as well where there is no workspace.

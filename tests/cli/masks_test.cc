@@ -13,6 +13,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -55,9 +56,7 @@ class MaskedRoom : public testing::Test {
   }
 
   ProgramResult Run(const std::string& command, const fs::path& workspace, std::vector<std::string> more = {}) {
-    std::vector<std::string> words = {PHIMVS_BINARY, command, "--workspace_path", workspace, "--PhiStereo.backend", "cpu"};
-    words.insert(words.end(), more.begin(), more.end());
-    return RunProgram(words);
+    return test_support::RunOnWorkspace(command, workspace, more);
   }
   ProgramResult RunMasked(const std::string& command, const fs::path& workspace) {
     return Run(command, workspace, {"--PhiStereo.mask_path", folder_ / "masks"});
@@ -76,7 +75,8 @@ class MaskedRoom : public testing::Test {
   }
   // Unmasked pixels near the mask whose depth is within 1 % of the truth, over all such pixels.
   double RightShareBesideTheMask(const fs::path& workspace, const std::string& kind) {
-    constexpr int kBeside = 4;  // pixels: most of a matching window lies in the mask, or in that of another view
+    constexpr int kBeside =
+        4;  // pixels: most of a matching window lies in the mask, or in that of another view
     int num = 0, num_right = 0;
     for (const std::string& name : names_) {
       const auto depth = Depth(workspace, name, kind);
@@ -144,7 +144,8 @@ TEST_F(MaskedRoom, SurfacesBesideTheMaskAreFound) {
   ASSERT_EQ(RunMasked("patch_match_stereo", masked).exit_code, 0);
   ASSERT_EQ(Run("patch_match_stereo", whole).exit_code, 0);
   for (const auto& [kind, least] : {std::pair("photometric", 0.9), std::pair("measured", 0.62)}) {
-    const double share = RightShareBesideTheMask(masked, kind), without_masks = RightShareBesideTheMask(whole, kind);
+    const double share = RightShareBesideTheMask(masked, kind),
+                 without_masks = RightShareBesideTheMask(whole, kind);
     RecordProperty(kind, std::to_string(share / without_masks));
     EXPECT_GT(without_masks, 0.3) << kind;
     EXPECT_GT(share, least * without_masks) << kind;

@@ -80,12 +80,16 @@ TEST(ProgramTest, HelpAndVersionGoToStdout) {
 
 // Where there is no terminal, 80 columns.
 TEST(ProgramTest, HelpFitsTheUsualTerminal) {
-  for (const char* command : {"", "dense", "patch_match_stereo", "hole_filler", "stereo_fusion", "workspace_checker",
-                              "evaluate", "make_scene", "report", "map_inspector", "self_test"}) {
-    const std::string help = RunPhimvs(*command ? std::vector<std::string>{"help", command} : std::vector<std::string>{"help"}).out;
+  for (const char* command :
+       {"", "dense", "patch_match_stereo", "hole_filler", "stereo_fusion", "workspace_checker", "evaluate",
+        "make_scene", "report", "map_inspector", "self_test"}) {
+    const std::string help =
+        RunPhimvs(*command ? std::vector<std::string>{"help", command} : std::vector<std::string>{"help"})
+            .out;
     std::istringstream lines(help);
     std::size_t num_lines = 0;
-    for (std::string line; std::getline(lines, line); ++num_lines) EXPECT_LE(line.size(), 80u) << command << ": " << line;
+    for (std::string line; std::getline(lines, line); ++num_lines)
+      EXPECT_LE(line.size(), 80u) << command << ": " << line;
     EXPECT_GT(num_lines, 8u) << command;
   }
 }

@@ -174,7 +174,8 @@ TEST_F(FilterTest, WhatAViewLeavesOutTestifiesNothing) {
   const auto mask = std::make_shared<Mask>(80, 60, 255);
   input_.sources[1].load_mask = [mask] { return mask; };
   EXPECT_FALSE(Keeps(60, 30));
-  for (const auto& [x, y] : {std::pair(34, 30), std::pair(36, 30), std::pair(35, 29), std::pair(35, 31)}) (*mask)(x, y) = 0;
+  for (const auto& [x, y] : {std::pair(34, 30), std::pair(36, 30), std::pair(35, 29), std::pair(35, 31)})
+    (*mask)(x, y) = 0;
   EXPECT_FALSE(Keeps(60, 30));
   (*mask)(35, 30) = 0;
   EXPECT_TRUE(Keeps(60, 30));
