@@ -1,6 +1,5 @@
 #include "colmap_ext/progress.h"
 
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "colmap_ext/terminal.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -31,14 +31,6 @@ std::vector<double> Weights(const std::vector<ProgressStage>& stages) {
 bool StderrIsTerminal() {
   const char* terminal = std::getenv("TERM");
   return isatty(STDERR_FILENO) != 0 && (terminal == nullptr || std::strcmp(terminal, "dumb") != 0);
-}
-
-// Asked before each drawing, since a window's size may change.
-int TerminalColumns() {
-  constexpr int kUsual = 80;
-  winsize size = {};
-  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
-  return kUsual;
 }
 
 // "1:05", "2:00:07"
@@ -267,7 +259,7 @@ ProgressState ProgressLine::State() const {
 
 // A bar that was drawn on a wider terminal may now take several rows.
 void ProgressLine::EraseBar() const {
-  const int num_rows_above = (static_cast<int>(bar_length_) - 1) / TerminalColumns();
+  const int num_rows_above = (static_cast<int>(bar_length_) - 1) / TerminalColumns(STDERR_FILENO);
   std::fprintf(stderr, "\r");
   if (num_rows_above > 0) std::fprintf(stderr, "\033[%dA", num_rows_above);
   std::fprintf(stderr, "\033[J");
@@ -276,7 +268,8 @@ void ProgressLine::EraseBar() const {
 void ProgressLine::DrawBar() {
   std::lock_guard<std::mutex> lock(mutex_);
   if (stop_) return;
-  const std::string bar = FormatBar(State(), TerminalColumns() - 1);  // a full row would move to the next
+  const std::string bar =
+      FormatBar(State(), TerminalColumns(STDERR_FILENO) - 1);  // a full row would move to the next
   EraseBar();
   bar_length_ = bar.size();
   std::fprintf(stderr, "%s", bar.c_str());

@@ -12,9 +12,9 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/problem_list.h"
 #include "colmap_ext/sparse_model.h"
-#include "phi/backend.h"
 #include "phi/base/image_mask.h"
 #include "phi/base/option.h"
+#include "phi/scene_view.h"
 
 namespace colmap_ext {
 

@@ -1,6 +1,8 @@
 // Plane maps and depth maps on the device.
 #pragma once
 
+#include <cstdint>
+
 #include "cuda/buffer.h"
 #include "phi/geometry/plane_hypothesis.h"
 
@@ -25,5 +27,6 @@ class DeviceArray2D {
 
 using DeviceMap = DeviceArray2D<PlaneHypothesis>;
 using DeviceDepths = DeviceArray2D<float>;
+using DeviceMask = DeviceArray2D<std::uint8_t>;
 
 }  // namespace phi::gpu

@@ -13,6 +13,12 @@ namespace {
 
 using MapHandle = std::shared_ptr<const DeviceMap>;
 
+// The maps of a turn through the cache, and the masks, which only this call needs.
+struct TurnMaps {
+  std::vector<MapHandle> maps;
+  std::vector<DeviceMask> masks;
+};
+
 // The device's copy of the reference's arrays. `scratch` holds what is beside the map.
 FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const PlaneHypothesis> map,
                               Scratch* scratch, const Task& task) {
@@ -32,16 +38,20 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
   return f;
 }
 
-// Sources `begin` to before `end`, through the cache. The handles keep them alive.
-std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& reference,
-                                const std::vector<SourceMap>& sources, std::size_t begin, std::size_t end,
-                                Scratch* scratch, const Task& task, FilterTurn* turn) {
+// Sources `begin` to before `end`. What comes back keeps them alive.
+TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std::vector<SourceMap>& sources,
+                  std::size_t begin, std::size_t end, Scratch* scratch, const Task& task, FilterTurn* turn) {
   const cudaStream_t stream = scratch->stream.get();
-  std::vector<MapHandle> handles;
+  TurnMaps handles;
   std::vector<FilterSource> bound;
   for (std::size_t j = begin; j < end; ++j) {
-    handles.push_back(device->maps.Get(sources[j].load(), stream, task));
-    bound.push_back({MakeRelativeView(reference.camera, sources[j].view->camera), handles.back()->View()});
+    handles.maps.push_back(device->maps.Get(sources[j].load(), stream, task));
+    bound.push_back(
+        {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
+    const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
+    if (mask == nullptr) continue;
+    handles.masks.emplace_back(*mask, stream, task);
+    bound.back().mask = handles.masks.back().View();
   }
   const std::int64_t count = static_cast<std::int64_t>(bound.size());
   scratch->filter_sources.Reserve(count, task);
@@ -79,7 +89,7 @@ FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, cons
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
     const std::size_t end = std::min(begin + at_once, sources.size());
-    const std::vector<MapHandle> handles =
+    const TurnMaps handles =
         BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
     LaunchAskSources(launch, states, stream, task);

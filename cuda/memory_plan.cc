@@ -84,9 +84,11 @@ EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget,
 
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(input.reference.map->size());
-  const auto map_bytes = [](const SceneView& view) {  // not read yet: a map has its camera's size
-    const Pinhole& size = view.camera.pinhole;
-    return std::int64_t{size.width} * size.height * static_cast<std::int64_t>(sizeof(PlaneHypothesis));
+  const auto map_bytes = [](const SourceMap& source) {  // not read yet: a map has its camera's size
+    const Pinhole& size = source.view->camera.pinhole;
+    const std::size_t mask_bytes = source.load_mask ? sizeof(std::uint8_t) : 0;
+    return std::int64_t{size.width} * size.height *
+           static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
   };
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->bytes());
   std::int64_t fixed = reference_bytes + num_pixels * (sizeof(FilterState) + sizeof(FilterVerdict));
@@ -97,7 +99,7 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
   for (const SourceMap& source : input.sources) {
     if (source.load == nullptr) continue;
     ++num_sources;
-    largest = std::max(largest, map_bytes(*source.view));
+    largest = std::max(largest, map_bytes(source));
   }
   const std::int64_t smallest = fixed + (1 + kInTransit) * largest;
   if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);

@@ -9,14 +9,14 @@ namespace {
 constexpr Command kCommands[] = {
     {"dense", "from an undistorted workspace to a cloud and a report", RunDense},
     {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
-    {"hole_filler", "fills the holes of depth maps that you have, COLMAP's included", RunHoleFiller},
-    {"stereo_fusion", "fuses depth and normal maps into a coloured point cloud", RunStereoFusion},
-    {"workspace_checker", "lists every problem of a workspace at once", RunWorkspaceChecker},
+    {"hole_filler", "fill the holes of depth maps that you have, COLMAP's too", RunHoleFiller},
+    {"stereo_fusion", "one coloured point cloud of depth and normal maps", RunStereoFusion},
+    {"workspace_checker", "every problem of a workspace at once", RunWorkspaceChecker},
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},
     {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},
     {"report", "one self-contained HTML page about a workspace", RunReport},
     {"map_inspector", "colour pictures and statistics of depth, normal and cost maps", RunMapInspector},
-    {"self_test", "compares every GPU of this machine with the CPU", RunSelfTest},
+    {"self_test", "compare every GPU of this machine with the CPU", RunSelfTest},
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
   parser->Add("bbox_path", &bbox_path, "File with the two corners of the box to fuse, world coordinates");
   parser
       ->Add("StereoFusion.max_image_size", &workspace.max_image_size,
-            "Longest side of the maps used; -1: all of it")
+            "Work on smaller maps: longest side; -1 = full size")
       .Unit("pixels")
       .AtLeast(-1);
   parser->AddColmapOnly("StereoFusion.max_traversal_depth", "100", "points are not found by traversal");

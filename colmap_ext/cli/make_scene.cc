@@ -17,7 +17,7 @@ int RunMakeScene(int argc, char** argv) {
   std::filesystem::path output_path;
   OptionParser parser(
       "make_scene",
-      "render a synthetic room: DIR/dense is a COLMAP workspace, DIR/truth holds the exact maps");
+      "Render a synthetic room: DIR/dense is a COLMAP workspace, DIR/truth holds the exact maps");
   parser.Add("output_path", &output_path, "Folder DIR to write to").Required();
   parser.Add("width", &options.width, "Width of the images").Unit("pixels");
   parser.Add("height", &options.height, "Height of the images").Unit("pixels");

@@ -168,7 +168,7 @@ void AddOptions(OptionParser* parser, InspectorOptions* o) {
 
 int RunMapInspector(int argc, char** argv) {
   InspectorOptions options;
-  OptionParser parser("map_inspector", "colour pictures and statistics of depth, normal and cost maps");
+  OptionParser parser("map_inspector", "Colour pictures and statistics of depth, normal and cost maps");
   AddOptions(&parser, &options);
   if (!parser.Parse(argc, argv)) return 0;
 

@@ -1,5 +1,6 @@
 #include "colmap_ext/cli/option_parser.h"
 
+#include <unistd.h>
 #include <boost/program_options.hpp>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/terminal.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -20,7 +22,7 @@ namespace {
 
 namespace po = boost::program_options;
 
-constexpr int kHelpWidth = 110;
+constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
 constexpr char kJsonWord[] = "help_json";
 
@@ -74,12 +76,15 @@ std::string ListKeys(const std::vector<std::string>& keys) {
 
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
-  Add("project_path", &project_path_, "Read options from this .ini file; those on the command line win over it");
-  Add("log_level", &log_level_, "What is logged: 0 = errors, 1 = also warnings, 2 = also progress, 3 = all details")
+  Add("project_path", &project_path_,
+      "Read options from this .ini file; those on the command line win over it");
+  Add("log_level", &log_level_,
+      "What is logged: 0 = errors, 1 = also warnings, 2 = also progress, 3 = all details")
       .ColmapDefault("0")
       .ColmapDefault("2");
   Add("log_timestamps", &log_timestamps_, "Begin each line of the log with the time of day (UTC)");
-  Add("default_random_seed", &random_seed_, "Seed of all random numbers; the same seed gives the same maps, byte by byte")
+  Add("default_random_seed", &random_seed_,
+      "Seed of all random numbers; the same seed gives the same maps, byte by byte")
       .ColmapDefault("0");
   AddColmapOnly("random_seed", "0", "newer versions of COLMAP and phimvs call it --default_random_seed");
   AddColmapOnly("log_to_stderr", "0", "the log always goes to stderr");
@@ -302,10 +307,12 @@ void OptionParser::PrintJson() const {
 }
 
 void OptionParser::PrintHelp() const {
+  const int columns = std::clamp(TerminalColumns(STDOUT_FILENO), kNarrowestHelp, kWidestHelp);
+  const int description_columns = columns * 5 / 8;  // long names have lines of their own
   std::map<std::string, po::options_description> groups;
   for (const phi::Option& option : options_) {
     const std::string group = GroupOf(option.name());
-    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, kHelpWidth, kHelpWidth / 2).first;
+    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
     auto* value = po::value<std::string>();
     if (!option.default_text().empty()) value->default_value(option.default_text());
     std::string help = option.help();
@@ -313,11 +320,12 @@ void OptionParser::PrintHelp() const {
     if (option.required()) help += " (required)";
     it->second.add_options()(option.name().c_str(), value, help.c_str());
   }
-  std::cout << "phimvs " << command_ << ": " << summary_ << "\n";
+  std::cout << WrapText("phimvs " + command_ + ": " + summary_, columns, 2) << "\n";
   for (const auto& [group, description] : groups) std::cout << "\n" << description;
-  std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n ";
-  for (const auto& [name, colmap] : only_colmap_) std::cout << " --" << name;
-  std::cout << std::endl;
+  std::string only_colmap = " ";
+  for (const auto& [name, colmap] : only_colmap_) only_colmap += " --" + name;
+  std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n"
+            << WrapText(only_colmap, columns, 2) << std::endl;
 }
 
 }  // namespace colmap_ext

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -17,6 +18,7 @@
 #include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/suggestion.h"
+#include "colmap_ext/terminal.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -54,17 +56,28 @@ void CatchSignals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-void PrintUsage(std::ostream& out) {
+void PrintCommand(std::string_view name, std::string_view summary, int columns, std::ostream& out) {
+  constexpr int kNameColumns = 22;
+  std::string line = "  " + std::string(name);
+  line.resize(std::max<std::size_t>(line.size() + 1, kNameColumns), ' ');
+  out << line << colmap_ext::WrapText(std::string(summary), columns - kNameColumns, kNameColumns) << "\n";
+}
+
+void PrintUsage(int stream, std::ostream& out) {
+  const int columns = std::max(colmap_ext::TerminalColumns(stream), 40);
   out << "phimvs " PHIMVS_VERSION
          ": dense multi-view stereo for COLMAP workspaces\n\n"
          "usage: phimvs COMMAND [--option value]...\n\n";
-  for (const auto& command : colmap_ext::Commands()) {
-    out << "  " << command.name << std::string(command.name.size() < 20 ? 20 - command.name.size() : 1, ' ')
-        << command.summary << "\n";
-  }
-  out << "  help                this text; `phimvs help COMMAND` lists a command's options\n"
-         "  version             version, commit, CUDA architectures, devices\n\n"
-         "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, 5 no device.\n";
+  for (const auto& command : colmap_ext::Commands())
+    PrintCommand(command.name, command.summary, columns, out);
+  PrintCommand("help", "this text; `phimvs help COMMAND` lists a command's options", columns, out);
+  PrintCommand("version", "version, commit, CUDA architectures, devices", columns, out);
+  out << "\n"
+      << colmap_ext::WrapText(
+             "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, "
+             "5 no device, 130 and 143 stopped.",
+             columns, 0)
+      << "\n";
 }
 
 void ReportUnknownCommand(const std::string& name) {
@@ -137,14 +150,14 @@ int RunProgram(int argc, char** argv) {
   }
   const bool help = name == "help" || name == "--help" || name == "-h";
   if (help && argc == 2) {
-    PrintUsage(std::cout);
+    PrintUsage(STDOUT_FILENO, std::cout);
     return EXIT_SUCCESS;
   }
   const std::string command_name = help ? argv[2] : name;
   const colmap_ext::Command* command = colmap_ext::FindCommand(command_name);
   if (!command) {
     if (!command_name.empty()) ReportUnknownCommand(command_name);
-    PrintUsage(std::cerr);
+    PrintUsage(STDERR_FILENO, std::cerr);
     return static_cast<int>(phi::ExitCode::kUsage);
   }
   if (help) {

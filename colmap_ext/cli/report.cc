@@ -16,7 +16,9 @@ int RunReport(int argc, char** argv) {
   ReportOptions o;
   std::string evaluations;
   OptionParser parser("report", "One self-contained HTML page about a workspace");
-  parser.Add("workspace_path", &o.workspace, "Undistorted COLMAP workspace with maps").Required();
+  parser
+      .Add("workspace_path", &o.workspace, "Folder that colmap image_undistorter wrote, or the one above it")
+      .Required();
   parser.Add("output_path", &o.output, "The page (.html)").Required();
   parser.Add("cloud_path", &o.cloud, "Cloud to show; default: fused.ply of the workspace, where it exists");
   parser.Add("evaluation_path", &evaluations,

@@ -46,8 +46,4 @@ SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions
 SceneFusionReport FuseScene(const Workspace& workspace, const FusionMapSource& maps,
                             const SceneFusionOptions& options, CloudWriter* writer);
 
-// Subtracted from the points of a PLY file, whose single precision would otherwise be too coarse for a world so far
-// from its origin; zero for most scenes. World units.
-std::array<double, 3> ChooseWorldOffset(const Workspace& workspace);
-
 }  // namespace colmap_ext

@@ -34,6 +34,9 @@ std::string SceneKey(const phi::SparseScene& scene) {
   return key.Hex();
 }
 
+// Raise it with every change of what masks do to maps (see stage_graph.cc): maps of unmasked images are not made again.
+constexpr std::int64_t kMaskRevision = 1;
+
 // Camera and image file of a view.
 std::string ViewKey(const Workspace& workspace, int image) {
   const phi::SceneView& view = workspace.views()[image];
@@ -44,8 +47,11 @@ std::string ViewKey(const Workspace& workspace, int image) {
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
   AddFileSample(workspace.ImagePath(image), &key);
-  if (const std::filesystem::path mask = workspace.ImageMaskPath(image); !mask.empty() && std::filesystem::exists(mask))
+  if (const std::filesystem::path mask = workspace.ImageMaskPath(image);
+      !mask.empty() && std::filesystem::exists(mask)) {
+    key.Add(kMaskRevision);
     AddFileSample(mask, &key);
+  }
   return key.Hex();
 }
 

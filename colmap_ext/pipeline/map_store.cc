@@ -87,8 +87,10 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
                                    [&] { return phi::CutOutMask(*Gray(image), *mask); });
 }
 
+bool MapStore::HasImageMask(int image) const { return workspace_.HasImageMask(image); }
+
 std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
-  if (!workspace_.HasImageMask(image)) return nullptr;
+  if (!HasImageMask(image)) return nullptr;
   const auto item =
       cache_.GetOrLoad({image, "mask"}, [&] { return MakeSized(workspace_.ReadImageMask(image)); });
   return std::static_pointer_cast<const phi::ImageMask>(item);

@@ -44,6 +44,7 @@ class MapStore {
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   // The same with the mask cut out.
   std::shared_ptr<const phi::GrayImage> CutGray(int image);
+  bool HasImageMask(int image) const;
   // Null where the image has none.
   std::shared_ptr<const phi::ImageMask> ImageMask(int image);
   // Maps have no depth where the image is masked, whoever made them.

@@ -7,6 +7,7 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/inference/infer_holes.h"
 #include "phi/matching/cost_aggregation.h"
@@ -77,10 +78,14 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
                                  std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
   input.tell_progress = [progress](double share) { progress->SetShare(share); };
-  input.reference = ReadView(job.image, true);
-  input.noise = phi::NoiseDeviation(input.reference.image->view());
+  // Samples count by their grey level: those of the reference's mask must differ. Those of a source's must not, since
+  // only the reference decides which samples of a window count, and an edge that is not there would outweigh the rest.
+  const bool has_weights = options_.stereo.formulas != phi::Formulas::kPaper;
+  input.reference = {&workspace_.views()[job.image],
+                     has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
+  input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
   std::vector<int> used;
-  input.sources = ReadSources(job, true, &used, warnings);
+  input.sources = ReadSources(job, &used, warnings);
   if (input.sources.empty()) {
     throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
   }
@@ -109,9 +114,11 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   phi::FilterInput input;
   input.reference = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
   for (const std::size_t i : FilterOrder(job)) {
-    phi::SourceMap source{&workspace_.views()[job.sources[i]], nullptr};
+    phi::SourceMap source{&workspace_.views()[job.sources[i]]};
     if (HasMap(input_keys, job.source_jobs[i])) {
       source.load = [this, image = job.sources[i], &previous] { return store_.Map(image, previous.result); };
+      if (store_.HasImageMask(job.sources[i]))
+        source.load_mask = [this, image = job.sources[i]] { return store_.ImageMask(image); };
     }
     input.sources.push_back(std::move(source));
   }
@@ -152,9 +159,9 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
                               const ImageJob& job, phi::Backend& backend,
                               std::vector<std::string>* warnings) const {
   phi::InferenceInput input;
-  input.reference = ReadView(job.image, false);
+  input.reference = ReadView(job.image);
   std::vector<int> used;
-  input.sources = ReadSources(job, false, &used, warnings);
+  input.sources = ReadSources(job, &used, warnings);
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
@@ -193,17 +200,17 @@ InferenceSummary StageTasks::Inference() const {
   return inference_;
 }
 
-phi::ViewImage StageTasks::ReadView(int image, bool cut) const {
-  return {&workspace_.views()[image], cut ? store_.CutGray(image) : store_.Gray(image)};
+phi::ViewImage StageTasks::ReadView(int image) const {
+  return {&workspace_.views()[image], store_.Gray(image)};
 }
 
-std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, bool cut, std::vector<int>* used,
+std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::vector<int>* used,
                                                     std::vector<std::string>* warnings) const {
   std::vector<phi::ViewImage> sources;
   for (std::size_t i = 0; i < job.sources.size(); ++i) {
     if (sources.size() == static_cast<std::size_t>(phi::kMaxSourceViews)) break;
     try {
-      sources.push_back(ReadView(job.sources[i], cut));
+      sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));
     } catch (const phi::InputError& error) {
       warnings->push_back(std::string("source image left out: ") + error.what());

@@ -46,11 +46,10 @@ class StageTasks {
   // mask: of the image, may be null.
   void CountInference(const phi::PlaneMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
-  // For estimation the image's mask is cut out, else the image is extended into it.
-  phi::ViewImage ReadView(int image, bool cut) const;
+  phi::ViewImage ReadView(int image) const;
   // The sources whose image can be read; the others become warnings. `used` gets their positions in
   // job.sources.
-  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, bool cut, std::vector<int>* used,
+  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
                                           std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
   std::vector<std::shared_ptr<const phi::DepthMap>> SourceDepths(const Stage& previous,

@@ -17,7 +17,9 @@ FilterResult FilterOnCpu(const FilterInput& input, const FilterOptions& options)
   Array2D<FilterState> states(reference.map.width, reference.map.height);
   for (const SourceMap& view : sources) {
     const std::shared_ptr<const PlaneMap> map = view.load();
-    const FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera), map->view()};
+    FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera), map->view()};
+    const std::shared_ptr<const Mask> mask = view.load_mask ? view.load_mask() : nullptr;
+    if (mask != nullptr) source.mask = mask->view();
     const FilterTurn turn{&source, 1};
     tbb::parallel_for(0, states.height(), [&](int y) {
       ThrowIfCancelled();

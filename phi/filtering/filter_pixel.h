@@ -6,6 +6,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/consistency.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/options.h"
 
 namespace phi {
@@ -36,10 +37,11 @@ struct FilterReference {
   ArrayView2D<const std::uint8_t> filled = {};  // no data: nothing is filled
 };
 
-// A source view relative to the reference, and its map.
+// A source view relative to the reference, its map, and what its mask leaves out.
 struct FilterSource {
   RelativeView view;
   ArrayView2D<const PlaneHypothesis> map;
+  ArrayView2D<const std::uint8_t> mask = {};  // no data: nothing is left out
 };
 
 struct FilterTurn {
@@ -60,7 +62,8 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
       RequiredViews(InferredValue(f, x, y), f.min_num_consistent, f.min_num_consistent_inferred);
   for (int j = 0; j < turn.num_sources && state->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
-    const Testimony testimony = Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds);
+    const Testimony testimony =
+        Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask);
     if (testimony == Testimony::kNone) continue;
     if (state->num_seeing < kMostSeeing) ++state->num_seeing;
     if (testimony == Testimony::kContradicts) continue;

@@ -13,11 +13,11 @@ OptionList FusionOptions::List() {
   list.Add("StereoFusion.max_num_pixels", &max_num_views, "Most measurements merged into a point")
       .ColmapDefault("10000")
       .AtLeast(1);
-  list.Add("StereoFusion.max_reproj_error", &max_reproj_error, "Largest reprojection error of a difference in depth")
+  list.Add("StereoFusion.max_reproj_error", &max_reproj_error, "Largest distance in the other image between the points at both depths")
       .Unit("pixels")
       .ColmapDefault("2")
       .MoreThan(0);
-  list.Add("StereoFusion.max_depth_error", &max_depth_error, "Largest difference over depth")
+  list.Add("StereoFusion.max_depth_error", &max_depth_error, "Largest difference of two depths, relative to depth")
       .ColmapDefault("0.0099999997764825821")
       .MoreThan(0)
       .LessThan(0.5);
@@ -27,7 +27,7 @@ OptionList FusionOptions::List() {
       .Between(0, 90)
       .MoreThan(0);
   list.Add("PhiFusion.max_normal_error_in_holes", &max_normal_error_in_holes,
-           "The same in holes of the cloud, if larger than max_normal_error")
+           "Largest angle between normals in holes of the cloud, if larger than StereoFusion.max_normal_error")
       .Unit("degrees")
       .Between(0, 90);
   list.Add("PhiFusion.min_support", &min_support,

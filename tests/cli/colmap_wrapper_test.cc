@@ -2,6 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -54,25 +59,53 @@ TEST_F(ColmapWrapper, TakesOverPatchMatchStereo) {
   EXPECT_EQ(result.exit_code, 3);
 }
 
-// COLMAP makes two sparse models, with --dense 0 whatever was asked.
+// COLMAP makes two sparse models, with --dense 0 whatever was asked. Its image_undistorter does not make the folder above its
+// output.
 TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
   const std::string project = (folder_ / "project").string();
-  WriteProgram(folder_ / "real/colmap", "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
-                                            "/sparse/1\n");
+  WriteProgram(
+      folder_ / "real/colmap",
+      "echo \"real colmap: $*\"\nmkdir -p " + project + "/sparse/0 " + project +
+          "/sparse/1\n[ $1 != image_undistorter ] || [ -d $(dirname $7) ] || exit 9\n" +
+          "[ $1 != poisson_mesher ] || printf 'ply\\nelement face %s\\n' ${3#*dense/} | cut -d/ -f1 > $5\n");
   WriteProgram(folder_ / "bin/phimvs", "echo \"phimvs: $*\"\n");
-  const ProgramResult result =
-      Colmap({"automatic_reconstructor", "--workspace_path", project, "--image_path", "photos", "--quality", "medium"});
+  const ProgramResult result = Colmap({"automatic_reconstructor", "--workspace_path", project, "--image_path",
+                                       "photos", "--quality", "medium"});
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   std::string expected = "real colmap: automatic_reconstructor --workspace_path " + project +
                          " --image_path photos --quality medium --dense 0\n";
   for (const std::string model : {"0", "1"}) {
     const std::string dense = project + "/dense/" + model;
-    expected += "real colmap: image_undistorter --image_path photos --input_path " + project + "/sparse/" + model +
-                "/ --output_path " + dense + " --max_image_size 1600\nphimvs: dense --workspace_path " + dense +
+    expected += "real colmap: image_undistorter --image_path photos --input_path " + project + "/sparse/" +
+                model + "/ --output_path " + dense +
+                " --max_image_size 1600\nphimvs: dense --workspace_path " + dense +
                 "\nreal colmap: poisson_mesher --input_path " + dense + "/fused.ply --output_path " + dense +
                 "/meshed-poisson.ply\n";
   }
   EXPECT_EQ(result.output, expected);
+  // The mesh of model 0 has no face, that of model 1 one.
+  EXPECT_THAT(result.errors, HasSubstr("dense/0/meshed-poisson.ply has no faces"));
+  EXPECT_THAT(result.errors, testing::Not(HasSubstr("dense/1/meshed-poisson.ply has no faces")));
+}
+
+// As COLMAP 3.8 does where it finds no display for its features on the GPU. It aborts as well where there is no workspace.
+TEST_F(ColmapWrapper, SaysWhatToTryWithoutADisplay) {
+  const fs::path project = folder_ / "project";
+  WriteProgram(folder_ / "real/colmap", "test -d " + project.string() + " || exit 9\nkill -ABRT $$\n");
+  const std::vector<std::string> words = {"automatic_reconstructor", "--workspace_path", project,
+                                          "--image_path", "photos"};
+  const std::vector<std::string> no_display = {"DISPLAY=", "WAYLAND_DISPLAY="};
+  const ProgramResult result = Colmap(words, no_display);
+  EXPECT_EQ(result.exit_code, 128 + SIGABRT);
+  EXPECT_EQ(result.output, "");
+  EXPECT_THAT(result.errors, HasSubstr("try --use_gpu 0"));
+  for (const auto& [more, environment] :
+       {std::pair(std::vector<std::string>{"--use_gpu", "0"}, no_display),
+        std::pair(std::vector<std::string>(), std::vector<std::string>{"DISPLAY=:0"})}) {
+    std::vector<std::string> others = words;
+    others.insert(others.end(), more.begin(), more.end());
+    EXPECT_THAT(Colmap(others, environment).errors, testing::Not(HasSubstr("use_gpu")));
+  }
 }
 
 TEST_F(ColmapWrapper, LeavesAReconstructionWithoutDenseModelToColmap) {

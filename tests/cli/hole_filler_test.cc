@@ -12,8 +12,10 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/workspace.h"
 #include "tests/support/exact_scenes.h"
+#include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/views_model.h"
 
 namespace {
 
@@ -35,24 +37,11 @@ std::string MapName(int view, const std::string& kind) {
 class ForeignWorkspace {
  public:
   ForeignWorkspace() : scene_(test_support::PlaneScene()) {
-    colmap_ext::SparseModel model;
+    std::vector<std::string> names;
     std::string config;
     for (std::size_t i = 0; i < scene_.views.size(); ++i) {
-      const phi::Camera& camera = scene_.views[i].camera;
-      const phi::Pinhole& k = camera.pinhole;
-      const std::uint32_t id = static_cast<std::uint32_t>(i) + 1;
       const std::string name = "view" + std::to_string(i) + ".png";
-      model.cameras[id] = {id,
-                           1,
-                           static_cast<std::uint64_t>(k.width),
-                           static_cast<std::uint64_t>(k.height),
-                           {k.fx, k.fy, k.cx, k.cy}};
-      colmap_ext::SparseImage image;
-      image.image_id = image.camera_id = id;
-      image.rotation = Eigen::Quaterniond(camera.pose.rotation);
-      image.translation = camera.pose.translation;
-      image.name = name;
-      model.images.push_back(image);
+      names.push_back(name);
       colmap_ext::WriteGrayImage(path() / "images" / name, *scene_.images[i]);
       phi::PlaneMap map = *scene_.truth[i];
       for (int y = 0; y < map.height(); ++y) {
@@ -65,7 +54,7 @@ class ForeignWorkspace {
                                 map);
       config += name + "\n__all__\n";
     }
-    colmap_ext::WriteSparseModelBinary(model, path() / "sparse");
+    colmap_ext::WriteSparseModelBinary(test_support::ModelOfViews(scene_, names), path() / "sparse");
     test_support::WriteBytes(path() / "stereo/patch-match.cfg", config);
   }
 
@@ -80,26 +69,14 @@ class ForeignWorkspace {
     return Run({"--PhiInference.mode", mode, "--overwrite", "true"});
   }
   ProgramResult Run(const std::vector<std::string>& options) const {
-    std::vector<std::string> command = {PHIMVS_BINARY, "hole_filler",         "--workspace_path",
-                                        path().string(), "--PhiStereo.backend", "cpu"};
-    command.insert(command.end(), options.begin(), options.end());
-    return RunProgram(command);
+    return test_support::RunOnWorkspace("hole_filler", path(), options);
   }
   ProgramResult Stereo(const std::vector<std::string>& options) const {
-    std::vector<std::string> command = {PHIMVS_BINARY,
-                                        "patch_match_stereo",
-                                        "--workspace_path",
-                                        path().string(),
-                                        "--PhiStereo.backend",
-                                        "cpu",
-                                        "--PatchMatchStereo.num_iterations",
-                                        "2",
-                                        "--PatchMatchStereo.depth_min",
-                                        "1",
-                                        "--PatchMatchStereo.depth_max",
-                                        "10"};
-    command.insert(command.end(), options.begin(), options.end());
-    return RunProgram(command);
+    std::vector<std::string> words = {"--PatchMatchStereo.num_iterations", "2",
+                                      "--PatchMatchStereo.depth_min",      "1",
+                                      "--PatchMatchStereo.depth_max",      "10"};
+    words.insert(words.end(), options.begin(), options.end());
+    return test_support::RunOnWorkspace("patch_match_stereo", path(), words);
   }
   // Content of all maps and masks, by path.
   std::map<std::string, std::string> Files() const {
@@ -203,7 +180,8 @@ TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
 
   const ProgramResult refused = workspace.Run({});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors, HasSubstr("was made by another program, and filling replaces it; add --overwrite"));
+  EXPECT_THAT(refused.errors,
+              HasSubstr("was made by another program, and filling replaces it; add --overwrite"));
   EXPECT_EQ(workspace.Files(), originals);
   EXPECT_EQ(workspace.Run({"--restore", "true"}).exit_code, 2) << "nothing was filled yet";
 
@@ -214,6 +192,48 @@ TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
   EXPECT_EQ(restored.exit_code, 0) << restored.errors;
   EXPECT_EQ(workspace.Files(), originals);
   EXPECT_EQ(workspace.Run({}).exit_code, 2) << "they are the other program's again";
+}
+
+// A file is renamed or not: after so many of the steps for one image, the same command does the rest.
+TEST(HoleFillerCommand, AKilledRestoreGoesOn) {
+  const ForeignWorkspace workspace;
+  const auto originals = workspace.Files();
+  const auto path = [&](const char* folder, const char* kind) {
+    return workspace.path() / "stereo" / folder / MapName(0, kind);
+  };
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  fs::rename(path("normal_maps", "measured"), path("normal_maps", "geometric"));
+  const ProgramResult restored = workspace.Run({"--restore", "true"});
+  EXPECT_EQ(restored.exit_code, 0) << restored.errors;
+  EXPECT_EQ(workspace.Files(), originals);
+
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  fs::remove(path("normal_maps", "measured"));
+  const auto filled = workspace.Files();
+  EXPECT_EQ(workspace.Run({"--restore", "true"}).exit_code, 0);
+  for (const char* folder : {"depth_maps", "normal_maps"}) {
+    const fs::path geometric = path(folder, "geometric");
+    EXPECT_EQ(workspace.Files().at(geometric), filled.at(geometric)) << "its original normals are lost";
+  }
+}
+
+// The first maps hold a negative depth, and so have another name than the later ones' originals.
+TEST(HoleFillerCommand, RestorePutsBackTheLastMapsOfTheOtherProgram) {
+  const ForeignWorkspace workspace, again;
+  const fs::path maps = workspace.path() / "stereo/depth_maps";
+  phi::Array2D<float> depth = workspace.Depth(0, "geometric");
+  depth(60, 45) = -1;
+  colmap_ext::WriteDepthMap(maps / MapName(0, "geometric"), depth);
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  for (const char* folder : {"stereo/depth_maps", "stereo/normal_maps"}) {
+    fs::copy(again.path() / folder, workspace.path() / folder, fs::copy_options::overwrite_existing);
+  }
+  depth(60, 45) = 7;
+  colmap_ext::WriteDepthMap(maps / MapName(0, "geometric"), depth);
+  const std::string last = ReadBytes(maps / MapName(0, "geometric"));
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  ASSERT_EQ(workspace.Run({"--restore", "true"}).exit_code, 0);
+  EXPECT_EQ(ReadBytes(maps / MapName(0, "geometric")), last);
 }
 
 // The measured maps are phimvs's own there.
@@ -273,8 +293,10 @@ TEST(StaleMaps, AreNamedBeforeTheyAreFused) {
   ASSERT_EQ(workspace.Stereo({"--overwrite", "true"}).exit_code, 0);
   EXPECT_THAT(fuse("geometric").errors, Not(HasSubstr("of the last run")));
   ASSERT_EQ(workspace.Stereo({"--PatchMatchStereo.geom_consistency", "false"}).exit_code, 0);
-  EXPECT_THAT(fuse("geometric").errors,
-              HasSubstr("geometric maps, view0.png the first, were made with other options than those of the last run"));
+  EXPECT_THAT(
+      fuse("geometric").errors,
+      HasSubstr(
+          "geometric maps, view0.png the first, were made with other options than those of the last run"));
   EXPECT_THAT(fuse("photometric").errors, Not(HasSubstr("of the last run")));
   ASSERT_EQ(workspace.Stereo({}).exit_code, 0);
   EXPECT_THAT(fuse("geometric").errors, Not(HasSubstr("of the last run")));

@@ -4,6 +4,9 @@
 
 #include <csignal>
 #include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/support/noise_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -75,6 +78,22 @@ TEST(ProgramTest, HelpAndVersionGoToStdout) {
     EXPECT_THAT(result.out, HasSubstr("--PatchMatchStereo.window_radius arg (=7)"));
     EXPECT_THAT(result.out, HasSubstr("[pixels]"));
     EXPECT_EQ(result.err, "");
+  }
+}
+
+// Where there is no terminal, 80 columns.
+TEST(ProgramTest, HelpFitsTheUsualTerminal) {
+  for (const char* command :
+       {"", "dense", "patch_match_stereo", "hole_filler", "stereo_fusion", "workspace_checker", "evaluate",
+        "make_scene", "report", "map_inspector", "self_test"}) {
+    const std::string help =
+        RunPhimvs(*command ? std::vector<std::string>{"help", command} : std::vector<std::string>{"help"})
+            .out;
+    std::istringstream lines(help);
+    std::size_t num_lines = 0;
+    for (std::string line; std::getline(lines, line); ++num_lines)
+      EXPECT_LE(line.size(), 80u) << command << ": " << line;
+    EXPECT_GT(num_lines, 8u) << command;
   }
 }
 

@@ -1,5 +1,7 @@
 // The same test bodies on the CPU and on the GPU, and the GPU's maps against the CPU's.
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -206,6 +208,17 @@ TEST_F(ParityTest, AsManyCorrectPixelsAsTheCpuFromCoarseToFine) {
   }
 }
 
+// Of which the upper half of each source's image is left out.
+std::size_t NumKeptWithMasks(const FilterInput& whole, const FilterOptions& options, Backend* backend) {
+  FilterInput input = whole;
+  auto mask = std::make_shared<Mask>(whole.reference.map->width(), whole.reference.map->height(), 255);
+  std::fill(mask->data(), mask->data() + mask->size() / 2, std::uint8_t{0});
+  for (SourceMap& source : input.sources) source.load_mask = [mask] { return mask; };
+  const PlaneMap kept = backend->Filter(input, options).map;
+  return static_cast<std::size_t>(
+      std::count_if(kept.begin(), kept.end(), [](const PlaneHypothesis& h) { return h.depth > 0; }));
+}
+
 TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
   const RenderedScene scene = test_support::SphereScene();
   const EstimationResult estimate = MakeBackend("cpu")->Estimate(InputOf(scene), Iterations(3));
@@ -228,6 +241,13 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
     }
     EXPECT_GT(num_kept, cpu.map.size() / 4);
     EXPECT_LE(num_different, cpu.map.size() / 2000);  // thresholds met within rounding
+    const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
+    // After inference measured pixels are not asked again.
+    if (!after_inference) {
+      EXPECT_LT(with_masks, num_kept * 3 / 4);
+    }
+    EXPECT_NEAR(NumKeptWithMasks(input, options, MakeBackend("cuda").get()), with_masks,
+                cpu.map.size() / 2000.0);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "phi/cpu/cpu_filter.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
 
@@ -56,7 +57,12 @@ TEST_F(ConsistencyTest, ReprojectionErrorInPixelsOfTheReference) {
   EXPECT_FALSE(Consistent(1 / (0.5f + 1.1f / 50)));
 }
 
-TEST_F(ConsistencyTest, NormalsMayDifferByThirtyDegrees) {
+TEST_F(ConsistencyTest, NormalsMayDifferByTheirTolerance) {
+  EXPECT_TRUE(Consistent(2.0f, {std::sin(1.03f), 0, -std::cos(1.03f)}));   // 59.0 degrees; the default is 60
+  EXPECT_FALSE(Consistent(2.0f, {std::sin(1.07f), 0, -std::cos(1.07f)}));  // 61.3
+  FilterOptions options;
+  options.max_normal_error = 30;
+  thresholds_ = MakeConsistencyThresholds(options);
   EXPECT_TRUE(Consistent(2.0f, {std::sin(0.50f), 0, -std::cos(0.50f)}));   // 28.6 degrees
   EXPECT_FALSE(Consistent(2.0f, {std::sin(0.55f), 0, -std::cos(0.55f)}));  // 31.5 degrees
 }
@@ -158,6 +164,23 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   EXPECT_EQ(verdict(), FilterVerdict::kFewWitnesses);
   options_.formulas = Formulas::kPaper;
   EXPECT_EQ(verdict(), FilterVerdict::kDropped);
+}
+
+// The pixel's depth falls on the sources' pixel (35, 30): 25 pixels to the left of its own. Its mask may have taken away what
+// stood before the surface.
+TEST_F(FilterTest, WhatAViewLeavesOutTestifiesNothing) {
+  options_.max_normal_error = 60;
+  AddContradictingSource();
+  const auto mask = std::make_shared<Mask>(80, 60, 255);
+  input_.sources[1].load_mask = [mask] { return mask; };
+  EXPECT_FALSE(Keeps(60, 30));
+  for (const auto& [x, y] : {std::pair(34, 30), std::pair(36, 30), std::pair(35, 29), std::pair(35, 31)})
+    (*mask)(x, y) = 0;
+  EXPECT_FALSE(Keeps(60, 30));
+  (*mask)(35, 30) = 0;
+  EXPECT_TRUE(Keeps(60, 30));
+  input_.sources[0].load_mask = [mask] { return mask; };
+  EXPECT_FALSE(Keeps(60, 30));
 }
 
 // Of the tolerances, 1 % and one pixel, 0.4 and 0.5: depth 2 moves by 25 pixels between the views, and by half of one

@@ -18,7 +18,7 @@ def test_defaults_are_the_commands():
     ):
         options = kind()
         compared = 0
-        for name, default in re.findall(r"^  --(\S+) arg \(=(\S*)\)", run_program("help", command), re.MULTILINE):
+        for name, default in re.findall(r"--(\S+) arg \(=([^\s)]*)\)", run_program("help", command)):
             if name in ("log_level", "log_timestamps"):
                 continue
             group, _, own = name.rpartition(".")

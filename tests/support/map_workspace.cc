@@ -7,6 +7,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/workspace.h"
+#include "tests/support/views_model.h"
 
 namespace test_support {
 namespace {
@@ -14,28 +15,6 @@ namespace {
 using colmap_ext::SparseModel;
 
 constexpr int kGridStep = 8;  // pixels of view 0 between sparse points
-
-SparseModel MakeModel(const colmap_ext::RenderedScene& scene) {
-  SparseModel model;
-  for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    const phi::Pinhole& k = scene.views[i].camera.pinhole;
-    const phi::Pose& pose = scene.views[i].camera.pose;
-    const auto id = static_cast<std::uint32_t>(i + 1);
-    model.cameras[id] = {id,
-                         1,
-                         static_cast<std::uint64_t>(k.width),
-                         static_cast<std::uint64_t>(k.height),
-                         {k.fx, k.fy, k.cx, k.cy}};
-    colmap_ext::SparseImage image;
-    image.image_id = id;
-    image.camera_id = id;
-    image.rotation = Eigen::Quaterniond(pose.rotation);
-    image.translation = pose.translation;
-    image.name = MapWorkspaceImageName(static_cast<int>(i));
-    model.images.push_back(image);
-  }
-  return model;
-}
 
 void AddPoints(const colmap_ext::RenderedScene& scene, SparseModel* model) {
   const phi::Camera& first = scene.views[0].camera;
@@ -68,14 +47,15 @@ void AddPoints(const colmap_ext::RenderedScene& scene, SparseModel* model) {
 std::string MapWorkspaceImageName(int view) { return "view " + std::to_string(view) + ".png"; }
 
 void WriteMapWorkspace(const colmap_ext::RenderedScene& scene, const std::filesystem::path& folder) {
-  SparseModel model = MakeModel(scene);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < scene.views.size(); ++i)
+    names.push_back(MapWorkspaceImageName(static_cast<int>(i)));
+  SparseModel model = ModelOfViews(scene, names);
   AddPoints(scene, &model);
   colmap_ext::WriteSparseModelBinary(model, folder / "sparse");
-  std::vector<std::string> names;
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
-    names.push_back(model.images[i].name);
     const phi::Pinhole& k = scene.views[i].camera.pinhole;
-    colmap_ext::WriteGrayImage(folder / "images" / names.back(),
+    colmap_ext::WriteGrayImage(folder / "images" / names[i],
                                phi::GrayImage(k.width, k.height, static_cast<std::uint8_t>(40 + 20 * i)));
   }
   colmap_ext::WriteFusionConfig(folder / "stereo" / "fusion.cfg", names);

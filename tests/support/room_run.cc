@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "colmap_ext/map_file.h"
+#include "tests/support/run_on_workspace.h"
 
 namespace test_support {
 namespace {
@@ -37,10 +38,7 @@ RoomRun::RoomRun(colmap_ext::SyntheticRoom room) : room_(std::move(room)) {
 }
 
 ProgramResult RoomRun::RunStereo(const std::vector<std::string>& options) const {
-  std::vector<std::string> command{PHIMVS_BINARY, "patch_match_stereo",  "--workspace_path",
-                                   dense(),       "--PhiStereo.backend", "cpu"};
-  command.insert(command.end(), options.begin(), options.end());
-  return RunProgram(command);
+  return RunOnWorkspace("patch_match_stereo", dense(), options);
 }
 
 phi::Array2D<float> RoomRun::Depth(int view, const std::string& kind) const {

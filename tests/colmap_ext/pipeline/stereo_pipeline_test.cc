@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -43,7 +45,7 @@ class StereoPipelineTest : public ::testing::Test {
   }
 
   RunSummary Run(const std::filesystem::path& path) {
-    const Workspace workspace({.path = path});
+    const Workspace workspace({.path = path, .mask_path = masks_});
     const phi::SparseScene scene = MakeSparseScene(workspace.model());
     Backends backends;
     for (int i = 0; i < num_backends_; ++i) {
@@ -76,6 +78,7 @@ class StereoPipelineTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
+  std::filesystem::path masks_;  // empty: none
   std::vector<std::string> names_;
   PipelineOptions options_;
   FakeCalls calls_;
@@ -121,6 +124,40 @@ TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
   EXPECT_NEAR(run["bytes_written"].get<double>(), num_bytes, 0.1 * num_bytes) << "masks come on top";
   EXPECT_GT(run["bytes_per_second_and_writer"].get<double>(), 0);
   EXPECT_GT(run["peak_memory_bytes"].get<std::int64_t>(), 1000000);
+}
+
+// The left half is masked. A mask is an edge in the reference alone, where it takes a sample's weight; the paper's have none. The
+// filter knows what each source leaves out.
+TEST_F(StereoPipelineTest, MasksAreEdgesWhereSamplesHaveWeights) {
+  constexpr int kWidth = 24, kHeight = 16, kInside = kWidth / 2 - 1, kOutside = kWidth / 2;
+  phi::Mask mask(kWidth, kHeight, 255);
+  for (int y = 0; y < kHeight; ++y) std::fill(&mask(0, y), &mask(0, y) + kOutside, std::uint8_t{0});
+  masks_ = folder_ / "masks";
+  for (const std::string& name : names_) WriteGrayImage(masks_ / (name + ".png"), mask);
+  for (const phi::Formulas formulas : {phi::Formulas::kRobust, phi::Formulas::kPaper}) {
+    options_.stereo.formulas = formulas;
+    calls_.estimates = calls_.filters = 0;
+    calls_.on_estimate = [&](const phi::EstimationInput& input) {
+      for (int y = 0; y < kHeight; ++y) {
+        const phi::GrayImage& reference = *input.reference.image;
+        const int step = std::abs(reference(kOutside, y) - reference(kInside, y));
+        EXPECT_TRUE(formulas == phi::Formulas::kPaper ? step == 0 : step >= 128) << step;
+        for (const phi::ViewImage& source : input.sources) {
+          EXPECT_EQ((*source.image)(kOutside, y), (*source.image)(kInside, y));
+        }
+      }
+    };
+    calls_.on_filter = [&](const phi::FilterInput& input) {
+      for (const phi::SourceMap& source : input.sources) {
+        const auto left_out = source.load_mask();
+        EXPECT_EQ((*left_out)(kInside, 3), 0);
+        EXPECT_EQ((*left_out)(kOutside, 3), 255);
+      }
+    };
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_EQ(calls_.estimates, kNumImages);
+    EXPECT_GT(calls_.filters, 0);
+  }
 }
 
 // Cameras in a row, all named as sources of all: matching takes 32 of them, those that see most of the same points from
@@ -223,6 +260,7 @@ TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
   const RunSummary summary = Run();
   EXPECT_EQ(calls_.estimates + calls_.filters + calls_.inferences, 0);
   EXPECT_EQ(summary.num_images_kept, kNumImages);
+  EXPECT_THAT(SummaryLine(summary), HasSubstr("nothing to do"));
 }
 
 TEST_F(StereoPipelineTest, OtherOptionsMakeOnlyWhatDependsOnThem) {
@@ -258,6 +296,9 @@ TEST_F(StereoPipelineTest, GoesOnAfterABreakInEachStageWithTheBytesOfACleanRun) 
 TEST_F(StereoPipelineTest, MakesADamagedMapAgain) {
   Run();
   const auto expected = HashMaps(folder_.path());
+  std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
+  EXPECT_THAT(SummaryLine(Run()), testing::Not(HasSubstr("nothing to do")));
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
   std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
   std::filesystem::remove(DepthPath(2, "geometric"));
   calls_.estimates = 0;
