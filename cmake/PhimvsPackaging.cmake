@@ -43,11 +43,12 @@ set(CPACK_INSTALL_CMAKE_PROJECTS "${CMAKE_BINARY_DIR};${PROJECT_NAME};program;/"
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME phimvs)
 set(CPACK_PACKAGE_VENDOR "The phimvs authors")
-set(CPACK_PACKAGE_CONTACT "The phimvs authors <phimvs@localhost>")
+set(CPACK_PACKAGE_CONTACT "The phimvs authors <phimvs@users.noreply.github.com>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "dense multi-view stereo for COLMAP workspaces")
-set(CPACK_PACKAGE_DESCRIPTION "phimvs makes depth and normal maps and coloured point clouds from photos whose
-poses COLMAP has found. It takes COLMAP's workspaces, options and file formats,
-runs on NVIDIA GPUs or on the CPU, and fills surfaces without texture with planes.")
+set(CPACK_PACKAGE_DESCRIPTION "phimvs makes depth and normal maps and coloured point clouds from photos
+whose poses COLMAP has found. It takes COLMAP's workspaces, options and file
+formats, runs on NVIDIA GPUs or on the CPU, and fills surfaces without texture
+with planes.")
 set(CPACK_RESOURCE_FILE_LICENSE "${PROJECT_SOURCE_DIR}/LICENSE")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
