@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "colmap_ext/atomic_file.h"
-#include "phi/backend.h"
+#include "phi/base/images.h"
 
 namespace colmap_ext {
 

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace colmap_ext {
 

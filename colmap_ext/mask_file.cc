@@ -4,6 +4,7 @@
 
 #include "colmap_ext/image_file.h"
 #include "phi/base/error.h"
+#include "phi/filtering/filled_value.h"
 
 namespace colmap_ext {
 

@@ -115,6 +115,30 @@ std::set<std::uint32_t> ReportCameras(const SparseModel& model, const fs::path& 
 
 }  // namespace
 
+phi::OptionList WorkspaceOptions::FolderList() {
+  constexpr const char* kSameMaps = "the maps are the same";
+  phi::OptionList list;
+  list.Add("workspace_path", &path, "Folder that colmap image_undistorter wrote, or the one above it")
+      .Required()
+      .NotInKey(kSameMaps);
+  list.Add("workspace_format", &format, "Format of the workspace {COLMAP}").ColmapDefault("COLMAP").NotInKey(kSameMaps);
+  return list;
+}
+
+phi::OptionList WorkspaceOptions::List() {
+  constexpr const char* kInInputs = "the keys hold the working cameras and samples of the masks";
+  phi::OptionList list = FolderList();
+  list.Add("PatchMatchStereo.max_image_size", &max_image_size, "Work on smaller images: longest side; -1 = full size")
+      .Unit("pixels")
+      .ColmapDefault("-1")
+      .AtLeast(-1)
+      .NotInKey(kInInputs);
+  list.Add("PhiStereo.mask_path", &mask_path,
+           "Folder of masks named <image name>.png; where a mask is 0 the image is left out")
+      .NotInKey(kInInputs);
+  return list;
+}
+
 fs::path FindWorkspaceFolder(const fs::path& path) {
   if (IsWorkspace(path)) return path;
   const std::vector<fs::path> found = WorkspacesBelow(path);

@@ -12,8 +12,9 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/problem_list.h"
 #include "colmap_ext/sparse_model.h"
-#include "phi/backend.h"
 #include "phi/base/image_mask.h"
+#include "phi/base/option.h"
+#include "phi/scene_view.h"
 
 namespace colmap_ext {
 
@@ -23,11 +24,15 @@ inline constexpr std::string_view kMeasured = "measured";
 inline constexpr std::string_view kGeometric = "geometric";
 
 struct WorkspaceOptions {
-  std::filesystem::path path;     // --workspace_path
-  std::string format = "COLMAP";  // --workspace_format; PMVS is refused in one sentence
-  int max_image_size =
-      -1;  // --PatchMatchStereo.max_image_size: longest side of the working resolution, pixels; <= 0 = full
-  std::filesystem::path mask_path = {};  // --PhiStereo.mask_path: folder of <image name>.png, 0 = leave out; empty: none
+  std::filesystem::path path;
+  std::string format = "COLMAP";         // PMVS is refused in one sentence
+  int max_image_size = -1;               // longest side of the working resolution, pixels; <= 0 = full
+  std::filesystem::path mask_path = {};  // folder of <image name>.png, 0 = leave out; empty: none
+
+  // path and format.
+  phi::OptionList FolderList();
+  // All, as the stereo names them.
+  phi::OptionList List();
 };
 
 // The folder itself where it is a workspace, else the one workspace below it (dense, dense/0 or 0), which is logged.

@@ -1,10 +1,8 @@
 #include "cuda/gray_texture.h"
 
-#include <algorithm>
-#include <string>
-
 #include "phi/matching/pyramid.h"
 #include "phi/matching/window_level.h"
+#include "phi/texture_limits.h"
 
 namespace phi::gpu {
 namespace {
@@ -16,26 +14,19 @@ int Attribute(cudaDeviceAttr attribute, const Task& task) {
   return value;
 }
 
-// Of the image alone: the others may fit.
-void RequireTextureSize(const GrayImage& image, ImageForm form, const Task& task) {
-  const bool gathers = form == ImageForm::kCompact;
-  const int width =
-      Attribute(gathers ? cudaDevAttrMaxTexture2DGatherWidth : cudaDevAttrMaxTexture2DWidth, task);
-  const int height =
-      Attribute(gathers ? cudaDevAttrMaxTexture2DGatherHeight : cudaDevAttrMaxTexture2DHeight, task);
-  if (image.width() <= width && image.height() <= height) return;
-  throw InputError(task.Describe() + ": an image of " + std::to_string(image.width()) + "x" +
-                   std::to_string(image.height()) + " pixels is larger than this GPU's textures (" +
-                   std::to_string(width) + "x" + std::to_string(height) +
-                   "); lower --PatchMatchStereo.max_image_size to " +
-                   std::to_string(std::min(width, height)) + " or run with --PhiStereo.backend cpu");
+TextureLimits DeviceTextureLimits(ImageForm form, const Task& task) {
+  if (form == ImageForm::kCompact) {
+    return {Attribute(cudaDevAttrMaxTexture2DGatherWidth, task),
+            Attribute(cudaDevAttrMaxTexture2DGatherHeight, task)};
+  }
+  return {Attribute(cudaDevAttrMaxTexture2DWidth, task), Attribute(cudaDevAttrMaxTexture2DHeight, task)};
 }
 
 }  // namespace
 
 GrayTexture::GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task)
     : width_(image.width()) {
-  RequireTextureSize(image, form, task);
+  RequireTextureSize(image.width(), image.height(), DeviceTextureLimits(form, task), task.Describe());
   if (form == ImageForm::kQuads) quads_.Reserve(NumQuads(image.width(), image.height()), task);
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
   const unsigned flags = form == ImageForm::kCompact ? cudaArrayTextureGather : cudaArrayDefault;

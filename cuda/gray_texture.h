@@ -12,7 +12,7 @@
 #include "cuda/error.h"
 #include "cuda/texel_quads.h"
 #include "cuda/texture_sampler.h"
-#include "phi/backend.h"
+#include "phi/base/images.h"
 
 namespace phi::gpu {
 

@@ -1,4 +1,5 @@
 #include "cuda/inference_kernels.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/inference/hypothesis_cost.h"
 #include "phi/inference/plane_normal.h"
 
@@ -96,13 +97,13 @@ __device__ PixelHypotheses HypothesisCosts(const InferenceLaunch& launch, int x,
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = launch.hypotheses[k](x, y);
     if (!(w > 0)) continue;
-    result.existing |= static_cast<std::uint8_t>(1 << k);
+    result.offered |= static_cast<std::uint8_t>(1 << k);
     if (launch.formulas == Formulas::kRobust && Evidence(launch, x, y, w).SeenThrough()) continue;
-    result.free |= static_cast<std::uint8_t>(1 << k);
+    result.unobstructed |= static_cast<std::uint8_t>(1 << k);
     result.cost[k] = HypothesisCost(launch, x, y, k);
   }
-  result.allowed = result.free;
-  if (launch.formulas == Formulas::kRobust && result.free != 0) {
+  result.allowed = result.unobstructed;
+  if (launch.formulas == Formulas::kRobust && result.unobstructed != 0) {
     RefuseMismatches(launch.reference_texture, launch.window, x, y, &result);
     PreferRegionPlanes(launch.from_region(x, y), &result);
   }
@@ -143,7 +144,7 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   field.allowed[node] = pixel.allowed;
   field.chosen(i, j) = pixel.AllRefused() ? kRefusedNode : field.measured(i, j);
   if (!(field.measured(i, j) > 0)) {
-    if (pixel.existing == 0) CountOne(field, kWithoutHypothesis);
+    if (pixel.offered == 0) CountOne(field, kWithoutHypothesis);
     if (pixel.AllSeenThrough()) CountOne(field, kSeenThrough);
     if (pixel.AllMismatched()) CountOne(field, kMismatched);
   }

@@ -11,50 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "phi/base/array2d.h"
-#include "phi/filtering/filled_value.h"
-#include "phi/geometry/camera.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/base/images.h"
 #include "phi/options.h"
+#include "phi/scene_view.h"
 
 namespace phi {
-
-using GrayImage = Array2D<std::uint8_t>;
-using CostMap = Array2D<float>;      // aggregated matching cost, [0, 2]
-using Mask = Array2D<std::uint8_t>;  // 0 or 255
-
-// One image of the scene at its working resolution (after --PatchMatchStereo.max_image_size).
-struct SceneView {
-  std::string name;            // COLMAP's image name, may hold subfolders
-  std::uint32_t image_id = 0;  // COLMAP's image id: keys the random numbers
-  Camera camera;
-};
-
-struct ViewImage {
-  const SceneView* view = nullptr;
-  std::shared_ptr<const GrayImage> image;
-};
-
-struct ViewMap {
-  const SceneView* view = nullptr;
-  std::shared_ptr<const PlaneMap> map;
-};
-
-// The map of a source view, read when its turn comes: a scene's maps need not be in memory at once. `load` may be called
-// again, from one thread at a time, and throws phi::Error.
-struct SourceMap {
-  const SceneView* view = nullptr;
-  std::function<std::shared_ptr<const PlaneMap>()> load =
-      nullptr;  // empty: the view has no map and takes no part
-  // What the view leaves out (ImageMask), where it can testify nothing; empty: nothing is left out.
-  std::function<std::shared_ptr<const Mask>()> load_mask = nullptr;
-};
-
-// A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world
-// units.
-struct SparseObservation {
-  float u = 0, v = 0, depth = 0;
-};
 
 struct EstimationInput {
   ViewImage reference;
@@ -83,9 +44,9 @@ struct EstimationResult {
 struct FilterInput {
   ViewMap reference;
   std::vector<SourceMap> sources;
-  std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::max_cost
+  std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
   std::shared_ptr<const Mask>
-      filled;  // null, or as InferenceResult's (max_cost does not apply to inferred depth)
+      filled;  // null, or as InferenceResult's (min_ncc does not apply to inferred depth)
 };
 
 struct FilterResult {

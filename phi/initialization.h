@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "phi/backend.h"
 #include "phi/base/array2d.h"
 #include "phi/matching/depth_ranges.h"
+#include "phi/scene_view.h"
 #include "phi/sparse_scene.h"
 
 namespace phi {

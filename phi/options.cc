@@ -1,91 +1,134 @@
 #include "phi/options.h"
 
 #include <cmath>
-#include <sstream>
-
-#include "phi/filtering/filter_pixel.h"
 
 namespace phi {
-namespace {
-
-// Collects the first broken rule.
-class Rules {
- public:
-  template <typename T>
-  Rules& Require(bool holds, const char* option, const T& value, const char* rule) {
-    if (!holds && message_.empty()) {
-      std::ostringstream out;
-      out << option << " is " << value << ", but must be " << rule;
-      message_ = out.str();
-    }
-    return *this;
-  }
-  std::string message() const { return message_; }
-
- private:
-  std::string message_;
-};
-
-}  // namespace
 
 int StereoOptions::SamplesPerSide() const {
   return static_cast<int>(std::lround(window_radius / window_step));
 }
 
-std::string ViewSelectionOptions::Check() const {
-  return Rules()
-      .Require(num_source_views >= 1 && num_source_views <= 32, "--PhiStereo.num_source_views",
-               num_source_views, "between 1 and 32")
-      .Require(min_displacement >= 0, "--PhiStereo.min_displacement", min_displacement, "0 or more pixels")
-      .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,
-               "--PatchMatchStereo.min_triangulation_angle", min_triangulation_angle, "in [0, 90) degrees")
-      .message();
+OptionList ViewSelectionOptions::List() {
+  constexpr const char* kInSources = "the keys hold the source images that it chose";
+  OptionList list;
+  list.Add("PatchMatchStereo.min_triangulation_angle", &min_triangulation_angle,
+           "Smallest angle between an image and a source image that __auto__ selects")
+      .Unit("degrees")
+      .ColmapDefault("1")
+      .AtLeast(0)
+      .LessThan(90)
+      .NotInKey(kInSources);
+  list.Add("PhiStereo.num_source_views", &num_source_views,
+           "Most source images that __auto__ in patch-match.cfg selects")
+      .Between(1, 32)
+      .NotInKey(kInSources);
+  list.Add("PhiStereo.min_displacement", &min_displacement,
+           "Least mean shift of shared points in a source view where their depth changes by 0.2 %")
+      .Unit("pixels")
+      .AtLeast(0)
+      .NotInKey(kInSources);
+  return list;
+}
+
+std::string ViewSelectionOptions::Check() const { return ViewSelectionOptions(*this).List().Check(); }
+
+OptionList StereoOptions::List() {
+  OptionList list;
+  list.AddChoice<Formulas>("PhiStereo.formulas", &formulas,
+                           {{"robust", Formulas::kRobust}, {"paper", Formulas::kPaper}},
+                           "paper = the paper's equations; --preset paper sets this and its values");
+  list.Add("PatchMatchStereo.num_iterations", &num_iterations, "Rounds of propagation and refinement")
+      .ColmapDefault("5")
+      .Between(1, 100);
+  list.AddChoice<Quality>("PhiStereo.quality", &quality,
+                          {{"standard", Quality::kStandard}, {"fast", Quality::kFast}},
+                          "fast = fewer iterations at full size: less detail, less time");
+  list.Add("PhiStereo.num_window_levels", &num_window_levels,
+           "1 + how often the window may double where there is no texture")
+      .Between(1, 4);
+  list.Add("PatchMatchStereo.window_radius", &window_radius, "Half the side of the matching window")
+      .Unit("pixels")
+      .ColmapDefault("5")
+      .Between(1, 32);
+  list.Add("PatchMatchStereo.window_step", &window_step, "Distance between the window's samples")
+      .Unit("pixels")
+      .ColmapDefault("1")
+      .AtLeast(1);
+  return list;
 }
 
 std::string StereoOptions::Check() const {
-  return Rules()
-      .Require(window_radius >= 1 && window_radius <= 32, "--PatchMatchStereo.window_radius", window_radius,
-               "between 1 and 32 pixels")
-      .Require(window_step >= 1 && window_step <= window_radius, "--PatchMatchStereo.window_step",
-               window_step, "between 1 and window_radius pixels")
-      .Require(num_iterations >= 1 && num_iterations <= 100, "--PatchMatchStereo.num_iterations",
-               num_iterations, "between 1 and 100")
-      .Require(num_window_levels >= 1 && num_window_levels <= 4, "--PhiStereo.num_window_levels",
-               num_window_levels, "between 1 and 4")
-      .message();
+  StereoOptions copy = *this;
+  const OptionList list = copy.List();
+  if (const std::string problem = list.Check(); !problem.empty()) return problem;
+  if (window_step <= window_radius) return "";
+  return "--PatchMatchStereo.window_step is " + list.Find("PatchMatchStereo.window_step")->Text() +
+         ", but must be at most --PatchMatchStereo.window_radius";
 }
 
-std::string FilterOptions::Check() const {
-  return Rules()
-      .Require(min_num_consistent >= 0 && min_num_consistent <= kMaxRequiredViews,
-               "--PatchMatchStereo.filter_min_num_consistent", min_num_consistent,
-               "between 0 and 255 source views")
-      .Require(min_num_consistent_inferred >= 0 && min_num_consistent_inferred <= kMaxRequiredViews,
-               "--PhiInference.min_num_consistent", min_num_consistent_inferred,
-               "between 0 and 255 source views")
-      .Require(max_reprojection_error > 0, "--PatchMatchStereo.filter_geom_consistency_max_cost",
-               max_reprojection_error, "more than 0 pixels")
-      .Require(max_relative_depth_error > 0 && max_relative_depth_error < 1,
-               "--PhiStereo.filter_max_relative_depth_error", max_relative_depth_error, "in (0, 1)")
-      .Require(max_depth_error >= 0, "--PhiStereo.filter_max_depth_error", max_depth_error,
-               "0 (off) or more world units")
-      .Require(max_normal_error > 0 && max_normal_error <= 180, "--PhiStereo.filter_max_normal_error",
-               max_normal_error, "in (0, 180] degrees")
-      .Require(min_triangulation_angle >= 0 && min_triangulation_angle < 90,
-               "--PatchMatchStereo.filter_min_triangulation_angle", min_triangulation_angle,
-               "in [0, 90) degrees")
-      .message();
+OptionList FilterOptions::List() {
+  OptionList list;
+  list.Add("PatchMatchStereo.filter_min_ncc", &min_ncc,
+           "Smallest matching score (1 - cost) of a kept pixel; -1 = off. Filled pixels are not asked")
+      .ColmapDefault("0.1")
+      .Between(-1, 1);
+  list.Add("PatchMatchStereo.filter_min_triangulation_angle", &min_triangulation_angle,
+           "Smallest angle at the surface point that one confirming image must reach; 0 = off")
+      .Unit("degrees")
+      .ColmapDefault("3")
+      .AtLeast(0)
+      .LessThan(90);
+  list.Add("PatchMatchStereo.filter_min_num_consistent", &min_num_consistent,
+           "Fewest source images that confirm a measured pixel")
+      .Unit("source views")
+      .ColmapDefault("2")
+      .Between(0, kMaxRequiredViews);
+  list.Add("PatchMatchStereo.filter_geom_consistency_max_cost", &max_reprojection_error,
+           "Largest forward-backward reprojection error of a confirming image")
+      .Unit("pixels")
+      .ColmapDefault("1")
+      .MoreThan(0);
+  list.Add("PhiStereo.filter_max_relative_depth_error", &max_relative_depth_error,
+           "Largest difference in depth of a confirming image, relative to depth")
+      .MoreThan(0)
+      .LessThan(1);
+  list.Add("PhiStereo.filter_max_depth_error", &max_depth_error,
+           "The same as a length, in place of the relative one; 0 = off")
+      .Unit("world units")
+      .AtLeast(0);
+  list.Add("PhiStereo.filter_max_normal_error", &max_normal_error,
+           "Largest angle between the normals of an image and of one that confirms it")
+      .Unit("degrees")
+      .Between(0, 180)
+      .MoreThan(0);
+  list.Add("PhiInference.min_num_consistent", &min_num_consistent_inferred,
+           "Fewest source images that confirm an inferred pixel")
+      .Unit("source views")
+      .Between(0, kMaxRequiredViews);
+  return list;
+}
+
+std::string FilterOptions::Check() const { return FilterOptions(*this).List().Check(); }
+
+OptionList InferenceOptions::List() {
+  OptionList list;
+  list.AddChoice<InferenceMode>(
+      "PhiInference.mode", &mode,
+      {{"off", InferenceMode::kOff}, {"min_cost", InferenceMode::kMinCost}, {"mrf", InferenceMode::kMrf}},
+      "Filling of holes: off = none; min_cost = each pixel takes the plane that matches best; "
+      "mrf = neighbours choose their planes together");
+  list.Add("PhiInference.num_passes", &num_passes, "Rounds of the neighbours' choice (mrf)").Between(1, 1000);
+  list.Add("PhiInference.truncation", &truncation,
+           "Relative difference in depth from which neighbours count as different surfaces (mrf)")
+      .Between(0, 1)
+      .MoreThan(0);
+  return list;
 }
 
 std::string InferenceOptions::Check() const {
-  return Rules()
-      .Require(num_passes >= 1 && num_passes <= 1000, "--PhiInference.num_passes", num_passes,
-               "between 1 and 1000")
-      .Require(kappa1 > 0, "kappa1", kappa1, "positive")
-      .Require(kappa2 > 0, "kappa2", kappa2, "positive")
-      .Require(truncation > 0 && truncation <= 1, "--PhiInference.truncation", truncation, "in (0, 1]")
-      .Require(kappa3 > truncation, "kappa3", kappa3, "more than the truncation")
-      .message();
+  if (const std::string problem = InferenceOptions(*this).List().Check(); !problem.empty()) return problem;
+  if (!(kappa1 > 0 && kappa2 > 0)) return "kappa1 and kappa2 must be positive";
+  return kappa3 > truncation ? "" : "kappa3 must be more than the truncation";
 }
 
 }  // namespace phi

@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "phi/backend.h"
 #include "phi/options.h"
+#include "phi/scene_view.h"
 #include "phi/sparse_scene.h"
 
 namespace phi {

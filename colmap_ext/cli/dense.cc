@@ -32,11 +32,12 @@ std::map<std::string, std::string> DefaultOptions() {
 }
 
 int RunDense(int argc, char** argv) {
-  std::filesystem::path output, report_path;
+  CloudOutput output;
+  std::filesystem::path report_path;
   StereoCommandOptions stereo;
   FusionCommandOptions fusion;
   OptionParser parser("dense", "From an undistorted COLMAP workspace to a cloud and a report");
-  parser.Add("output_path", &output, "The cloud (.ply); default: fused.ply in the workspace");
+  parser.Add("output_path", &output.path, "The cloud (.ply or .las); default: fused.ply in the workspace");
   parser.Add("report_path", &report_path, "The report (.html); default: report.html in the workspace");
   stereo.Register(&parser);
   fusion.RegisterFusion(&parser);
@@ -49,12 +50,14 @@ int RunDense(int argc, char** argv) {
   ReportOptions report;
   report.workspace = workspace;
   report.default_options = DefaultOptions();
-  report.cloud = output.empty() ? workspace / "fused.ply" : output;
+  if (output.path.empty()) output.path = workspace / "fused.ply";
+  output.Resolve();
+  if (output.type == CloudType::kPly) report.cloud = output.path;
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
 
   const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues());
   if (!IsDone(stereo_code)) return stereo_code;
-  const int fusion_code = FuseMaps(fusion, report.cloud, CloudType::kPly);
+  const int fusion_code = FuseMaps(fusion, output);
   if (!IsDone(fusion_code)) return fusion_code;
   WriteReport(report);
   phi::LogInfo("report: " + report.output.string());

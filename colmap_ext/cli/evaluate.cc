@@ -9,7 +9,6 @@
 #include "colmap_ext/byte_count.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
-#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/evaluation/score_tables.h"
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
@@ -108,7 +107,6 @@ void Complete(EvaluateOptions& o) {
   o.scoring.memory = static_cast<std::size_t>(ByteCount(o.memory_gb * 1e9));
   o.truth.memory = o.scoring.memory;
   Require(o.truth.min_views >= 0, "--min_truth_views must not be negative");
-  CheckNumThreads("num_threads", o.num_threads);
   const std::string error = o.scoring.Check();
   Require(error.empty(), error);
   Require(o.truth.mesh_spacing >= 0, "--mesh_sample_spacing must not be negative");
@@ -179,7 +177,7 @@ int RunEvaluate(int argc, char** argv) {
   parser.Add("output_path", &o.output, "Scores as JSON");
   parser.AddChoice("table", &o.table, {{"text", TableFormat::kText}, {"markdown", TableFormat::kMarkdown}},
                    "Form of the printed tables");
-  parser.Add("num_threads", &o.num_threads, "Threads; -1 = all");
+  parser.Add("num_threads", &o.num_threads, "Threads; -1 = all").Between(-1, phi::kMaxThreads);
   if (!parser.Parse(argc, argv)) return 0;
   Complete(o);
 

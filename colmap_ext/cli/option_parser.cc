@@ -4,7 +4,6 @@
 #include <boost/program_options.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -24,31 +23,6 @@ namespace po = boost::program_options;
 
 constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
-
-template <typename T>
-T ParseNumber(const std::string& text, const char* rule) {
-  T value{};
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end) throw std::invalid_argument(rule);
-  if constexpr (std::is_floating_point_v<T>) {
-    if (!std::isfinite(value)) throw std::invalid_argument(rule);
-  }
-  return value;
-}
-
-template <typename T>
-std::string PrintNumber(T value) {
-  char buffer[64];
-  const auto result = std::to_chars(buffer, buffer + sizeof(buffer), value);
-  return std::string(buffer, result.ptr);
-}
-
-bool ParseBool(const std::string& text) {
-  if (text == "true" || text == "1") return true;
-  if (text == "false" || text == "0") return false;
-  throw std::invalid_argument("true, false, 1 or 0");
-}
 
 // COLMAP keeps some options in single precision and writes them with 17 digits: 0.01 becomes
 // 0.0099999997764825821.
@@ -80,21 +54,6 @@ std::string ListKeys(const std::vector<std::string>& keys) {
 
 }  // namespace
 
-OptionParser::Option& OptionParser::Option::Unit(const std::string& text) {
-  unit = text;
-  return *this;
-}
-
-OptionParser::Option& OptionParser::Option::Required() {
-  required = true;
-  return *this;
-}
-
-OptionParser::Option& OptionParser::Option::ColmapDefault(const std::string& value) {
-  colmap_defaults.push_back(value);
-  return *this;
-}
-
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
   Add("project_path", &project_path_,
@@ -114,141 +73,36 @@ OptionParser::OptionParser(std::string command, std::string summary)
   AddColmapOnly("log_color", "1", "the log has no colours");
 }
 
-OptionParser::Option& OptionParser::AddOption(const std::string& name, const std::string& help) {
-  if (Find(name)) throw std::logic_error("option --" + name + " is registered twice");
-  Option& option = options_.emplace_back();
-  option.name = name;
-  option.help = help;
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, bool* value, const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) { *value = ParseBool(text); };
-  option.print = [value] { return std::string(*value ? "true" : "false"); };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, int* value, const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) { *value = ParseNumber<int>(text, "a whole number"); };
-  option.print = [value] { return PrintNumber(*value); };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, std::int64_t* value,
-                                        const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) {
-    *value = ParseNumber<std::int64_t>(text, "a whole number");
-  };
-  option.print = [value] { return PrintNumber(*value); };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, std::uint32_t* value,
-                                        const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) {
-    *value = ParseNumber<std::uint32_t>(text, "a whole number from 0 to 4294967295");
-  };
-  option.print = [value] { return PrintNumber(*value); };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, double* value, const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) { *value = ParseNumber<double>(text, "a number"); };
-  option.print = [value] { return PrintNumber(*value); };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, std::string* value,
-                                        const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) { *value = text; };
-  option.print = [value] { return *value; };
-  option.default_text = option.print();
-  return option;
-}
-
-OptionParser::Option& OptionParser::Add(const std::string& name, std::filesystem::path* value,
-                                        const std::string& help) {
-  Option& option = AddOption(name, help);
-  option.assign = [value](const std::string& text) { *value = text; };
-  option.print = [value] { return value->string(); };
-  option.default_text = option.print();
-  return option;
-}
-
-void OptionParser::AddPreset(const std::string& name, const Values& values) {
-  if (presets_.empty()) {
-    presets_[preset_] = {};
-    Option& option = AddOption("preset", "");
-    option.assign = [this](const std::string& text) {
-      if (presets_.count(text) == 0) throw std::invalid_argument("one of " + ChoiceRule(PresetNames()));
-      preset_ = text;
-    };
-    option.print = [this] { return preset_; };
-    option.default_text = preset_;
+void OptionParser::AddPaperPreset(const Values& values) {
+  if (paper_preset_.empty()) {
+    AddChoice<std::string>("preset", &preset_, {{"robust", "robust"}, {"paper", "paper"}},
+                           "Values for the options that are not set; robust = the defaults");
   }
-  Values& all = presets_[name];
-  all.insert(all.end(), values.begin(), values.end());
-  Find("preset")->help =
-      "Values for the options that are not set; robust = the defaults {" + ChoiceRule(PresetNames()) + "}";
-}
-
-std::vector<std::string> OptionParser::PresetNames() const {
-  std::vector<std::string> names;
-  for (const auto& [name, values] : presets_) names.push_back(name);
-  return names;
+  paper_preset_.insert(paper_preset_.end(), values.begin(), values.end());
 }
 
 void OptionParser::ApplyPreset() {
-  if (presets_.empty()) return;
-  for (const auto& [name, value] : presets_.at(preset_)) {
-    Option* option = Find(name);
+  if (preset_ != "paper") return;
+  for (const auto& [name, value] : paper_preset_) {
+    phi::Option* option = options_.Find(name);
     if (option == nullptr) continue;  // a command may have some of the preset's options only
     if (!IsSet(name)) {
-      option->assign(value);
-    } else if (!SameValue(option->print(), value)) {
-      phi::LogInfo("--" + name + " " + option->print() + " goes before the " + value + " of --preset " +
-                   preset_);
+      option->Assign(value);
+    } else if (!SameValue(option->Text(), value)) {
+      phi::LogInfo("--" + name + " " + option->Text() + " goes before the " + value + " of --preset paper");
     }
   }
 }
 
-void OptionParser::AddColmapOnly(const std::string& name, const std::string& colmap_default,
-                                 const std::string& why) {
-  Option& option = AddOption(name, why);
-  option.only_colmap = true;
-  option.colmap_defaults = {colmap_default};
-  option.assign = [](const std::string&) {};
-  option.print = [] { return std::string(); };
-}
-
-OptionParser::Option* OptionParser::Find(const std::string& name) {
-  const auto it =
-      std::find_if(options_.begin(), options_.end(), [&](const Option& o) { return o.name == name; });
-  return it == options_.end() ? nullptr : &*it;
-}
-
-std::string OptionParser::ChoiceRule(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
+void OptionParser::AddColmapOnly(const std::string& name, const std::string& colmap_default, const std::string& why) {
+  if (options_.Find(name) != nullptr || !only_colmap_.emplace(name, ColmapOnly{colmap_default, why}).second)
+    throw std::logic_error("option --" + name + " is registered twice");
 }
 
 OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* argv, bool* help) const {
   po::options_description description;
   description.add_options()("help,h", "");
-  for (const Option& option : options_)
-    description.add_options()(option.name.c_str(), po::value<std::string>(), "");
+  for (const std::string& name : AllNames()) description.add_options()(name.c_str(), po::value<std::string>(), "");
   Values values;
   try {
     const auto options = po::command_line_parser(argc, argv).options(description).run();
@@ -264,11 +118,9 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
       if (name != "help") values.emplace_back(name, value.as<std::string>());
     }
   } catch (const po::unknown_option& error) {
-    std::vector<std::string> names;
-    for (const Option& option : options_) names.push_back(option.name);
     std::string word = error.get_option_name();
     word.erase(0, word.find_first_not_of('-'));
-    throw phi::UsageError("there is no option '--" + word + "'" + SuggestName(word, names, "--") +
+    throw phi::UsageError("there is no option '--" + word + "'" + SuggestName(word, AllNames(), "--") +
                           "; see `phimvs " + command_ + " --help`");
   } catch (const po::error& error) {
     throw phi::UsageError(std::string(error.what()) + "; see `phimvs " + command_ + " --help`");
@@ -291,19 +143,18 @@ OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& 
     throw phi::InputError("--project_path: " + path.string() + ": " + error.what());
   }
   // A key that only COLMAP has gives away who wrote the file.
-  const bool by_colmap = std::any_of(values.begin(), values.end(), [&](const auto& entry) {
-    const Option* option = Find(entry.first);
-    return option && option->only_colmap;
-  });
+  const bool by_colmap =
+      std::any_of(values.begin(), values.end(), [&](const auto& entry) { return IsColmapOnly(entry.first); });
   std::vector<std::string> unknown, unset;
   for (auto& [key, value] : values) {
-    const Option* option = Find(key);
+    const phi::Option* option = options_.Find(key);
     const auto is_value = [&, v = value](const std::string& other) { return SameValue(v, other); };
-    if (!option) {
+    if (IsColmapOnly(key)) {
+      if (!is_value(only_colmap_.at(key).colmap_default)) chosen.emplace_back(key, value);
+    } else if (option == nullptr) {
       unknown.push_back(key);
-    } else if (by_colmap &&
-               std::any_of(option->colmap_defaults.begin(), option->colmap_defaults.end(), is_value)) {
-      if (!option->only_colmap) unset.push_back(key);
+    } else if (by_colmap && std::any_of(option->colmap_defaults().begin(), option->colmap_defaults().end(), is_value)) {
+      unset.push_back(key);
     } else {
       chosen.emplace_back(key, value);
     }
@@ -319,15 +170,23 @@ OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& 
   return chosen;
 }
 
-void OptionParser::Assign(Option& option, const std::string& value, const std::string& origin) {
+std::vector<std::string> OptionParser::AllNames() const {
+  std::vector<std::string> names;
+  for (const phi::Option& option : options_) names.push_back(option.name());
+  for (const auto& [name, colmap] : only_colmap_) names.push_back(name);
+  return names;
+}
+
+void OptionParser::Assign(const std::string& name, const std::string& value, const std::string& origin) {
+  set_.insert(name);
+  if (IsColmapOnly(name)) return;
   try {
-    option.assign(value);
+    options_.Find(name)->Assign(value);
   } catch (const std::invalid_argument& rule) {
-    const std::string message = "--" + option.name + " is '" + value + "', but must be " + rule.what();
+    const std::string message = "--" + name + " is '" + value + "', but must be " + rule.what();
     if (origin.empty()) throw phi::UsageError(message);
     throw phi::InputError(origin + ": " + message);
   }
-  set_.insert(option.name);
 }
 
 bool OptionParser::Parse(int argc, const char* const* argv) {
@@ -339,18 +198,19 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   }
   for (const auto& [name, value] : command_line) {
     if (name == "project_path" || name == "log_level" || name == "log_timestamps")
-      Assign(*Find(name), value, "");
+      Assign(name, value, "");
   }
   ApplyLogOptions();
   if (!project_path_.empty()) {
     for (const auto& [name, value] : ReadProjectFile(project_path_)) {
-      if (name != "project_path") Assign(*Find(name), value, project_path_.string());
+      if (name != "project_path") Assign(name, value, project_path_.string());
     }
   }
-  for (const auto& [name, value] : command_line) Assign(*Find(name), value, "");
+  for (const auto& [name, value] : command_line) Assign(name, value, "");
   ApplyLogOptions();
   ApplyPreset();
   CheckRequired();
+  if (const std::string problem = options_.Check(); !problem.empty()) throw phi::UsageError(problem);
   WarnColmapOnly();
   LogEffectiveValues();
   return true;
@@ -362,18 +222,16 @@ void OptionParser::ApplyLogOptions() const {
 }
 
 void OptionParser::CheckRequired() const {
-  for (const Option& option : options_) {
-    if (option.required && (!IsSet(option.name) || option.print().empty())) {
-      throw phi::UsageError("--" + option.name + " is required; see `phimvs " + command_ + " --help`");
+  for (const phi::Option& option : options_) {
+    if (option.required() && (!IsSet(option.name()) || option.Text().empty())) {
+      throw phi::UsageError("--" + option.name() + " is required; see `phimvs " + command_ + " --help`");
     }
   }
 }
 
 void OptionParser::WarnColmapOnly() const {
-  for (const Option& option : options_) {
-    if (option.only_colmap && IsSet(option.name)) {
-      phi::LogWarning("--" + option.name + " has no effect: " + option.help);
-    }
+  for (const auto& [name, colmap] : only_colmap_) {
+    if (IsSet(name)) phi::LogWarning("--" + name + " has no effect: " + colmap.why);
   }
 }
 
@@ -385,9 +243,7 @@ void OptionParser::WarnWithoutEffect(const std::vector<std::string>& names, cons
 
 std::map<std::string, std::string> OptionParser::EffectiveValues() const {
   std::map<std::string, std::string> values;
-  for (const Option& option : options_) {
-    if (!option.only_colmap) values[option.name] = option.print();
-  }
+  for (const phi::Option& option : options_) values[option.name()] = option.Text();
   return values;
 }
 
@@ -401,11 +257,11 @@ void OptionParser::LogEffectiveValues() const {
     phi::LogDebug((group.empty() ? "options" : "options " + group) + ":" + line);
   }
   std::string chosen;
-  for (const Option& option : options_) {
-    const bool tells_nothing = option.only_colmap || option.required || option.name == "project_path" ||
-                               option.name.starts_with("log_");
-    if (!tells_nothing && IsSet(option.name) && option.print() != option.default_text)
-      chosen += " --" + option.name + " " + option.print();
+  for (const phi::Option& option : options_) {
+    const bool tells_nothing =
+        option.required() || option.name() == "project_path" || option.name().starts_with("log_");
+    if (!tells_nothing && IsSet(option.name()) && option.Text() != option.default_text())
+      chosen += " --" + option.name() + " " + option.Text();
   }
   if (!chosen.empty()) phi::LogInfo("options:" + chosen);
 }
@@ -414,24 +270,20 @@ void OptionParser::PrintHelp() const {
   const int columns = std::clamp(TerminalColumns(STDOUT_FILENO), kNarrowestHelp, kWidestHelp);
   const int description_columns = columns * 5 / 8;  // long names have lines of their own
   std::map<std::string, po::options_description> groups;
-  for (const Option& option : options_) {
-    if (option.only_colmap) continue;
-    const std::string group = GroupOf(option.name);
-    auto it =
-        groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
+  for (const phi::Option& option : options_) {
+    const std::string group = GroupOf(option.name());
+    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
     auto* value = po::value<std::string>();
-    if (!option.default_text.empty()) value->default_value(option.default_text);
-    std::string help = option.help;
-    if (!option.unit.empty()) help += " [" + option.unit + "]";
-    if (option.required) help += " (required)";
-    it->second.add_options()(option.name.c_str(), value, help.c_str());
+    if (!option.default_text().empty()) value->default_value(option.default_text());
+    std::string help = option.help();
+    if (!option.unit().empty()) help += " [" + option.unit() + "]";
+    if (option.required()) help += " (required)";
+    it->second.add_options()(option.name().c_str(), value, help.c_str());
   }
   std::cout << WrapText("phimvs " + command_ + ": " + summary_, columns, 2) << "\n";
   for (const auto& [group, description] : groups) std::cout << "\n" << description;
   std::string only_colmap = " ";
-  for (const Option& option : options_) {
-    if (option.only_colmap) only_colmap += " --" + option.name;
-  }
+  for (const auto& [name, colmap] : only_colmap_) only_colmap += " --" + name;
   std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n"
             << WrapText(only_colmap, columns, 2) << std::endl;
 }

@@ -7,6 +7,7 @@
 
 #include "colmap_ext/cli/fusion_options.h"
 #include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/fusion/cloud_output.h"
 
 namespace colmap_ext {
 
@@ -14,10 +15,8 @@ namespace colmap_ext {
 int EstimateMaps(const StereoCommandOptions& options,
                  const std::map<std::string, std::string>& effective_options);
 
-enum class CloudType { kPly, kBinary, kText };
-
-// output: the file, or the folder of a sparse model. Returns the exit code.
-int FuseMaps(FusionCommandOptions options, const std::filesystem::path& output, CloudType type);
+// output: resolved. Returns the exit code.
+int FuseMaps(FusionCommandOptions options, const CloudOutput& output);
 
 // Of the options of both, for the report.
 std::map<std::string, std::string> DefaultOptions();

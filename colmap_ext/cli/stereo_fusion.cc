@@ -6,7 +6,6 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/steps.h"
-#include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/progress.h"
@@ -15,14 +14,6 @@
 
 namespace colmap_ext {
 namespace {
-
-std::unique_ptr<CloudWriter> MakeWriter(const Workspace& workspace, const std::filesystem::path& path,
-                                        CloudType type) {
-  if (type == CloudType::kPly)
-    return MakePlyCloudWriter({.path = path, .offset = ChooseWorldOffset(workspace)});
-  return MakeSparseCloudWriter(workspace.model(), path,
-                               type == CloudType::kBinary ? SparseFormat::kBinary : SparseFormat::kText);
-}
 
 void LogReport(const SceneFusionReport& report, const std::filesystem::path& path, double seconds) {
   const std::string smoothing = DescribeSmoothing(report);
@@ -41,20 +32,19 @@ void LogReport(const SceneFusionReport& report, const std::filesystem::path& pat
 
 }  // namespace
 
-int FuseMaps(FusionCommandOptions options, const std::filesystem::path& output, CloudType type) {
+int FuseMaps(FusionCommandOptions options, const CloudOutput& output) {
   const auto begin = std::chrono::steady_clock::now();
-  options.fusion.scratch_folder = type == CloudType::kPly ? output.parent_path() : output;
+  options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
   const Workspace workspace(options.workspace);
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }
-  const std::unique_ptr<CloudWriter> writer = MakeWriter(workspace, output, type);
+  const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   const SceneFusionReport report = FuseScene(workspace, options.fusion, writer.get());
   writer->Commit();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
-  if (type == CloudType::kPly)
-    WriteFileAtomically(output.string() + ".json", FusionJson(report, elapsed.count()));
-  LogReport(report, output, elapsed.count());
+  if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
+  LogReport(report, output.path, elapsed.count());
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +
@@ -64,18 +54,16 @@ int FuseMaps(FusionCommandOptions options, const std::filesystem::path& output, 
 
 int RunStereoFusion(int argc, char** argv) {
   FusionCommandOptions options;
-  std::filesystem::path output_path;
-  CloudType output_type = CloudType::kPly;
+  CloudOutput output;
   OptionParser parser("stereo_fusion", "Fuse depth and normal maps into a coloured point cloud");
-  parser.Add("output_path", &output_path, "The .ply file, or the folder of a sparse model for BIN and TXT")
+  parser.Add("output_path", &output.path, "The .ply or .las file, or the folder of a sparse model for BIN and TXT")
       .Required();
-  parser.AddChoice("output_type", &output_type,
-                   {{"PLY", CloudType::kPly}, {"BIN", CloudType::kBinary}, {"TXT", CloudType::kText}},
-                   "Format; BIN and TXT: COLMAP's sparse model with the cloud as its points");
+  parser.Append(output.List());
   options.Register(&parser);
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   options.Finish(parser);
-  return FuseMaps(options, output_path, output_type);
+  output.Resolve();
+  return FuseMaps(options, output);
 }
 
 }  // namespace colmap_ext

@@ -16,8 +16,6 @@ struct StereoCommandOptions {
   std::filesystem::path config_path;  // empty: stereo/patch-match.cfg of the workspace
   BackendOptions backend;
   PipelineOptions pipeline;
-  double cache_gigabytes = 32;
-  double filter_min_ncc = -1;  // <= -1: off
 
   // Adds --PatchMatchStereo.*, --PhiStereo.*, --PhiInference.* and --overwrite.
   void Register(OptionParser* parser);
@@ -27,12 +25,8 @@ struct StereoCommandOptions {
   void Finish(const OptionParser& parser);
 
  private:
-  void RegisterWorkspace(OptionParser* parser);
-  void RegisterDevices(OptionParser* parser);
-  void RegisterEstimation(OptionParser* parser);
-  void RegisterWindow(OptionParser* parser);
-  void RegisterFilter(OptionParser* parser);
-  void RegisterInference(OptionParser* parser);
+  // Workspace, list of images and devices.
+  void RegisterInput(OptionParser* parser);
   void RegisterColmapOnly(OptionParser* parser);
   void RegisterPreset(OptionParser* parser);
   void ApplyFormulas(const OptionParser& parser);

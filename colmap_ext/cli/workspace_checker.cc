@@ -4,7 +4,6 @@
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
-#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/workspace_check.h"
 #include "phi/base/error.h"
 
@@ -14,19 +13,16 @@ int RunWorkspaceChecker(int argc, char** argv) {
   WorkspaceOptions options;
   std::filesystem::path config_path;
   OptionParser parser("workspace_checker", "List every problem of an undistorted COLMAP workspace");
-  parser
-      .Add("workspace_path", &options.path, "Folder that colmap image_undistorter wrote, or the one above it")
-      .Required();
-  parser.Add("workspace_format", &options.format, "Only COLMAP");
+  parser.Append(options.FolderList());
   parser.Add("config_path", &config_path, "List of reference images; empty: stereo/patch-match.cfg");
   parser
       .Add("PatchMatchStereo.max_image_size", &options.max_image_size,
            "Longest side of the working resolution, for the estimate of disk space; -1: full size")
-      .Unit("pixels");
+      .Unit("pixels")
+      .AtLeast(-1);
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   options.path = FindWorkspaceFolder(options.path);
 
-  CheckMaxImageSize("PatchMatchStereo.max_image_size", options.max_image_size);
   const WorkspaceReport report = CheckWorkspace(options, config_path);
   for (const std::string& error : report.errors) std::cout << "error: " << error << "\n";
   for (const std::string& warning : report.warnings) std::cout << "warning: " << warning << "\n";

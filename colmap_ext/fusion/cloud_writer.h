@@ -2,9 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "colmap_ext/sparse_model.h"
 #include "phi/fusion/image_fusion.h"
@@ -23,13 +26,27 @@ struct PlyCloudOptions {
   std::filesystem::path path;
   // Subtracted from all points, world units; other than zero it is written as `comment offset X Y Z`.
   std::array<double, 3> offset{0, 0, 0};
+  bool in_doubles = false;  // x, y and z, where even so single precision is too coarse
   // Points after these go to numbered files: NAME_2.ply, NAME_3.ply. Many readers count in 32 bits.
   std::uint64_t max_points_per_file = 0xffffffffu;
 };
 
-// Vertices: float x y z nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it PATH.vis: uint64
+// Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it PATH.vis: uint64
 // count, then per point uint32 n and the n uint32 indices of the images that see it, in the model's order.
 std::unique_ptr<CloudWriter> MakePlyCloudWriter(const PlyCloudOptions& options);
+
+struct LasCloudOptions {
+  std::filesystem::path path;
+  // Points are written as whole multiples of the scale from the offset, 32 bits each; world units.
+  double scale = 0.001;
+  std::array<double, 3> offset{0, 0, 0};
+  std::string crs;  // WKT of the world's coordinate system, at most kMaxCrsBytes; empty: none
+};
+inline constexpr std::size_t kMaxCrsBytes = 65534;  // of a LAS record, but for its final zero
+
+// LAS 1.4, point format 7: position, colour in 16 bits, extra bytes `views` (16 bits, saturating) and `inferred`. Points that
+// 32 bits do not reach are left out, and a warning says how many.
+std::unique_ptr<CloudWriter> MakeLasCloudWriter(const LasCloudOptions& options);
 
 enum class SparseFormat { kBinary, kText };
 
@@ -37,5 +54,17 @@ enum class SparseFormat { kBinary, kText };
 // `model` must outlive the writer.
 std::unique_ptr<CloudWriter> MakeSparseCloudWriter(const SparseModel& model,
                                                    const std::filesystem::path& folder, SparseFormat format);
+
+struct TileOptions {
+  std::filesystem::path path;          // of the whole cloud, NAME.ply or NAME.las: tiles are NAME_COLUMN_ROW.*
+  double size = 0;                     // of a tile's sides along x and y, world units
+  std::array<double, 2> origin{0, 0};  // a corner of the tile 0, 0; world units
+};
+
+// A file for each square of x and y that has points, made by `make_writer(path)`, and NAME.tiles.json, which lists them with
+// their bounds and numbers of points. Throws phi::InputError for more tiles than files that can be open.
+std::unique_ptr<CloudWriter> MakeTiledCloudWriter(
+    const TileOptions& options,
+    std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer);
 
 }  // namespace colmap_ext

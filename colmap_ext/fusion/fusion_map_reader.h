@@ -11,10 +11,9 @@
 namespace colmap_ext {
 
 struct FusionInput {
-  std::string kind{kGeometric};  // --input_type: the maps' kind
-  std::filesystem::path
-      mask_path;          // --StereoFusion.mask_path: folder of <image name>.png, 0 = leave out; may be empty
-  bool downsize = false;  // read maps at most at the workspace's working resolution
+  std::string kind{kGeometric};     // the maps'
+  std::filesystem::path mask_path;  // folder of <image name>.png, 0 = leave out; may be empty
+  bool downsize = false;            // read maps at most at the workspace's working resolution
 };
 
 class FusionMapReader {

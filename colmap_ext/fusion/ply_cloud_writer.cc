@@ -15,11 +15,14 @@
 namespace colmap_ext {
 namespace {
 
-const std::vector<PlyVertexProperty> kProperties = {
-    {"float", "x"},    {"float", "y"},     {"float", "z"},       {"float", "nx"},
-    {"float", "ny"},   {"float", "nz"},    {"uchar", "red"},     {"uchar", "green"},
-    {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"}};
-constexpr std::size_t kRowBytes = 6 * sizeof(float) + 5;
+constexpr std::size_t kBytesAfterPosition = 3 * sizeof(float) + 5;
+
+std::vector<PlyVertexProperty> Properties(bool in_doubles) {
+  const std::string_view position = in_doubles ? "double" : "float";
+  return {{position, "x"},   {position, "y"},    {position, "z"},     {"float", "nx"},
+          {"float", "ny"},   {"float", "nz"},    {"uchar", "red"},    {"uchar", "green"},
+          {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"}};
+}
 
 // The .vis file: its count, too, is completed at the end.
 class VisibilityFile {
@@ -91,25 +94,34 @@ class PlyCloudWriter : public CloudWriter {
       line << "offset " << offset[0] << " " << offset[1] << " " << offset[2];
       comments.push_back(line.str());
     }
-    files_.push_back({std::make_unique<PlyWriter>(path, kProperties, comments),
+    files_.push_back({std::make_unique<PlyWriter>(path, Properties(options_.in_doubles), comments),
                       std::make_unique<VisibilityFile>(path.string() + ".vis")});
   }
 
   void WriteRows(const phi::FusedBlock& block, std::size_t begin, std::size_t end, File* file) {
+    if (options_.in_doubles) {
+      WriteRowsAs<double>(block, begin, end, file);
+    } else {
+      WriteRowsAs<float>(block, begin, end, file);
+    }
+  }
+
+  template <typename Coordinate>
+  void WriteRowsAs(const phi::FusedBlock& block, std::size_t begin, std::size_t end, File* file) {
+    constexpr std::size_t kRowBytes = 3 * sizeof(Coordinate) + kBytesAfterPosition;
     rows_.resize((end - begin) * kRowBytes);
     unsigned char* row = rows_.data();
     for (std::size_t i = begin; i < end; ++i, row += kRowBytes) {
       const phi::FusedPoint& point = block.points[i];
-      float values[6];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        values[axis] = static_cast<float>(point.xyz[axis] - options_.offset[axis]);
-        values[3 + axis] = point.normal[axis];
-      }
+      Coordinate position[3];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        position[axis] = static_cast<Coordinate>(point.xyz[axis] - options_.offset[axis]);
       const unsigned char bytes[5] = {
           point.rgb[0], point.rgb[1], point.rgb[2],
           static_cast<unsigned char>(std::min<std::uint32_t>(block.view_counts[i], 255)), point.inferred};
-      std::memcpy(row, values, sizeof(values));
-      std::memcpy(row + sizeof(values), bytes, sizeof(bytes));
+      std::memcpy(row, position, sizeof(position));
+      std::memcpy(row + sizeof(position), point.normal, sizeof(point.normal));
+      std::memcpy(row + sizeof(position) + sizeof(point.normal), bytes, sizeof(bytes));
     }
     file->cloud->WriteVertices(rows_.data(), rows_.size(), end - begin);
   }

@@ -298,26 +298,4 @@ SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions
   return arena.execute([&] { return SceneFuser(workspace, options, writer).Run(); });
 }
 
-std::array<double, 3> ChooseWorldOffset(const Workspace& workspace) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  double farthest = 0;
-  for (const phi::SceneView& view : workspace.views()) {
-    mean += view.camera.pose.Center() / static_cast<double>(workspace.views().size());
-    farthest = std::max(farthest, view.camera.pose.Center().cwiseAbs().maxCoeff());
-  }
-  // Distance of the sparse points from the cameras: a pixel is about a thousandth of it.
-  std::vector<double> distances;
-  for (const SparsePoint& point : workspace.model().points) {
-    double nearest = std::numeric_limits<double>::max();
-    nearest = (point.xyz - mean).norm();
-    distances.push_back(nearest);
-  }
-  if (distances.empty()) return {0, 0, 0};
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  constexpr double kSinglePrecision = 1.0 / (1 << 24), kNegligible = 1e-5;
-  if (farthest * kSinglePrecision <= kNegligible * *middle) return {0, 0, 0};
-  return {std::round(mean.x()), std::round(mean.y()), std::round(mean.z())};
-}
-
 }  // namespace colmap_ext

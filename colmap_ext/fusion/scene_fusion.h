@@ -18,12 +18,16 @@ namespace colmap_ext {
 struct SceneFusionOptions {
   phi::FusionOptions rule;
   FusionInput input;
-  std::optional<phi::BoundingBox> box;  // --bbox_path
-  int num_threads = -1;                 // --StereoFusion.num_threads; <= 0: all
-  int max_neighbors =
-      50;  // --StereoFusion.check_num_images: images that each image is compared with; -1: all
-  double max_memory_gb = 0;              // --PhiFusion.max_memory_gb; 0: half of the computer's
+  std::optional<phi::BoundingBox> box;
+  int num_threads = -1;                  // <= 0: all
+  int max_neighbors = 50;                // images that each image is compared with; -1: all
+  double max_memory_gb = 0;              // 0: half of the computer's
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
+
+  // All but the box, the rule's and the input's included.
+  phi::OptionList List();
+  // An empty string, or one sentence naming option, value and rule.
+  std::string Check() const;
 };
 
 struct SceneFusionReport {
@@ -38,9 +42,5 @@ struct SceneFusionReport {
 // Throws phi::InputError when no image has maps that can be read. Does not commit the writer.
 SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
                             CloudWriter* writer);
-
-// Subtracted from the points of a PLY file, whose single precision would otherwise be too coarse for a world so far
-// from its origin; zero for most scenes. World units.
-std::array<double, 3> ChooseWorldOffset(const Workspace& workspace);
 
 }  // namespace colmap_ext

@@ -34,6 +34,28 @@ Backends MakeCpu(const BackendOptions& options) {
 
 }  // namespace
 
+phi::OptionList BackendOptions::List() {
+  constexpr const char* kSameMaps = "the maps are the same";
+  phi::OptionList list;
+  list.AddChoice<BackendKind>(
+          "PhiStereo.backend", &kind,
+          {{"auto", BackendKind::kAuto}, {"cuda", BackendKind::kCuda}, {"cpu", BackendKind::kCpu}},
+          "Where to compute; auto = on the GPUs, or on the CPU where there is none")
+      .NotInKey("a GPU's maps are as good as the CPU's");
+  list.Add("PatchMatchStereo.gpu_index", &gpu_index, "GPUs to use: -1 = all, or a list such as 0,1")
+      .ColmapDefault("-1")
+      .NotInKey(kSameMaps);
+  list.Add("PhiStereo.device_memory", &device_memory_gigabytes,
+           "Memory to use on each GPU; -1 = what is free. With little the run is slower, the maps are the same")
+      .Unit("GB")
+      .NotInKey(kSameMaps);
+  list.Add("PatchMatchStereo.num_threads", &num_threads, "Threads of the CPU; -1 = all cores")
+      .ColmapDefault("-1")
+      .Between(-1, phi::kMaxThreads)
+      .NotInKey(kSameMaps);
+  return list;
+}
+
 std::vector<int> ParseGpuIndices(const std::string& text) {
   std::vector<int> indices;
   std::stringstream parts(text);

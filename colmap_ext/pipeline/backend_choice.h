@@ -14,8 +14,10 @@ enum class BackendKind { kAuto, kCuda, kCpu };
 struct BackendOptions {
   BackendKind kind = BackendKind::kAuto;
   std::string gpu_index = "-1";         // COLMAP's spelling: -1 = all GPUs, or 0,1,...
-  double device_memory_gigabytes = -1;  // --PhiStereo.device_memory, on each GPU; -1 = what is free
+  double device_memory_gigabytes = -1;  // on each GPU; -1 = what is free
   int num_threads = -1;                 // of the CPU backend; <= 0: all
+
+  phi::OptionList List();
 };
 
 // "0,1" -> {0, 1}; "-1" -> {-1}. Throws phi::UsageError.

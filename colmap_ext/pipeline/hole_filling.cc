@@ -9,22 +9,27 @@
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
-#include "phi/base/utc_time.h"
 
 namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
-constexpr int kNumWriters = 2;
 constexpr double kFilterWeight = 0.1;  // its time relative to inference, for the first guess of the time left
 
-double SecondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 phi::SparseDepth NoSparseDepth(int) { return {}; }  // nothing is estimated here
+
+// The first one is there already.
+std::vector<Stage> FillingStages(const PipelineOptions& options) {
+  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
+  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
+  const Stage inferred{.kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
+  geometric.kind = StageKind::kFilter;
+  geometric.has_mask = true;
+  geometric.weight = kFilterWeight;
+  return {measured, inferred, geometric};
+}
 
 }  // namespace
 
@@ -35,46 +40,25 @@ HoleFilling::HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs,
     : workspace_(workspace),
       options_(options),
       jobs_(std::move(jobs)),
-      backends_(backends),
-      record_(workspace.StereoFolder()),
-      store_(workspace, options.cache_bytes, kNumWriters),
-      tasks_(workspace_, jobs_, options_, NoSparseDepth, &store_),
+      runner_(workspace_, jobs_, options_, NoSparseDepth, backends),
       keys_(jobs_.size()) {
-  record_.SetOptions(effective_options, record_.options_hash());
+  runner_.record().SetOptions(effective_options, runner_.record().options_hash());
 }
 
 RunSummary HoleFilling::Run() {
+  using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
-  summary_.num_images = static_cast<int>(jobs_.size());
   FindMeasuredMaps();
-  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
-  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  RunStages(FillingStages(options_));
   if (options_.inference.mode == phi::InferenceMode::kOff) {
-    RunStages({measured, geometric});
     for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
-  } else {
-    const Stage inferred{
-        .kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
-    geometric.kind = StageKind::kFilter;
-    geometric.weight = kFilterWeight;
-    RunStages({measured, inferred, geometric});
   }
-  store_.Drain();
-  for (std::size_t j = 0; j < jobs_.size(); ++j) store_.RemoveFiles(jobs_[j].image, "inferred");
-  Summarize(SecondsSince(begin));
-  record_.AddRun(SummaryJson(summary_, phi::UtcNow()));
-  record_.Compact();
-  return summary_;
-}
-
-void HoleFilling::Summarize(double seconds) {
-  summary_.seconds = seconds;
-  summary_.inference = tasks_.Inference();
-  summary_.peak_host_bytes = PeakHostBytes();
-  summary_.peak_cache_bytes = store_.cache().peak_bytes();
-  summary_.bytes_written = store_.writers().bytes_written();
-  summary_.write_seconds = store_.writers().busy_seconds();
-  for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));
+  runner_.End();
+  for (const ImageJob& job : jobs_) runner_.store().RemoveFiles(job.image, "inferred");
+  runner_.summary().seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  runner_.AddToRecord();
+  runner_.record().Compact();
+  return runner_.summary();
 }
 
 void HoleFilling::FindMeasuredMaps() {
@@ -104,9 +88,9 @@ void HoleFilling::FindMeasuredMaps() {
 // Else it is another program's. The mask tells where phimvs.json was lost.
 bool HoleFilling::GeometricMapIsOurs(int job) const {
   const int image = jobs_[job].image;
-  const TaskRecord* record = record_.Find(NameOf(job), std::string(kGeometric));
+  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kGeometric));
   if (record == nullptr) return fs::exists(workspace_.FilledMaskPath(image));
-  return store_.Inspect(image, std::string(kGeometric), false, false, record).foreign.empty();
+  return runner_.store().Inspect(image, std::string(kGeometric), false, false, record).foreign.empty();
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.
@@ -119,10 +103,10 @@ std::shared_ptr<const phi::Mask> HoleFilling::NoMask(int job) const {
 bool HoleFilling::ImportMeasuredMap(int job) {
   const int image = jobs_[job].image;
   const std::string measured(kMeasured), geometric(kGeometric);
-  const bool has_measured = store_.MapsAreWhole(image, measured);
-  const bool has_foreign = !GeometricMapIsOurs(job) && store_.MapsAreWhole(image, geometric);
+  const bool has_measured = runner_.store().MapsAreWhole(image, measured);
+  const bool has_foreign = !GeometricMapIsOurs(job) && runner_.store().MapsAreWhole(image, geometric);
   if (!has_foreign) {
-    if (has_measured && !store_.HasMask(image, measured)) store_.Save(image, measured, {.mask = NoMask(job)});
+    if (has_measured && !runner_.store().HasMask(image, measured)) runner_.store().Save(image, measured, {.mask = NoMask(job)});
     return has_measured;
   }
   if (!options_.overwrite) {
@@ -131,78 +115,36 @@ bool HoleFilling::ImportMeasuredMap(int job) {
                           "originals are kept, and --restore true puts them back");
   }
   KeepOriginalMaps(workspace_, image);
-  store_.Save(image, measured, {.mask = NoMask(job)});
+  runner_.store().Save(image, measured, {.mask = NoMask(job)});
   return true;
 }
 
 void HoleFilling::Fail(int job, const std::string& stage, const std::string& message) {
-  phi::LogError(message);
-  summary_.failures.push_back({NameOf(job), stage, message});
+  runner_.Fail(job, stage, message);
   keys_[job].clear();
 }
 
-// The first one is there already.
 void HoleFilling::RunStages(const std::vector<Stage>& stages) {
-  std::vector<ProgressStage> progress_stages;
-  for (const Stage& stage : stages) {
-    progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
-  }
-  progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
-  const auto has_key = [](const std::string& key) { return !key.empty(); };
-  const auto num_images = std::count_if(keys_.begin(), keys_.end(), has_key);
+  runner_.Begin(stages);
   for (std::size_t s = 1; s < stages.size(); ++s) {
-    progress_->SetNumTasks(static_cast<int>(s), static_cast<int>(num_images));
+    const auto num_images = std::count_if(keys_.begin(), keys_.end(), [](const auto& key) { return !key.empty(); });
+    runner_.progress().SetNumTasks(static_cast<int>(s), static_cast<int>(num_images));
   }
   for (std::size_t s = 1; s < stages.size(); ++s) {
-    progress_->BeginStage(static_cast<int>(s));
-    RunStage(stages[s], stages[s - 1]);
-  }
-  progress_.reset();
-}
-
-void HoleFilling::RunStage(const Stage& stage, const Stage& previous) {
-  std::vector<int> pending;
-  std::vector<RunRecord::Task> names;
-  std::vector<std::string> keys;
-  for (std::size_t j = 0; j < jobs_.size(); ++j) {
-    if (keys_[j].empty()) continue;
-    pending.push_back(static_cast<int>(j));
-    names.emplace_back(NameOf(static_cast<int>(j)), stage.result);
-    keys.push_back(std::string(kFillingKey) + keys_[j]);
-  }
-  if (!stage.transient) record_.Begin(names, keys);
-  const Clock::time_point begin = Clock::now();
-  const auto failures = RunTasks(pending, backends_, [&](int job, phi::Backend& backend) {
-    const Clock::time_point task_begin = Clock::now();
-    ProgressLine::Task progress(progress_.get());
-    TaskRecord record;
-    const StageResult result = tasks_.Run(stage, &previous, keys_, job, backend, &progress, &record.warnings);
-    for (const std::string& warning : record.warnings) {
-      phi::LogWarning("image " + NameOf(job) + ": " + warning);
+    std::vector<int> pending;
+    std::vector<std::string> result_keys(jobs_.size());
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      if (keys_[j].empty()) continue;
+      pending.push_back(static_cast<int>(j));
+      result_keys[j] = std::string(kFillingKey) + keys_[j];
     }
-    record.state = "done";
-    record.key = std::string(kFillingKey) + keys_[job];
-    record.seconds = SecondsSince(task_begin);
-    Save(stage, job, result, record);
-  });
-  for (const ImageJob& job : jobs_) store_.Forget(job.image, previous.result);
-  summary_.stages.push_back({.name = stage.result});
-  summary_.stages.back().num_made = static_cast<int>(pending.size() - failures.size());
-  summary_.stages.back().seconds = SecondsSince(begin);
-  for (const TaskFailure& failure : failures) Fail(failure.task, stage.result, failure.message);
-}
-
-void HoleFilling::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {
-  if (stage.transient) {
-    store_.KeepTransient(jobs_[job].image, stage.result, result);
-    return;
+    const StageWork work{.stage = stages[s],
+                         .previous = &stages[s - 1],
+                         .input_keys = keys_,
+                         .pending = pending,
+                         .keys = result_keys};
+    for (const int job : runner_.Run(static_cast<int>(s), work)) keys_[job].clear();
   }
-  store_.Write(jobs_[job].image, stage.result, result,
-               [this, task = RunRecord::Task(NameOf(job), stage.result),
-                record = record](const std::vector<FileIdentity>& files) mutable {
-                 record.files = files;
-                 record_.Finish(task, record);
-               });
 }
 
 }  // namespace colmap_ext

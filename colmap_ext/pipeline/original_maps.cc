@@ -39,23 +39,39 @@ bool IsFilledForeign(const Workspace& workspace, const RunRecord& record, int im
          IsOneOf(workspace.DepthMapPath(image, kGeometric), geometric->files);
 }
 
-bool HasMaps(const Workspace& workspace, int image, std::string_view kind) {
-  return fs::exists(workspace.DepthMapPath(image, kind)) && fs::exists(workspace.NormalMapPath(image, kind));
-}
-
 void RemoveMaps(const Workspace& workspace, int image, std::string_view kind) {
   fs::remove(workspace.DepthMapPath(image, kind));
   fs::remove(workspace.NormalMapPath(image, kind));
 }
 
+// The depth map decides whose an image is (IsFilledForeign) and comes last: after a kill at any point, the same again does
+// the rest. False where what was kept is no longer there.
+bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
+  const bool differed = fs::exists(workspace.DepthMapPath(image, kOriginal));
+  const std::string_view kept = differed ? kOriginal : kMeasured;
+  if (!fs::exists(workspace.DepthMapPath(image, kept))) return false;
+  const fs::path normals = workspace.NormalMapPath(image, kGeometric);
+  if (fs::exists(workspace.NormalMapPath(image, kept))) {
+    fs::rename(workspace.NormalMapPath(image, kept), normals);
+  } else if (IsOneOf(normals, record.Find(workspace.views()[image].name, std::string(kGeometric))->files)) {
+    return false;
+  }
+  if (differed) RemoveMaps(workspace, image, kMeasured);
+  fs::remove(workspace.FilledMaskPath(image));
+  fs::remove(workspace.FilledMaskPath(image, kMeasured));
+  fs::rename(workspace.DepthMapPath(image, kept), workspace.DepthMapPath(image, kGeometric));
+  return true;
+}
+
 }  // namespace
 
 void KeepOriginalMaps(const Workspace& workspace, int image) {
-  phi::PlaneMap map = ReadPlaneMap(workspace.DepthMapPath(image, kGeometric),
-                                   workspace.NormalMapPath(image, kGeometric));
+  phi::PlaneMap map =
+      ReadPlaneMap(workspace.DepthMapPath(image, kGeometric), workspace.NormalMapPath(image, kGeometric));
   const auto is_negative = [](const phi::PlaneHypothesis& h) { return h.depth < 0; };
   if (std::none_of(map.begin(), map.end(), is_negative)) {
     GiveSecondName(workspace, image, kMeasured);
+    RemoveMaps(workspace, image, kOriginal);  // of maps that these replaced
     return;
   }
   // A negative depth is none there; in ours it would be a doubtful one.
@@ -69,14 +85,7 @@ int RestoreOriginalMaps(const Workspace& workspace, const std::vector<ImageJob>&
   int num_restored = 0;
   for (const ImageJob& job : jobs) {
     const std::string& name = workspace.views()[job.image].name;
-    if (!IsFilledForeign(workspace, record, job.image)) continue;
-    const std::string_view kept = HasMaps(workspace, job.image, kOriginal) ? kOriginal : kMeasured;
-    if (!HasMaps(workspace, job.image, kept)) continue;
-    fs::rename(workspace.DepthMapPath(job.image, kept), workspace.DepthMapPath(job.image, kGeometric));
-    fs::rename(workspace.NormalMapPath(job.image, kept), workspace.NormalMapPath(job.image, kGeometric));
-    RemoveMaps(workspace, job.image, kMeasured);
-    fs::remove(workspace.FilledMaskPath(job.image));
-    fs::remove(workspace.FilledMaskPath(job.image, kMeasured));
+    if (!IsFilledForeign(workspace, record, job.image) || !PutBack(workspace, record, job.image)) continue;
     record.Forget({name, std::string(kGeometric)});
     ++num_restored;
   }

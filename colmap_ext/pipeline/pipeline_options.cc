@@ -2,23 +2,88 @@
 
 #include <algorithm>
 
+#include "colmap_ext/byte_count.h"
+#include "colmap_ext/pipeline/run_summary.h"
+
 namespace colmap_ext {
+namespace {
+
+constexpr double kDefaultCacheShare = 0.5, kMaxDefaultCacheGigabytes = 32;
+
+}  // namespace
+
+phi::OptionList PipelineOptions::EstimationList() {
+  phi::OptionList list;
+  list.Add("PatchMatchStereo.depth_min", &depth_min, "Nearest depth; -1 = from the sparse points")
+      .Unit("world units")
+      .ColmapDefault("-1");
+  list.Add("PatchMatchStereo.depth_max", &depth_max, "Farthest depth; -1 = from the sparse points")
+      .Unit("world units")
+      .ColmapDefault("-1");
+  list.Add("PhiStereo.num_guided_passes", &num_guided_passes,
+           "How many of the iterations, the last ones, are guided by the other images' maps")
+      .Between(0, 10);
+  return list;
+}
+
+phi::OptionList PipelineOptions::RunList() {
+  constexpr const char* kChoosesStages = "it decides which stages there are";
+  constexpr const char* kSameMaps = "the maps are the same";
+  phi::OptionList list;
+  list.Add("overwrite", &overwrite, "Replace maps that another program made").NotInKey(kSameMaps);
+  list.Add("PatchMatchStereo.allow_missing_files", &allow_missing_files,
+           "Leave out images whose file is missing; false = they fail (exit code 4), the others are done")
+      .ColmapDefault("0")
+      .NotInKey(kSameMaps);
+  list.Add("PatchMatchStereo.geom_consistency", &geom_consistency,
+           "true = filtered maps with filled holes (.geometric.bin); false = only photometric maps, nothing filled")
+      .ColmapDefault("1")
+      .NotInKey(kChoosesStages);
+  list.Add("PatchMatchStereo.filter", &filter_maps, "Remove depths that other images do not confirm")
+      .ColmapDefault("1")
+      .NotInKey(kChoosesStages);
+  list.Add("PhiStereo.write_cost_maps", &write_cost_maps, "Write the matching cost of each pixel to stereo/cost_maps")
+      .NotInKey("an estimation's key says whether the cost is kept");
+  list.Add("PatchMatchStereo.cache_size", &cache_gigabytes,
+           "Memory for images and maps between the stages; -1 = half of the machine's, at most 32")
+      .Unit("GB")
+      .ColmapDefault("32")
+      .NotInKey(kSameMaps);
+  return list;
+}
+
+phi::OptionList PipelineOptions::List() {
+  phi::OptionList list;
+  for (phi::OptionList part : {RunList(), view_selection.List(), EstimationList(), stereo.List(), filter.List(),
+                               inference.List()}) {
+    list.Append(std::move(part));
+  }
+  return list;
+}
+
+void PipelineOptions::SetFormulas(phi::Formulas formulas) {
+  view_selection.formulas = stereo.formulas = filter.formulas = inference.formulas = formulas;
+}
 
 int PipelineOptions::NumGuidedPasses() const {
   if (!geom_consistency) return 0;
   return std::min(num_guided_passes, stereo.num_iterations - 1);
 }
 
+std::int64_t PipelineOptions::CacheBytes() const {
+  if (cache_gigabytes > 0) return ByteCount(cache_gigabytes * kBytesPerGigabyte);
+  return ByteCount(std::min(kMaxDefaultCacheGigabytes * kBytesPerGigabyte,
+                            kDefaultCacheShare * static_cast<double>(AvailableHostBytes())));
+}
+
 std::string PipelineOptions::Check() const {
-  for (const std::string& problem :
-       {view_selection.Check(), stereo.Check(), filter.Check(), inference.Check()}) {
+  PipelineOptions copy = *this;
+  for (const std::string& problem : {copy.EstimationList().Check(), copy.RunList().Check(), view_selection.Check(),
+                                     stereo.Check(), filter.Check(), inference.Check()}) {
     if (!problem.empty()) return problem;
   }
-  if (num_guided_passes < 0 || num_guided_passes > 10) {
-    return "--PhiStereo.num_guided_passes is " + std::to_string(num_guided_passes) +
-           ", but must be between 0 and 10";
-  }
-  if (cache_bytes <= 0) return "--PatchMatchStereo.cache_size must be more than 0 gigabytes";
+  if (cache_gigabytes <= 0 && cache_gigabytes != -1)
+    return "--PatchMatchStereo.cache_size must be more than 0 gigabytes, or -1";
   if ((depth_min >= 0) != (depth_max >= 0)) {
     return "--PatchMatchStereo.depth_min and --PatchMatchStereo.depth_max must be given together";
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 
 #include "phi/options.h"
@@ -15,24 +14,32 @@ struct PipelineOptions {
   phi::FilterOptions filter;
   phi::InferenceOptions inference;
 
-  bool geom_consistency =
-      true;  // --PatchMatchStereo.geom_consistency: false ends with (filtered) photometric maps
-  bool filter_maps = true;           // --PatchMatchStereo.filter
-  int num_guided_passes = 0;         // --PhiStereo.num_guided_passes, see NumGuidedPasses
-  double depth_min = -1;             // --PatchMatchStereo.depth_min, world units; < 0: from the sparse points
-  double depth_max = -1;             // --PatchMatchStereo.depth_max, world units; < 0: from the sparse points
-  bool write_cost_maps = false;      // --PhiStereo.write_cost_maps
-  bool overwrite = false;            // --overwrite: replace maps that another program made
-  bool allow_missing_files = false;  // --PatchMatchStereo.allow_missing_files: missing images are left out
-  std::int64_t cache_bytes = std::int64_t{32}
-                             << 30;  // --PatchMatchStereo.cache_size: images and maps in memory
+  bool geom_consistency = true;  // false ends with (filtered) photometric maps
+  bool filter_maps = true;
+  int num_guided_passes = 0;  // see NumGuidedPasses
+  double depth_min = -1;      // world units; < 0: from the sparse points
+  double depth_max = -1;      // likewise
+  bool write_cost_maps = false;
+  bool overwrite = false;            // replaces maps that another program made
+  bool allow_missing_files = false;  // missing images are left out
+  double cache_gigabytes = -1;       // images and maps in memory; see CacheBytes
 
+  // The part of an estimation's options that is not in phi::StereoOptions.
+  phi::OptionList EstimationList();
+  // All others of this struct itself.
+  phi::OptionList RunList();
+  // Every option of the stages, this struct's included.
+  phi::OptionList List();
+
+  // The stages compute by the same formulas.
+  void SetFormulas(phi::Formulas formulas);
   // Estimations after the first one, one iteration each, that start from all views' maps and are guided by them. They
   // are part of num_iterations. None where only photometric maps are wanted.
   int NumGuidedPasses() const;
-
+  // -1: half of the memory that the process may use, at most 32 GB.
+  std::int64_t CacheBytes() const;
   // Whether later stages read the matching cost of the estimate.
-  bool NeedsCost() const { return write_cost_maps || filter.max_cost < 2; }
+  bool NeedsCost() const { return write_cost_maps || filter.UsesCost(); }
   std::string Check() const;
 };
 

@@ -91,10 +91,11 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend) {
 }
 
 std::string SummaryLine(const RunSummary& summary) {
-  const int num_made = summary.num_images - summary.num_images_kept;
   const int num_failed = static_cast<int>(summary.failures.size());
   std::string text = Format("%d images", summary.num_images);
-  if (num_made == 0 && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
+  const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
+                                   [](const StageSummary& stage) { return stage.num_made == 0; });
+  if (is_idle && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
   text += " done in " + FormatDuration(summary.seconds);
   if (summary.num_images_kept > 0) text += Format(", %d of them kept from before", summary.num_images_kept);
   if (num_failed > 0) text += Format(", %d of them failed", num_failed);

@@ -1,7 +1,5 @@
 #include "colmap_ext/pipeline/stage_graph.h"
 
-#include <sstream>
-
 #include "colmap_ext/pipeline/result_key.h"
 #include "colmap_ext/workspace.h"
 
@@ -18,57 +16,36 @@ constexpr int kPaperRevision = 1;
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
 
-std::string Text(phi::Formulas formulas) {
-  const std::string text = " formulas=" + std::to_string(static_cast<int>(formulas));
-  return formulas == phi::Formulas::kPaper ? text + "." + std::to_string(kPaperRevision) : text;
+std::string RevisionText(int revision, phi::Formulas formulas) {
+  std::string text = "revision=" + std::to_string(revision) + " formulas=" + std::to_string(static_cast<int>(formulas));
+  if (formulas == phi::Formulas::kPaper) text += "." + std::to_string(kPaperRevision);
+  return text;
 }
 
-std::string Text(const PipelineOptions& pipeline) {
-  const phi::StereoOptions& o = pipeline.stereo;
-  std::ostringstream text;
-  text.precision(17);
-  text << "revision=" << kEstimateRevision << " window_radius=" << o.window_radius
-       << " window_step=" << o.window_step << " num_iterations=" << o.num_iterations
-       << " num_guided_passes=" << pipeline.NumGuidedPasses() << " num_window_levels=" << o.num_window_levels
-       << Text(o.formulas) << " quality=" << static_cast<int>(o.quality) << " seed=" << o.seed
-       << " depth_min=" << pipeline.depth_min << " depth_max=" << pipeline.depth_max
-       << " cost=" << pipeline.NeedsCost();
-  return text.str();
+std::string EstimationText(PipelineOptions o) {
+  return RevisionText(kEstimateRevision, o.stereo.formulas) + o.stereo.List().KeyText() +
+         o.EstimationList().KeyText() + " seed=" + std::to_string(o.stereo.seed) +
+         " cost=" + std::to_string(o.NeedsCost());
 }
 
-std::string Text(const phi::FilterOptions& o) {
-  std::ostringstream text;
-  text.precision(17);
-  text << "revision=" << kFilterRevision << " min_num_consistent=" << o.min_num_consistent
-       << " inferred=" << o.min_num_consistent_inferred
-       << " max_reprojection_error=" << o.max_reprojection_error
-       << " max_relative_depth_error=" << o.max_relative_depth_error
-       << (o.max_depth_error > 0 ? " max_depth_error=" + std::to_string(o.max_depth_error) : "")
-       << " max_normal_error=" << o.max_normal_error
-       << " min_triangulation_angle=" << o.min_triangulation_angle << " max_cost=" << o.max_cost
-       << Text(o.formulas);
-  return text.str();
+std::string FilterText(phi::FilterOptions o) {
+  return RevisionText(kFilterRevision, o.formulas) + o.List().KeyText();
 }
 
-std::string Text(const phi::InferenceOptions& o) {
-  std::ostringstream text;
-  text.precision(17);
-  text << "revision=" << kInferRevision << " mode=" << static_cast<int>(o.mode)
-       << " num_passes=" << o.num_passes << " kappa1=" << o.kappa1 << " kappa2=" << o.kappa2
-       << " kappa3=" << o.kappa3 << " truncation=" << o.truncation << Text(o.formulas);
-  return text.str();
+std::string InferenceText(phi::InferenceOptions o) {
+  return RevisionText(kInferRevision, o.formulas) + o.List().KeyText();
 }
 
 Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
   return {.kind = StageKind::kFilter,
           .result = std::string(result),
-          .options = Text(options.filter),
+          .options = FilterText(options.filter),
           .reads_source_maps = true,
           .weight = kFilterWeight};
 }
 
-// Whether something will be put in their place or not: measured means one thing. The paper's form knows no such rule.
-bool DropsDoubtful(const PipelineOptions& options) {
+// Whatever the inference: measured means one thing. The paper's form knows no such rule.
+bool JudgesMeasurements(const PipelineOptions& options) {
   return options.filter.formulas == phi::Formulas::kRobust;
 }
 
@@ -87,7 +64,7 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
   for (int pass = 0; pass <= num_guided; ++pass) {
     const bool last = pass == num_guided;
     const int first_part = options.stereo.num_iterations - num_guided;  // iterations of the first estimation
-    Stage stage{.kind = StageKind::kEstimate, .options = Text(options)};
+    Stage stage{.kind = StageKind::kEstimate, .options = EstimationText(options)};
     stage.first_iteration = pass == 0 ? 0 : first_part + pass - 1;
     stage.end_iteration = first_part + pass;
     stage.weight =
@@ -160,8 +137,8 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
     stages.back().has_mask = true;
-    stages.back().drops_doubtful = DropsDoubtful(options);
-    if (stages.back().drops_doubtful) stages.back().options += " drops_doubtful=1";
+    stages.back().judges_measurements = JudgesMeasurements(options);
+    if (stages.back().judges_measurements) stages.back().options += " judged=1";
   }
   // Without a filter there are no holes to fill; without inference the measured maps are the result.
   if (!options.filter_maps || options.inference.mode == phi::InferenceMode::kOff) {
@@ -170,7 +147,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   }
   stages.push_back({.kind = StageKind::kInfer,
                     .result = "inferred",
-                    .options = Text(options.inference),
+                    .options = InferenceText(options.inference),
                     .is_output = false,
                     .transient = true,
                     .has_mask = true,

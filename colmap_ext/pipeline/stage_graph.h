@@ -22,8 +22,7 @@ struct Stage {
   std::string result = {};   // the kind of map it makes: middle part of file names, name in phimvs.json
   std::string options = {};  // what its results depend on, as text
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
-  bool drops_doubtful =
-      false;               // of a filter: plain and contradicted pixels go too, doubtful ones become negative
+  bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
   bool transient = false;  // lives in memory and is not recorded
   bool has_mask = false;   // beside its maps: see StageResult
   bool reads_source_maps = false;

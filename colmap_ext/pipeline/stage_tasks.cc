@@ -7,9 +7,9 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
-#include "phi/filtering/few_witnesses.h"
-#include "phi/filtering/neighbor_agreement.h"
-#include "phi/filtering/own_texture.h"
+#include "phi/filtering/filled_value.h"
+#include "phi/filtering/judge_measurements.h"
+#include "phi/inference/infer_holes.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
@@ -46,19 +46,6 @@ phi::Mask KeptInferred(const phi::Mask& inferred, const phi::PlaneMap& filtered)
   return kept;
 }
 
-// What is published as result holds measurements only.
-std::shared_ptr<const phi::PlaneMap> WithoutDoubtful(std::shared_ptr<const phi::PlaneMap> map) {
-  const auto is_doubtful = [](const phi::PlaneHypothesis& h) { return phi::IsDoubtful(h.depth); };
-  if (phi::CountIf(*map, is_doubtful) == 0) return map;
-  auto certain = std::make_shared<phi::PlaneMap>(*map);
-  phi::ForParts(certain->size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (is_doubtful(certain->data()[i])) certain->data()[i] = {};
-    }
-  });
-  return certain;
-}
-
 }  // namespace
 
 StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs,
@@ -80,7 +67,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
     case StageKind::kInfer:
       return Infer(*previous, input_keys, jobs_[job], backend, warnings);
     case StageKind::kPublish:
-      return {.map = WithoutDoubtful(store_.Map(jobs_[job].image, previous->result))};
+      return {.map = phi::WithoutDoubtful(store_.Map(jobs_[job].image, previous->result))};
   }
   return {};
 }
@@ -136,10 +123,13 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
     input.sources.push_back(std::move(source));
   }
   const bool after_inference = previous.kind == StageKind::kInfer;
-  if (options_.filter.max_cost < 2) input.cost = store_.Cost(job.image, EstimateKind(options_));
+  if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
   if (after_inference) input.filled = store_.MaskOf(job.image, previous.result);
   phi::FilterResult filtered = backend.Filter(input, options_.filter);
-  if (stage.drops_doubtful) JudgeMeasurements(job, &filtered);
+  if (stage.judges_measurements) {
+    const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
+    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), &filtered);
+  }
   StageResult result;
   result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered.map));
   if (after_inference) {
@@ -158,22 +148,11 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   return result;
 }
 
-// What the filter kept and is no measurement all the same. A doubtful pixel with few witnesses is not even a clue.
-void StageTasks::JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const {
-  const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-  phi::DropPlainPixels(*store_.Gray(job.image), noise, &filtered->map);
+phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
   std::vector<const phi::Camera*> sources;
   for (const int source : job.sources) sources.push_back(&workspace_.views()[source].camera);
   sources.resize(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));  // those that matching uses
-  const phi::DepthPrecision precision(workspace_.views()[job.image].camera, sources);
-  phi::JudgeByNeighbors(precision, &filtered->map);
-  phi::ForParts(filtered->map.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      phi::PlaneHypothesis& h = filtered->map.data()[i];
-      if (filtered->few_witnesses.data()[i] != 0 && phi::IsDoubtful(h.depth)) h = {};
-      if (!(h.depth > 0)) filtered->few_witnesses.data()[i] = 0;
-    }
-  });
+  return phi::DepthPrecision(workspace_.views()[job.image].camera, sources);
 }
 
 StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::string>& input_keys,
@@ -184,23 +163,11 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   std::vector<int> used;
   input.sources = ReadSources(job, &used, warnings);
   input.mask = store_.ImageMask(job.image);
-  const auto measured = store_.Map(job.image, previous.result);
-  const auto few_witnesses = store_.MaskOf(job.image, previous.result);
-  input.measured = measured;
-  const bool has_few = phi::CountIf(*few_witnesses, [](std::uint8_t v) { return v != 0; }) > 0;
-  if (has_few) {
-    auto evidence = std::make_shared<phi::PlaneMap>(*measured);
-    phi::HideFewWitnesses(*few_witnesses, evidence.get());
-    input.measured = std::move(evidence);
-  }
+  input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
-  phi::InferenceResult inferred = backend.Infer(input, options_.stereo, options_.inference);
-  if (has_few) phi::RestoreFewWitnesses(*measured, *few_witnesses, &inferred);
-  if (input.mask != nullptr) {
-    phi::DropMasked(*input.mask, &inferred.map);
-    phi::DropMasked(*input.mask, &inferred.filled);
-  }
-  CountInference(*measured, input.mask.get(), inferred);
+  phi::InferenceResult inferred = phi::InferHoles(backend, input, *store_.MaskOf(job.image, previous.result),
+                                                  options_.stereo, options_.inference);
+  CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
           .mask = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
 }

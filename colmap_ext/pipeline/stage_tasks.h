@@ -10,6 +10,7 @@
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "colmap_ext/progress.h"
+#include "phi/geometry/depth_precision.h"
 #include "phi/initialization.h"
 
 namespace colmap_ext {
@@ -39,7 +40,7 @@ class StageTasks {
                        std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
-  void JudgeMeasurements(const ImageJob& job, phi::FilterResult* filtered) const;
+  phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
   StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend, std::vector<std::string>* warnings) const;
   // mask: of the image, may be null.

@@ -1,9 +1,11 @@
 #include "colmap_ext/pipeline/stale_maps.h"
 
 #include <filesystem>
+#include <optional>
 
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
+#include "phi/base/error.h"
 
 namespace colmap_ext {
 namespace {
@@ -22,7 +24,13 @@ struct Images {
 
 std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind) {
   if (!std::filesystem::exists(workspace.StereoFolder() / "phimvs.json")) return {};
-  const RunRecord record(workspace.StereoFolder());
+  std::optional<RunRecord> known;
+  try {
+    known.emplace(workspace.StereoFolder());
+  } catch (const phi::InputError& error) {
+    return {std::string("whether one run made all the maps is not known: ") + error.what()};
+  }
+  const RunRecord& record = *known;
   Images foreign, unfinished, older;
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {

@@ -10,7 +10,8 @@
 namespace colmap_ext {
 
 // One sentence for each kind of such maps among those of `kind`, with what to do. Empty where the last run made them all,
-// and where phimvs never ran, so that all are another program's. Throws phi::InputError for a damaged phimvs.json.
+// and where phimvs never ran, so that all are another program's. A damaged phimvs.json is a sentence, too: maps can be fused
+// without it.
 std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind);
 
 }  // namespace colmap_ext

@@ -9,25 +9,17 @@
 #pragma once
 
 #include <map>
-#include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "colmap_ext/pipeline/run_record.h"
-#include "colmap_ext/pipeline/run_summary.h"
-#include "colmap_ext/pipeline/stage_tasks.h"
-#include "colmap_ext/pipeline/task_queue.h"
-#include "colmap_ext/progress.h"
+#include "colmap_ext/pipeline/stage_runner.h"
 
 namespace colmap_ext {
 
 class StereoPipeline {
  public:
-  using Backends = std::vector<std::unique_ptr<phi::Backend>>;
-
   // `effective_options` goes into phimvs.json for the reader. References must outlive the pipeline.
   StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs, SparseDepthFunction sparse_depth,
                  const PipelineOptions& options, const std::map<std::string, std::string>& effective_options,
@@ -45,18 +37,12 @@ class StereoPipeline {
   std::vector<StagePlan> Plan() const;
   bool IsDone(int stage, int job, const std::string& key) const;
   void RunStage(int stage, const std::vector<StagePlan>& plan);
-  void RunTask(int stage, const std::vector<StagePlan>& plan, int job, phi::Backend& backend,
-               ProgressLine::Task* progress);
-  void Save(int stage, int job, const StageResult& result, const TaskRecord& record);
-  void RecordFailures(int stage, const std::vector<StagePlan>& plan,
-                      const std::vector<TaskFailure>& failures);
   void ConfirmKeptMaps();
   void RemoveIntermediateFiles();
-  void LogPlan(const std::vector<StagePlan>& plan) const;
+  void LogPlan(const std::vector<StagePlan>& plan);
   void WarnOfFewWitnesses() const;
-  void WarnOfEmptyMaps() const;
-  void Summarize(double seconds);
-  const std::string& NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
+  void WarnOfEmptyMaps();
+  const std::string& NameOf(int job) const { return runner_.NameOf(job); }
   bool WritesCost(int stage) const;
 
   const Workspace& workspace_;
@@ -64,14 +50,7 @@ class StereoPipeline {
   const std::vector<ImageJob> jobs_;
   const std::vector<Stage> stages_;
   const Backends& backends_;
-  RunRecord record_;
-  MapStore store_;
-  StageTasks tasks_;
-  std::unique_ptr<ProgressLine> progress_;
-  RunSummary summary_;
-
-  std::mutex mutex_;                      // guards made_, empty_ and the counts of summary_ while tasks run
-  std::set<int> empty_;                   // jobs whose final map has hardly any depth
+  StageRunner runner_;
   std::set<std::pair<int, int>> made_;    // (stage, job) made by this run
   std::set<std::pair<int, int>> failed_;  // (stage, job)
   std::vector<std::vector<char>> files_whole_;  // by stage and job, when the run began

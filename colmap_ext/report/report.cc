@@ -8,7 +8,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/evaluation/truth_maps.h"
-#include "colmap_ext/fusion/scene_fusion.h"
+#include "colmap_ext/fusion/cloud_output.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/report/report_cloud.h"
@@ -160,7 +160,7 @@ void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& re
   CloudSample sample = SampleCloud(path, options.max_points);
   // Our own fuser moves clouds that lie far from the origin.
   const std::array<double, 3> offset =
-      sample.has_origin ? ChooseWorldOffset(workspace) : std::array<double, 3>{};
+      sample.has_origin ? ChooseCoordinates(workspace).offset : std::array<double, 3>{};
   if (!options.truth_depth_maps.empty() && offset == std::array<double, 3>{}) {
     CompareWithTruth(workspace, FindTruthMaps(options.truth_depth_maps), options.values_per_unit, &sample);
   }

@@ -5,7 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace colmap_ext {
 

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "colmap_ext/synthetic/shape.h"
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/camera.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace colmap_ext {
 

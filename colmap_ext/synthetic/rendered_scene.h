@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "colmap_ext/synthetic/ray_tracer.h"
-#include "phi/backend.h"
+#include "phi/scene_view.h"
 
 namespace colmap_ext {
 

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "phi/base/vec.h"
+
 namespace colmap_ext {
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/synthetic/solid_texture.h"
-#include "phi/backend.h"
+#include "phi/base/images.h"
 #include "phi/base/random.h"
 
 namespace colmap_ext {

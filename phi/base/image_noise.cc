@@ -14,7 +14,7 @@ constexpr int kBlock = 16;  // pixels
 // Mean brightness of a block between which noise is not cut off.
 constexpr int kDarkest = 16, kBrightest = 240;
 constexpr std::size_t kMinBlocks = 20;
-constexpr double kTold = 0.1;  // share of the blocks, by ascending noise
+constexpr double kQuietShare = 0.1;  // of the blocks: the noisiest of these says the image's noise
 
 constexpr int kUnusable = -1;
 
@@ -46,10 +46,10 @@ double NoiseDeviation(ArrayView2D<const std::uint8_t> image) {
   });
   std::erase(sums, kUnusable);
   if (sums.size() < kMinBlocks) return 0;
-  const auto told = sums.begin() + static_cast<std::ptrdiff_t>(kTold * static_cast<double>(sums.size()));
-  std::nth_element(sums.begin(), told, sums.end());
+  const auto quiet = sums.begin() + static_cast<std::ptrdiff_t>(kQuietShare * static_cast<double>(sums.size()));
+  std::nth_element(sums.begin(), quiet, sums.end());
   // The mean size of a normal variable is sqrt(2 / pi) of its standard deviation.
-  return *told * std::sqrt(M_PI / 2) / (6 * kBlock * kBlock);
+  return *quiet * std::sqrt(M_PI / 2) / (6 * kBlock * kBlock);
 }
 
 }  // namespace phi

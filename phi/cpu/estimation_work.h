@@ -5,7 +5,8 @@
 #include <mutex>
 #include <vector>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/plane_hypothesis.h"
 #include "phi/matching/coarse_start.h"
 
 namespace phi {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
 
 namespace phi {
 

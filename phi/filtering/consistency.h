@@ -5,7 +5,6 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/options.h"
 
@@ -14,7 +13,7 @@ namespace phi {
 struct ConsistencyThresholds {
   float max_reprojection_error = 1;        // pixels in the reference image
   float max_relative_depth_error = 0.01f;  // of the depth in the source camera
-  float min_normal_cosine = 0.8660254f;    // normals compared in the reference frame
+  float min_normal_cosine = 0.5f;          // normals compared in the reference frame
   float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
   float max_depth_error = 0;               // world units, instead of the relative one; 0: the relative one
   Formulas formulas = Formulas::kRobust;
@@ -75,19 +74,63 @@ PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, fl
   return 2 * nearer > asked;
 }
 
-// Whether the source view can see the hypothesis at all. x_reference, x_source: the point in both frames.
-PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, Vec3f x_reference, Vec3f x_source,
-                   float su, float sv, ArrayView2D<const PlaneHypothesis> source_map) {
-  if (!(su >= kWindowReach && sv >= kWindowReach && su <= source_map.width - kWindowReach &&
-        sv <= source_map.height - kWindowReach)) {
+// A hypothesis's point in the frames of both cameras, and where the source sees it.
+struct ProjectedPoint {
+  Vec3f in_reference, in_source;
+  float u = 0, v = 0;  // pixels of the source
+};
+
+// Whether the source view can see the hypothesis at all.
+PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const ProjectedPoint& point,
+                   ArrayView2D<const PlaneHypothesis> source_map) {
+  if (!(point.u >= kWindowReach && point.v >= kWindowReach && point.u <= source_map.width - kWindowReach &&
+        point.v <= source_map.height - kWindowReach)) {
     return false;
   }
-  const float distance = Norm(x_source);
+  const float distance = Norm(point.in_source);
   const Vec3f ray =
-      TransposedTimes(view.rotation, x_source);  // from the source's centre, in the reference's axes
+      TransposedTimes(view.rotation, point.in_source);  // from the source's centre, in the reference's axes
   if (!(-Dot(h.normal, ray) > kMinFacingCosine * distance)) return false;
-  if (!(Dot(ray, x_reference) > kMinRaysCosine * distance * Norm(x_reference))) return false;
-  return !IsHidden(source_map, su, sv, x_source.z);
+  if (!(Dot(ray, point.in_reference) > kMinRaysCosine * distance * Norm(point.in_reference))) return false;
+  return !IsHidden(source_map, point.u, point.v, point.in_source.z);
+}
+
+// Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
+enum class Agreement : std::uint8_t { kNone, kWithin, kClose };
+
+// `point`: of `h` at the reference pixel (u, v).
+PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
+                                const PlaneHypothesis& h, const ProjectedPoint& point,
+                                ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
+  const float depth = InterpolatedDepth(source_map, point.u, point.v, t.formulas);
+  if (!(depth > 0)) return Agreement::kNone;
+
+  const float own_depth = point.in_source.z;
+  const float difference = fabsf(own_depth - depth);
+  const float max_difference = t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * own_depth;
+  if (difference >= max_difference) return Agreement::kNone;
+
+  // Back from the source's own depth to the reference image.
+  const Vec3f y_source = depth * view.source.Ray(point.u, point.v);
+  const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
+  if (!(y_reference.z > 0)) return Agreement::kNone;
+  const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
+  const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
+  const float error = sqrtf(du * du + dv * dv);
+  if (!(error < t.max_reprojection_error)) return Agreement::kNone;
+
+  const Vec3f source_normal = source_map(static_cast<int>(floorf(point.u)), static_cast<int>(floorf(point.v))).normal;
+  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return Agreement::kNone;
+
+  if (t.max_ray_cosine < 1) {
+    // The angle at the point between the rays to both centres.
+    const Vec3f to_reference = view.rotation * point.in_reference;
+    const float cosine = Dot(point.in_source, to_reference) / (Norm(point.in_source) * Norm(to_reference));
+    if (cosine > t.max_ray_cosine) return Agreement::kNone;
+  }
+  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * own_depth &&
+                        error < kCloseReprojection * t.max_reprojection_error;
+  return is_close ? Agreement::kClose : Agreement::kWithin;
 }
 
 PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, float u, float v) {
@@ -99,43 +142,23 @@ PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, float u, float v) {
 PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
                      const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
                      const ConsistencyThresholds& t, ArrayView2D<const std::uint8_t> source_mask = {}) {
-  const Vec3f x_reference = h.depth * reference.Ray(u, v);
-  const Vec3f x_source = view.rotation * x_reference + view.translation;
-  if (!(x_source.z > 0)) return Testimony::kNone;
-  const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
-  const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
-  if (IsLeftOut(source_mask, su, sv)) return Testimony::kNone;
-  const float depth = InterpolatedDepth(source_map, su, sv, t.formulas);
-  const Testimony no =
-      CanSee(view, h, x_reference, x_source, su, sv, source_map) ? Testimony::kContradicts : Testimony::kNone;
-  if (!(depth > 0)) return no;
-
-  const float difference = fabsf(x_source.z - depth);
-  const float max_difference =
-      t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * x_source.z;
-  if (difference >= max_difference) return no;
-
-  // Back from the source's own depth to the reference image.
-  const Vec3f y_source = depth * view.source.Ray(su, sv);
-  const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
-  if (!(y_reference.z > 0)) return no;
-  const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
-  const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
-  const float error = sqrtf(du * du + dv * dv);
-  if (!(error < t.max_reprojection_error)) return no;
-
-  const Vec3f source_normal = source_map(static_cast<int>(floorf(su)), static_cast<int>(floorf(sv))).normal;
-  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return no;
-
-  if (t.max_ray_cosine < 1) {
-    // The angle at the point between the rays to both centres.
-    const Vec3f to_reference = view.rotation * x_reference;
-    const float cosine = Dot(x_source, to_reference) / (Norm(x_source) * Norm(to_reference));
-    if (cosine > t.max_ray_cosine) return no;
+  ProjectedPoint point;
+  point.in_reference = h.depth * reference.Ray(u, v);
+  point.in_source = view.rotation * point.in_reference + view.translation;
+  if (!(point.in_source.z > 0)) return Testimony::kNone;
+  point.u = view.source.fx * point.in_source.x / point.in_source.z + view.source.cx;
+  point.v = view.source.fy * point.in_source.y / point.in_source.z + view.source.cy;
+  if (IsLeftOut(source_mask, point.u, point.v)) return Testimony::kNone;
+  switch (CompareWithMap(reference, view, u, v, h, point, source_map, t)) {
+    case Agreement::kClose:
+      return Testimony::kConfirmsClosely;
+    case Agreement::kWithin:
+      return Testimony::kConfirms;
+    case Agreement::kNone:
+      break;
   }
-  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * x_source.z &&
-                        error < kCloseReprojection * t.max_reprojection_error;
-  return is_close ? Testimony::kConfirmsClosely : Testimony::kConfirms;
+  // What hides the point is looked for only here: it takes nine reads.
+  return CanSee(view, h, point, source_map) ? Testimony::kContradicts : Testimony::kNone;
 }
 
 }  // namespace phi

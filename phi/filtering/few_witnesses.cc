@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "phi/base/whole_array.h"
+#include "phi/filtering/filled_value.h"
 
 namespace phi {
 namespace {

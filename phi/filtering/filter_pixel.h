@@ -6,11 +6,10 @@
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/consistency.h"
+#include "phi/filtering/filled_value.h"
+#include "phi/options.h"
 
 namespace phi {
-
-// The most views that options can ask for: a pixel's count of them is a byte.
-inline constexpr int kMaxRequiredViews = 255;
 
 // What the filter decides.
 enum class FilterVerdict : std::uint8_t {

@@ -28,9 +28,9 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .thresholds = MakeConsistencyThresholds(options),
                     .min_num_consistent = options.min_num_consistent,
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
-                    .max_cost = static_cast<float>(options.max_cost),
+                    .max_cost = static_cast<float>(1 - options.min_ncc),
                     .map = input.reference.map->view()};
-  if (input.cost != nullptr && options.max_cost < kMaxCost) f.cost = input.cost->view();
+  if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
   if (input.filled != nullptr) f.filled = input.filled->view();
   return f;
 }

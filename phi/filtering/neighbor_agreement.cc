@@ -72,7 +72,7 @@ struct NeighborCounts {
   }
 
   Verdict Judge(int x) const {
-    if (asked[x] >= kMinNeighborsAsked && kOutOf * agreeing[x] < kMinAgreeing * asked[x])
+    if (asked[x] >= kMinNeighborsAsked && 100 * agreeing[x] < kMinPercentAgreeing * asked[x])
       return Verdict::kContradicted;
     return agreeing[x] < kMinNeighborsAgreeing ? Verdict::kDoubtful : Verdict::kMeasured;
   }

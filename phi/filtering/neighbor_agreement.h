@@ -13,12 +13,12 @@ namespace phi {
 inline constexpr int kAgreementRadius = 2;  // pixels: 5 x 5 of them are asked
 // A neighbour agrees when its plane, carried on to the pixel, differs from the pixel's depth by less than the greater of
 // these: a share of the depth, and standard deviations of what matching can tell there: about one of the difference of two
-// depths, so that two in three of the right neighbours agree. By the share alone, right
-// neighbours contradict each other where baselines are short.
+// depths, so that two in three of the right neighbours agree. By the share alone, right neighbours contradict each other
+// where baselines are short.
 inline constexpr float kMaxNeighborError = 0.003f, kMaxNeighborDeviations = 1.5f;
-// Contradicted: at least half of the 24 neighbours have depth, and fewer than 2 in 5 of those agree. A bar three pixels wide
-// stays (14 of 24 agree at its rim), one of two goes (9).
-inline constexpr int kMinNeighborsAsked = 12, kMinAgreeing = 2, kOutOf = 5;
+// Contradicted: at least half of the 24 neighbours have depth, and fewer than this share of those agree. A bar three pixels
+// wide stays (14 of 24 agree at its rim), one of two goes (9).
+inline constexpr int kMinNeighborsAsked = 12, kMinPercentAgreeing = 40;
 // Doubtful: fewer than these agree, a third of all. The corner pixel of an image has as many.
 inline constexpr int kMinNeighborsAgreeing = 8;
 

@@ -6,7 +6,8 @@
 // brightness matches wherever it is laid.
 #pragma once
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
 

@@ -12,7 +12,7 @@ namespace phi {
 // A pixel is in a hole when no pixel up to this many columns and rows away gave a point or is covered by one.
 inline constexpr int kMaxEdgeOfHole = 3;
 
-// For each pixel of row y whether it is in a hole and has no point for its normals alone.
+// For each pixel of row y whether it is in a hole, and only the difference in normals kept it from giving a point.
 std::vector<char> FindHoles(const Array2D<PixelOutcome>& outcomes, int y);
 
 }  // namespace phi

@@ -8,29 +8,23 @@
 namespace phi {
 
 struct FusionOptions {
-  Formulas formulas =
-      Formulas::kRobust;  // --PhiFusion.formulas; robust: image_fusion.h, paper: paper_fusion.h
-  // --StereoFusion.min_num_pixels: images that must agree on a point, its own included
-  int min_num_views = 2;
-  // --StereoFusion.max_num_pixels: most measurements merged into one point
-  int max_num_views = 10000;
-  // --StereoFusion.max_reproj_error, pixels of the neighbour: of the whole difference in depth. COLMAP's 2 is of the
-  // pixel that its depth is read from, which in a direct comparison is always nearer.
+  Formulas formulas = Formulas::kRobust;  // robust: image_fusion.h, paper: paper_fusion.h
+  int min_num_views = 2;                  // images that must agree on a point, its own included
+  int max_num_views = 10000;              // most measurements merged into one point
+  // Pixels of the neighbour: of the whole difference in depth. COLMAP's 2 is of the pixel that its depth is read from,
+  // which in a direct comparison is always nearer.
   double max_reproj_error = 8;
-  // --StereoFusion.max_depth_error, difference over depth
-  double max_depth_error = 0.01;
-  // --StereoFusion.max_normal_error, degrees
-  double max_normal_error = 8;
-  // --PhiFusion.max_normal_error_in_holes, degrees: the same in holes of the cloud (cloud_holes.h), if larger
-  double max_normal_error_in_holes = 60;
-  // --PhiFusion.min_support: sum over the other images of their agreement, each in [0, 1]. Of
-  // measured pixels those with little support are as often right as others with as many images.
+  double max_depth_error = 0.01;          // difference over depth
+  double max_normal_error = 8;            // degrees
+  double max_normal_error_in_holes = 60;  // degrees: the same in holes of the cloud (cloud_holes.h), if larger
+  // Sum over the other images of their agreement, each in [0, 1]. Of measured pixels those with little support are as
+  // often right as others with as many images.
   double min_support = 0;
-  // --PhiFusion.min_support_inferred: the same for a pixel whose depth was inferred, if larger. Below 1 a single image
-  // in close agreement is enough.
+  // The same for a pixel whose depth was inferred, if larger. Below 1 a single image in close agreement is enough.
   double min_support_inferred = 0.5;
-  // --PhiFusion.max_conflicts: images that see through the point, per image that supports it
-  double max_conflicts = 0.5;
+  double max_conflicts = 0.5;  // images that see through the point, per image that supports it
+
+  OptionList List();
   std::string Check() const;
 };
 

@@ -58,7 +58,7 @@ HWY_INLINE void StoreNormal(const Vectors3& normal, int first, RunAnswer* answer
 }
 
 // What a neighbour's map holds where the points fall.
-struct Sighting {
+struct Lookup {
   Vectors3 direction;  // of the reference rays, in the neighbour's frame
   Vectors3 point;      // in the neighbour's frame
   Projection seen;
@@ -68,7 +68,7 @@ struct Sighting {
 };
 
 // Without depths yet.
-HWY_INLINE Sighting Sight(const FusionNeighbor& neighbor, const Part& part, Mask wanted) {
+HWY_INLINE Lookup LookUp(const FusionNeighbor& neighbor, const Part& part, Mask wanted) {
   const Ints di;
   const RayModel& k = neighbor.view.source;
   const float* r = neighbor.view.rotation.m;
@@ -76,7 +76,7 @@ HWY_INLINE Sighting Sight(const FusionNeighbor& neighbor, const Part& part, Mask
   const auto along_ray = [&](float a, float b, float c) HWY_ATTR {
     return hn::Add(hn::Add(hn::Mul(Set(a), ray_x), hn::Mul(Set(b), ray_y)), Set(c));
   };
-  Sighting s;
+  Lookup s;
   s.direction = {along_ray(r[0], r[1], r[2]), along_ray(r[3], r[4], r[5]), along_ray(r[6], r[7], r[8])};
   s.point = ScaleAndAdd(part.depth, s.direction, neighbor.view.translation);
   s.seen = Project(k, s.point);
@@ -90,18 +90,18 @@ HWY_INLINE Sighting Sight(const FusionNeighbor& neighbor, const Part& part, Mask
 }
 
 // The neighbour's planes, met by the reference rays.
-struct Meeting {
+struct Intersection {
   Vectors3 normal;  // in the neighbour's frame
   VF relative_depth, reproj_error;
   Mask meets;
 };
 
-HWY_INLINE Meeting Meet(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
-                        const Sighting& s, const std::uint32_t* words) {
+HWY_INLINE Intersection Intersect(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
+                        const Lookup& s, const std::uint32_t* words) {
   const Floats df;
   const RayModel& k = neighbor.view.source;
   const Vec3f& t = neighbor.view.translation;
-  Meeting m;
+  Intersection m;
   m.normal = Unpack(hn::GatherIndex(Words(), words + FusionPixel::kNormalWord, s.index));
   const VF slope = Dot(m.normal, s.direction);
   const auto pixel_ray = [&](VI i, float center, float inverse_f) HWY_ATTR {
@@ -125,7 +125,7 @@ HWY_INLINE Meeting Meet(const FusionNeighbor& neighbor, const FusionGates& gates
 // Whether the neighbour samples the surface finely enough to stand for the reference's pixels. A pixel's longest step
 // along the surface is depth / (focal length * slant cosine); the reference's normal serves both sides, so that noise in
 // normals matters little.
-HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, const Sighting& s) {
+HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, const Lookup& s) {
   const Vectors3 ray = {Load(part.reference->ray_x + part.first), Set(part.reference->ray_y), Set(1)};
   const Vectors3 normal = Rotate(neighbor.view.rotation, part.normal);
   const VF slant = hn::Max(Set(kMinSlantCosine), hn::Neg(Dot(part.normal, ray)));
@@ -136,7 +136,7 @@ HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, 
 
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
-                            const Sighting& s, VF reproj_error, VW color, Mask compared) {
+                            const Lookup& s, VF reproj_error, VW color, Mask compared) {
   const Mask close = hn::Le(reproj_error, Set(gates.max_reproj_error));
   const Mask candidates = hn::And(compared, hn::And(close, HasFlag(color, FusionPixel::kEmitted)));
   if (hn::AllFalse(Floats(), candidates)) return candidates;
@@ -154,7 +154,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
                     SupportRun* run, RunAnswer* answer) {
   const Floats df;
   const Mask none = hn::MaskFromVec(hn::Zero(df));
-  Sighting s = Sight(neighbor, part, wanted);
+  Lookup s = LookUp(neighbor, part, wanted);
   if (hn::AllFalse(df, s.inside)) return none;
   PrefetchAhead(neighbor, s.seen);
   const std::uint32_t* words = reinterpret_cast<const std::uint32_t*>(neighbor.map.data);
@@ -176,7 +176,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
     return none;
   }
 
-  const Meeting m = Meet(neighbor, gates, part, s, words);
+  const Intersection m = Intersect(neighbor, gates, part, s, words);
   const Mask compared = hn::And(near, m.meets);
   const VW color = gather_color();
   const Mask covered =

@@ -1,6 +1,7 @@
-// The support rule of fusion for a run of pixels of one row at once: where do the images that agree with a pixel put
-// the surface, and do they agree well enough? The depth is the median, which on real maps is more
-// accurate than weighted means; support is the sum of the other images' agreements, so that one image in close agreement counts as much as several that just pass.
+// The support rule of fusion for a run of pixels of one row at once: where do the images that agree with a pixel put the
+// surface, and do they agree well enough? The depth is the median, which on real maps is more accurate than weighted means;
+// support is the sum of the other images' agreements, so that one image in close agreement counts as much as several that
+// just pass. support_pixel.h is the same rule to read, for one pixel.
 //
 // A run is 16 pixels whatever the processor's vectors hold. Pixels are independent and every operation is the same
 // IEEE one in all instruction sets, so that results do not depend on the processor.

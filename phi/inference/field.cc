@@ -33,7 +33,7 @@ Field::Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, con
     for (int i = 0; i < width_; ++i) {
       if (measured_(i, j) > 0) continue;
       const PixelHypotheses pixel = matcher.Costs(kFieldStride * i, kFieldStride * j, &scratch);
-      without += pixel.existing == 0;
+      without += pixel.offered == 0;
       seen_through += pixel.AllSeenThrough();
       mismatched += pixel.AllMismatched();
       if (pixel.AllRefused()) unlabelled_(i, j) = kRefusedNode;

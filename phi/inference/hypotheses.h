@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
 #include "phi/inference/region_planes.h"
 #include "phi/inference/upsample.h"
 

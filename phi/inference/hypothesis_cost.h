@@ -59,13 +59,13 @@ inline constexpr float kMaxTexturedCost = 0.6f;
 // The hypotheses of one pixel. Bit k of a mask: direction k.
 struct PixelHypotheses {
   float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
-  std::uint8_t existing = 0;  // there is a hypothesis
-  std::uint8_t free = 0;      // of these: no other view sees through it
-  std::uint8_t allowed = 0;   // of these: texture does not contradict it
+  std::uint8_t offered = 0;       // there is a hypothesis
+  std::uint8_t unobstructed = 0;  // of these: no other view sees through it
+  std::uint8_t allowed = 0;       // of these: texture does not contradict it
 
-  PHI_HD bool AllSeenThrough() const { return existing != 0 && free == 0; }
-  PHI_HD bool AllMismatched() const { return free != 0 && allowed == 0; }
-  PHI_HD bool AllRefused() const { return existing != 0 && allowed == 0; }
+  PHI_HD bool AllSeenThrough() const { return offered != 0 && unobstructed == 0; }
+  PHI_HD bool AllMismatched() const { return unobstructed != 0 && allowed == 0; }
+  PHI_HD bool AllRefused() const { return offered != 0 && allowed == 0; }
   // The allowed one of lowest cost, ties to the lowest index; -1 = none.
   PHI_HD int Cheapest() const {
     int best = -1;
@@ -93,11 +93,11 @@ PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& win
                              PixelHypotheses* hypotheses) {
   std::uint8_t kept = 0;
   for (int k = 0; k < kNumDirections; ++k) {
-    if ((hypotheses->free >> k & 1) && hypotheses->cost[k] <= kMaxTexturedCost) {
+    if ((hypotheses->unobstructed >> k & 1) && hypotheses->cost[k] <= kMaxTexturedCost) {
       kept |= static_cast<std::uint8_t>(1 << k);
     }
   }
-  if (kept == hypotheses->free) return;
+  if (kept == hypotheses->unobstructed) return;
   if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance) hypotheses->allowed = kept;
 }
 

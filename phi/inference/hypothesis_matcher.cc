@@ -143,15 +143,15 @@ PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
   for (int k = 0; k < kNumDirections; ++k) {
     const float w = maps.inverse_depth[k](x, y);
     if (!(w > 0)) continue;
-    result.existing |= static_cast<std::uint8_t>(1 << k);
+    result.offered |= static_cast<std::uint8_t>(1 << k);
     const bool is_judged = formulas_ == Formulas::kRobust;
-    if (!is_judged || !Evidence(x, y, w).SeenThrough()) result.free |= static_cast<std::uint8_t>(1 << k);
+    if (!is_judged || !Evidence(x, y, w).SeenThrough()) result.unobstructed |= static_cast<std::uint8_t>(1 << k);
   }
-  result.allowed = result.free;
-  if (result.free == 0) return result;
+  result.allowed = result.unobstructed;
+  if (result.unobstructed == 0) return result;
   SampleReference(x, y, scratch);
   for (int k = 0; k < kNumDirections; ++k) {
-    if (result.free >> k & 1) result.cost[k] = Cost(x, y, k, scratch);
+    if (result.unobstructed >> k & 1) result.cost[k] = Cost(x, y, k, scratch);
   }
   if (formulas_ == Formulas::kRobust) RefuseMismatches(reference_, window_, x, y, &result);
   PreferRegionPlanes(hypotheses_.from_region(x, y), &result);

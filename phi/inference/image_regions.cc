@@ -21,7 +21,7 @@ namespace {
 constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
-constexpr int kReach = 3;      // pixels beyond its inside to which a region goes on
+constexpr int kReachPixels = 3;      // pixels beyond its inside to which a region goes on
 constexpr int kBandRows = 64;  // done by one thread
 constexpr std::int32_t kNoRegion = -1;
 
@@ -191,13 +191,13 @@ class RegionLabelling {
   std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
 };
 
-// The region inside which a pixel at most kReach away lies, the one most alike; kNoRegion where there is none.
+// The region inside which a pixel at most kReachPixels away lies, the one most alike; kNoRegion where there is none.
 std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const Array2D<std::int32_t>& region,
                           int x, int y) {
   std::int32_t beside = kNoRegion;
   int least = std::numeric_limits<int>::max();
-  for (int v = std::max(y - kReach, 0); v <= std::min(y + kReach, sums.height() - 1); ++v) {
-    for (int u = std::max(x - kReach, 0); u <= std::min(x + kReach, sums.width() - 1); ++u) {
+  for (int v = std::max(y - kReachPixels, 0); v <= std::min(y + kReachPixels, sums.height() - 1); ++v) {
+    for (int u = std::max(x - kReachPixels, 0); u <= std::min(x + kReachPixels, sums.width() - 1); ++u) {
       const int difference = std::abs(sums(u, v) - sums(x, y));
       if (inside(u, v) == 0 || difference >= least) continue;
       least = difference;
@@ -221,7 +221,7 @@ ImageRegions FindRegions(const GrayImage& image) {
   const auto either = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; };
   tbb::parallel_for(0, height, [&](int y) {
     std::vector<std::uint8_t> near(width);  // a pixel inside a region is within reach
-    JoinSquares(inside, kReach, y, either, near.data());
+    JoinSquares(inside, kReachPixels, y, either, near.data());
     for (int x = 0; x < width; ++x) {
       if (inside(x, y) != 0 || near[x] == 0) continue;
       regions.region(x, y) = RegionBeside(sums, inside, regions.region, x, y);

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
 
 namespace phi {
 

@@ -7,6 +7,7 @@
 
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"

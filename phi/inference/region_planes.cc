@@ -12,6 +12,7 @@
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/plane_normal.h"
 
@@ -30,7 +31,7 @@ constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
 constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
 // Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
-constexpr double kReach = 5;
+constexpr double kReachDeviations = 5;
 
 struct Point {
   float x, y;
@@ -110,7 +111,7 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
   plane->b = solution(1);
   plane->c = solution(2);
   plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
-  const Eigen::Matrix2d ellipse = covariance.inverse() / (kReach * kReach);
+  const Eigen::Matrix2d ellipse = covariance.inverse() / (kReachDeviations * kReachDeviations);
   plane->center_x = cx + mean.x();
   plane->center_y = cy + mean.y();
   plane->xx = ellipse(0, 0);

@@ -13,7 +13,7 @@
 namespace phi {
 namespace {
 
-constexpr int kReach = 32;     // pixels; a measured normal carries its plane about so far
+constexpr int kReachPixels = 32;     // pixels; a measured normal carries its plane about so far
 constexpr int kMinHiding = 2;  // of the four directions
 // Of a cell's side: four samples of each view that looks from the same distance.
 constexpr int kCellSteps = 2;
@@ -60,7 +60,7 @@ Surroundings::Surroundings(const InferenceInput& input)
 // At (x, y) of the plane of the nearest measured pixel in direction (dx, dy); 0: there is none within reach.
 float Surroundings::ContinuedDepth(int x, int y, int dx, int dy) const {
   const ArrayView2D<const PlaneHypothesis> map = measured_.view();
-  for (int i = 1; i <= kReach && map.Contains(x + i * dx, y + i * dy); ++i) {
+  for (int i = 1; i <= kReachPixels && map.Contains(x + i * dx, y + i * dy); ++i) {
     const PlaneHypothesis& h = map(x + i * dx, y + i * dy);
     if (h.depth > 0) {
       return PlaneDepthAt(rays_, h, x + i * dx + 0.5f, y + i * dy + 0.5f, x + 0.5f, y + 0.5f);

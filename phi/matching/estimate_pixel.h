@@ -82,13 +82,6 @@ inline constexpr std::uint32_t kAllViews = ~std::uint32_t{0};
 // Draw numbers within an iteration.
 inline constexpr std::uint32_t kDrawRefinement = 0;
 
-template <int kViews>
-struct Candidate {
-  PlaneHypothesis hypothesis;
-  float costs[kViews];
-  float cost = kMaxCost;
-};
-
 // The hypothesis of pixel (x + dx, y + dy), moved to (x, y) along its plane. False when it leaves its domain
 // there.
 PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis& from, PixelOffset offset,

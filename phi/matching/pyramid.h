@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "phi/backend.h"
+#include "phi/base/images.h"
+#include "phi/geometry/device_camera.h"
 #include "phi/matching/window_level.h"
 
 namespace phi {

@@ -194,6 +194,48 @@ TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
   EXPECT_EQ(workspace.Run({}).exit_code, 2) << "they are the other program's again";
 }
 
+// A file is renamed or not: after so many of the steps for one image, the same command does the rest.
+TEST(HoleFillerCommand, AKilledRestoreGoesOn) {
+  const ForeignWorkspace workspace;
+  const auto originals = workspace.Files();
+  const auto path = [&](const char* folder, const char* kind) {
+    return workspace.path() / "stereo" / folder / MapName(0, kind);
+  };
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  fs::rename(path("normal_maps", "measured"), path("normal_maps", "geometric"));
+  const ProgramResult restored = workspace.Run({"--restore", "true"});
+  EXPECT_EQ(restored.exit_code, 0) << restored.errors;
+  EXPECT_EQ(workspace.Files(), originals);
+
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  fs::remove(path("normal_maps", "measured"));
+  const auto filled = workspace.Files();
+  EXPECT_EQ(workspace.Run({"--restore", "true"}).exit_code, 0);
+  for (const char* folder : {"depth_maps", "normal_maps"}) {
+    const fs::path geometric = path(folder, "geometric");
+    EXPECT_EQ(workspace.Files().at(geometric), filled.at(geometric)) << "its original normals are lost";
+  }
+}
+
+// The first maps hold a negative depth, and so have another name than the later ones' originals.
+TEST(HoleFillerCommand, RestorePutsBackTheLastMapsOfTheOtherProgram) {
+  const ForeignWorkspace workspace, again;
+  const fs::path maps = workspace.path() / "stereo/depth_maps";
+  phi::Array2D<float> depth = workspace.Depth(0, "geometric");
+  depth(60, 45) = -1;
+  colmap_ext::WriteDepthMap(maps / MapName(0, "geometric"), depth);
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  for (const char* folder : {"stereo/depth_maps", "stereo/normal_maps"}) {
+    fs::copy(again.path() / folder, workspace.path() / folder, fs::copy_options::overwrite_existing);
+  }
+  depth(60, 45) = 7;
+  colmap_ext::WriteDepthMap(maps / MapName(0, "geometric"), depth);
+  const std::string last = ReadBytes(maps / MapName(0, "geometric"));
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  ASSERT_EQ(workspace.Run({"--restore", "true"}).exit_code, 0);
+  EXPECT_EQ(ReadBytes(maps / MapName(0, "geometric")), last);
+}
+
 // The measured maps are phimvs's own there.
 TEST(HoleFillerCommand, RestoreLeavesMapsOfPatchMatchStereoAlone) {
   const ForeignWorkspace workspace;

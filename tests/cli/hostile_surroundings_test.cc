@@ -214,7 +214,7 @@ TEST(HostileLimits, TooManyOpenFilesAreNoImagesFault) {
   }
 }
 
-TEST(HostileRecord, ReportGoesOnWithoutARecordThatIsNone) {
+TEST(HostileRecord, ReportAndFusionGoOnWithoutARecordThatIsNone) {
   for (const std::string& record : {std::string("no json"), std::string(), std::string(100000, '[')}) {
     const TemporaryFolder folder;
     const auto names = test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 3});
@@ -224,6 +224,10 @@ TEST(HostileRecord, ReportGoesOnWithoutARecordThatIsNone) {
         "", {"report", "--workspace_path", folder.path(), "--output_path", folder / "report.html"});
     EXPECT_EQ(report.exit_code, 0) << report.errors;
     EXPECT_THAT(ReadBytes(folder / "report.html"), HasSubstr("phimvs.json is damaged"));
+    const ProgramResult fusion = RunInShell("", {"stereo_fusion", "--workspace_path", folder.path(),
+                                                 "--output_path", folder / "fused.ply"});
+    EXPECT_EQ(fusion.exit_code, 0) << fusion.errors;
+    EXPECT_THAT(fusion.errors, AllOf(HasSubstr("is not known"), HasSubstr("phimvs.json is damaged")));
     const ProgramResult stereo = RunInShell("", StereoArguments(folder.path()));
     EXPECT_EQ(stereo.exit_code, 2);
     EXPECT_THAT(stereo.errors, HasSubstr("phimvs.json is damaged"));

@@ -131,7 +131,7 @@ TEST_F(MaskedRoom, WhatIsMaskedLeavesNoTrace) {
           }
         }
       }
-      EXPECT_GT(num_outside, kWidth * kHeight / 3) << name << " " << kind;
+      EXPECT_GT(num_outside, kWidth * kHeight / 4) << name << " " << kind;  // there was something to leave a trace in
     }
   }
 }

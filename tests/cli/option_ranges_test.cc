@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "colmap_ext/cli/fusion_options.h"
-#include "colmap_ext/cli/option_ranges.h"
 #include "colmap_ext/cli/stereo_options.h"
 #include "phi/base/error.h"
 #include "tests/support/error_message.h"
@@ -92,8 +91,10 @@ TEST(OptionRanges, OfFusion) {
 }
 
 TEST(OptionRanges, OfThreads) {
-  for (const int threads : {-1, 0, 1, 1024}) EXPECT_NO_THROW(CheckNumThreads("num_threads", threads));
-  for (const int threads : {-2, 1025}) EXPECT_THROW(CheckNumThreads("num_threads", threads), phi::UsageError);
+  for (const char* threads : {"-1", "0", "1", "1024"})
+    EXPECT_NO_THROW(Fusion("StereoFusion.num_threads", threads)) << threads;
+  for (const char* threads : {"-2", "1025"})
+    EXPECT_THROW(Fusion("StereoFusion.num_threads", threads), phi::UsageError) << threads;
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST(StereoOptions, ThePaperPresetSetsThePapersValues) {
   EXPECT_EQ(paper.inference.kappa1, 4);
   EXPECT_EQ(paper.inference.kappa2, 0.5);
   EXPECT_EQ(paper.inference.kappa3, 2);
-  for (const Stage& stage : BuildStages(paper)) EXPECT_FALSE(stage.drops_doubtful);
+  for (const Stage& stage : BuildStages(paper)) EXPECT_FALSE(stage.judges_measurements);
 }
 
 TEST(StereoOptions, WithoutAPresetTheDefaultsStay) {

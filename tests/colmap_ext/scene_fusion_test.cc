@@ -1,3 +1,4 @@
+#include "colmap_ext/fusion/cloud_output.h"
 #include "colmap_ext/fusion/scene_fusion.h"
 
 #include <gmock/gmock.h>
@@ -304,13 +305,13 @@ TEST(SceneFusion, FarWorldsHaveAnOffset) {
   const TemporaryFolder folder;
   auto scene = PlaneScene({}, {0, 0, -1});
   EXPECT_EQ(
-      ChooseWorldOffset((WriteMapWorkspace(scene, folder / "near"), Workspace({.path = folder / "near"}))),
+      ChooseCoordinates((WriteMapWorkspace(scene, folder / "near"), Workspace({.path = folder / "near"}))).offset,
       (std::array<double, 3>{0, 0, 0}));
   Similarity shift;
   shift.translation = {400000, 5000000, 300};
   Transform(shift, &scene);
   WriteMapWorkspace(scene, folder.path());
-  const auto offset = ChooseWorldOffset(Workspace({.path = folder.path()}));
+  const auto offset = ChooseCoordinates(Workspace({.path = folder.path()})).offset;
   EXPECT_NEAR(offset[1], 5000000, 1);
   Fuse(folder.path(), {}, "fused.ply", {.path = {}, .offset = offset});
   EXPECT_THAT(ReadBytes(folder / "fused.ply").substr(0, 200),

@@ -227,7 +227,7 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
   auto filled = std::make_shared<Mask>(estimate.map.width(), estimate.map.height());
   for (int x = 0; x < filled->width(); ++x) (*filled)(x, 40) = 255;
   FilterOptions options;
-  options.max_cost = 0.5;
+  options.min_ncc = 0.5;
   options.min_triangulation_angle = 1;
   for (const bool after_inference : {false, true}) {
     input.filled = after_inference ? filled : nullptr;

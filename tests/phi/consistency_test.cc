@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "phi/cpu/cpu_filter.h"
+#include "phi/filtering/filled_value.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
 
@@ -56,7 +57,12 @@ TEST_F(ConsistencyTest, ReprojectionErrorInPixelsOfTheReference) {
   EXPECT_FALSE(Consistent(1 / (0.5f + 1.1f / 50)));
 }
 
-TEST_F(ConsistencyTest, NormalsMayDifferByThirtyDegrees) {
+TEST_F(ConsistencyTest, NormalsMayDifferByTheirTolerance) {
+  EXPECT_TRUE(Consistent(2.0f, {std::sin(1.03f), 0, -std::cos(1.03f)}));   // 59.0 degrees; the default is 60
+  EXPECT_FALSE(Consistent(2.0f, {std::sin(1.07f), 0, -std::cos(1.07f)}));  // 61.3
+  FilterOptions options;
+  options.max_normal_error = 30;
+  thresholds_ = MakeConsistencyThresholds(options);
   EXPECT_TRUE(Consistent(2.0f, {std::sin(0.50f), 0, -std::cos(0.50f)}));   // 28.6 degrees
   EXPECT_FALSE(Consistent(2.0f, {std::sin(0.55f), 0, -std::cos(0.55f)}));  // 31.5 degrees
 }
@@ -134,7 +140,7 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   EXPECT_FALSE(Keeps(10, 30));  // seen by the reference alone
 
   input_.cost = std::make_shared<CostMap>(80, 60, 1.0f);
-  options_.max_cost = 0.9;
+  options_.min_ncc = 0.1;
   EXPECT_FALSE(Keeps(60, 30));
   input_.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
   EXPECT_TRUE(Keeps(60, 30));

@@ -1,3 +1,4 @@
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 
 #include <gmock/gmock.h>
@@ -46,7 +47,7 @@ class StereoPipelineTest : public ::testing::Test {
   RunSummary Run(const std::filesystem::path& path) {
     const Workspace workspace({.path = path, .mask_path = masks_});
     const phi::SparseScene scene = MakeSparseScene(workspace.model());
-    StereoPipeline::Backends backends;
+    Backends backends;
     for (int i = 0; i < num_backends_; ++i) {
       backends.push_back(std::make_unique<FakeBackend>(&calls_, num_concurrent_));
     }
@@ -224,7 +225,7 @@ TEST_F(StereoPipelineTest, BytesDependNeitherOnWorkersNorOnMemory) {
     test_support::WriteNoiseWorkspace(other.path(), {.num_images = kNumImages});
     num_backends_ = num_backends;
     num_concurrent_ = num_concurrent;
-    options_.cache_bytes = cache_bytes;
+    options_.cache_gigabytes = static_cast<double>(cache_bytes) / kBytesPerGigabyte;
     Run(other.path());
     EXPECT_EQ(HashMaps(other.path()), expected)
         << num_backends << " x " << num_concurrent << ", " << cache_bytes;
@@ -242,13 +243,13 @@ TEST_F(StereoPipelineTest, RunsAsManyImagesAtOnceAsTheBackendsAskFor) {
 
 TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   const std::int64_t map_bytes = 24 * 16 * 16;
-  options_.cache_bytes = 3 * map_bytes;
+  options_.cache_gigabytes = 3 * map_bytes / kBytesPerGigabyte;
   const RunSummary summary = Run();
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
-  EXPECT_LE(summary.peak_cache_bytes, options_.cache_bytes + 5 * map_bytes);
+  EXPECT_LE(summary.peak_cache_bytes, (3 + 5) * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths,
   // images, and masks of what is filled and of what few views see.
-  options_.cache_bytes = std::int64_t{1} << 30;
+  options_.cache_gigabytes = 1;
   options_.stereo.seed = 1;
   EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 3 * map_bytes / 16));
 }
@@ -259,6 +260,7 @@ TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
   const RunSummary summary = Run();
   EXPECT_EQ(calls_.estimates + calls_.filters + calls_.inferences, 0);
   EXPECT_EQ(summary.num_images_kept, kNumImages);
+  EXPECT_THAT(SummaryLine(summary), HasSubstr("nothing to do"));
 }
 
 TEST_F(StereoPipelineTest, OtherOptionsMakeOnlyWhatDependsOnThem) {
@@ -294,6 +296,9 @@ TEST_F(StereoPipelineTest, GoesOnAfterABreakInEachStageWithTheBytesOfACleanRun) 
 TEST_F(StereoPipelineTest, MakesADamagedMapAgain) {
   Run();
   const auto expected = HashMaps(folder_.path());
+  std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
+  EXPECT_THAT(SummaryLine(Run()), testing::Not(HasSubstr("nothing to do")));
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
   std::filesystem::resize_file(DepthPath(1, "photometric"), 100);
   std::filesystem::remove(DepthPath(2, "geometric"));
   calls_.estimates = 0;

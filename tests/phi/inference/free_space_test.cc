@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "phi/filtering/filled_value.h"
 #include "phi/geometry/camera.h"
 
 namespace phi {

@@ -94,7 +94,7 @@ TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
     const double first = ExpectedCost(x, y, 0), second = ExpectedCost(x, y, 1);
     ASSERT_GT(std::abs(first - second), 1e-3) << "the two views tell nothing apart";
     const PixelHypotheses mean = robust.Costs(x, y, &scratch), harmonic = paper.Costs(x, y, &scratch);
-    EXPECT_EQ(mean.existing, 15) << "a measured pixel is every direction's hypothesis";
+    EXPECT_EQ(mean.offered, 15) << "a measured pixel is every direction's hypothesis";
     for (int k = 0; k < kNumDirections; ++k) {
       // Two views count sqrt(2 / 3) times what three would.
       EXPECT_NEAR(mean.cost[k], 1 - std::sqrt(2.0 / 3) * (1 - (first + second) / 2), 2e-4) << x << ", " << y;

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "phi/filtering/filled_value.h"
+
 namespace phi {
 namespace {
 

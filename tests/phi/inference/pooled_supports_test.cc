@@ -10,6 +10,7 @@
 #include <tbb/global_control.h>
 #include <Eigen/Geometry>
 
+#include "phi/filtering/filled_value.h"
 #include "phi/inference/infer.h"
 #include "phi/inference/region_planes.h"
 

@@ -1,0 +1,143 @@
+#include "colmap_ext/fusion/cloud_output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <unordered_map>
+#include <vector>
+
+#include "colmap_ext/input_file.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+
+namespace colmap_ext {
+namespace {
+
+double Percentile(std::vector<double>* values, double share) {
+  const auto place = values->begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
+  std::nth_element(values->begin(), place, values->end());
+  return *place;
+}
+
+// Between neighbouring points of the cloud: what a pixel spans at the sparse points. 0: there are none.
+double PointSpacing(const Workspace& workspace) {
+  std::unordered_map<std::uint32_t, const phi::Camera*> cameras;
+  for (const phi::SceneView& view : workspace.views()) cameras[view.image_id] = &view.camera;
+  std::vector<double> spacings;
+  for (const SparsePoint& point : workspace.model().points) {
+    if (point.track.empty()) continue;
+    const auto camera = cameras.find(point.track.front().image_id);
+    if (camera == cameras.end() || !(camera->second->pinhole.fx > 0)) continue;
+    spacings.push_back((point.xyz - camera->second->pose.Center()).norm() / camera->second->pinhole.fx);
+  }
+  return spacings.empty() ? 0 : Percentile(&spacings, 0.5);
+}
+
+// The largest coordinate, from the offset, of the cameras and of nearly all points.
+double LargestCoordinate(const Workspace& workspace, const Eigen::Vector3d& offset) {
+  constexpr double kWithoutOutliers = 0.99;
+  double largest = 0;
+  for (const phi::SceneView& view : workspace.views())
+    largest = std::max(largest, (view.camera.pose.Center() - offset).cwiseAbs().maxCoeff());
+  std::vector<double> of_points;
+  for (const SparsePoint& point : workspace.model().points)
+    of_points.push_back((point.xyz - offset).cwiseAbs().maxCoeff());
+  return of_points.empty() ? largest : std::max(largest, Percentile(&of_points, kWithoutOutliers));
+}
+
+Eigen::Vector3d MeanCenter(const Workspace& workspace) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const phi::SceneView& view : workspace.views())
+    mean += view.camera.pose.Center() / static_cast<double>(workspace.views().size());
+  return mean;
+}
+
+std::string ReadCrs(const std::string& text) {
+  std::string wkt = text;
+  if (std::ifstream file = OpenRegularFile(text); file)
+    wkt.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  while (!wkt.empty() && (std::isspace(static_cast<unsigned char>(wkt.back())) || wkt.back() == '\0')) wkt.pop_back();
+  if (wkt.find('[') == std::string::npos) {
+    throw phi::UsageError("--crs is '" + text +
+                          "', but must be the WKT of a coordinate system or a file that holds it; "
+                          "`gdalsrsinfo -o wkt1 EPSG:25832` prints that of a code");
+  }
+  if (wkt.size() > kMaxCrsBytes) throw phi::UsageError("--crs: the WKT is longer than a LAS file can hold");
+  return wkt;
+}
+
+std::unique_ptr<CloudWriter> MakeFileWriter(const CloudOutput& output, const CloudCoordinates& coordinates,
+                                            const std::filesystem::path& path) {
+  if (output.type == CloudType::kLas) {
+    return MakeLasCloudWriter(
+        {.path = path, .scale = coordinates.las_scale, .offset = coordinates.offset, .crs = output.crs});
+  }
+  return MakePlyCloudWriter({.path = path, .offset = coordinates.offset, .in_doubles = coordinates.in_doubles});
+}
+
+}  // namespace
+
+phi::OptionList CloudOutput::List() {
+  phi::OptionList list;
+  list.AddChoice<CloudType>("output_type", &type,
+                            {{"auto", CloudType::kBySuffix},
+                             {"PLY", CloudType::kPly},
+                             {"LAS", CloudType::kLas},
+                             {"BIN", CloudType::kBinary},
+                             {"TXT", CloudType::kText}},
+                            "Format; auto = by the suffix; BIN and TXT = COLMAP's sparse model with the cloud as its points");
+  list.Add("crs", &crs, "Coordinate system of the world for LAS: WKT, or a file that holds it");
+  list.Add("tile_size", &tile_size, "Side of square tiles along x and y, a file each and an index; 0 = one file")
+      .Unit("world units")
+      .AtLeast(0);
+  return list;
+}
+
+void CloudOutput::Resolve() {
+  std::string suffix = path.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  const CloudType by_suffix = suffix == ".las" ? CloudType::kLas : CloudType::kPly;
+  const bool is_known = suffix == ".las" || suffix == ".ply" || suffix.empty();
+  if (type == CloudType::kBySuffix) type = by_suffix;
+  const bool fits = is_known && (suffix.empty() || type == by_suffix);
+  if (IsFile() && !fits) {
+    throw phi::UsageError("--output_path " + path.string() + ": there is no writer of " +
+                          (is_known ? "that --output_type" : "clouds") + " for '" + suffix +
+                          "'; name the file .ply or .las");
+  }
+  if (!crs.empty() && type != CloudType::kLas) phi::LogWarning("--crs has no effect: only LAS files hold it");
+  if (!crs.empty()) crs = ReadCrs(crs);
+  if (tile_size > 0 && !IsFile()) throw phi::UsageError("--tile_size is for PLY and LAS alone");
+}
+
+CloudCoordinates ChooseCoordinates(const Workspace& workspace) {
+  constexpr double kSinglePrecision = 1.0 / (1 << 24), kShareOfSpacing = 0.1;
+  constexpr double kMillimetre = 0.001, kUnitsPerSpacing = 100;
+  CloudCoordinates coordinates;
+  const double spacing = PointSpacing(workspace);
+  if (spacing <= 0) return coordinates;
+  const double coarsest = kShareOfSpacing * spacing;
+  if (LargestCoordinate(workspace, Eigen::Vector3d::Zero()) * kSinglePrecision > coarsest) {
+    const Eigen::Vector3d mean = MeanCenter(workspace);
+    coordinates.offset = {std::round(mean.x()), std::round(mean.y()), std::round(mean.z())};
+    const Eigen::Vector3d offset(coordinates.offset.data());
+    coordinates.in_doubles = LargestCoordinate(workspace, offset) * kSinglePrecision > coarsest;
+  }
+  coordinates.las_scale =
+      std::min(kMillimetre, std::pow(10.0, std::floor(std::log10(spacing / kUnitsPerSpacing))));
+  return coordinates;
+}
+
+std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output) {
+  if (!output.IsFile()) {
+    return MakeSparseCloudWriter(workspace.model(), output.path,
+                                 output.type == CloudType::kBinary ? SparseFormat::kBinary : SparseFormat::kText);
+  }
+  const CloudCoordinates coordinates = ChooseCoordinates(workspace);
+  if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path);
+  return MakeTiledCloudWriter(
+      {.path = output.path, .size = output.tile_size, .origin = {0, 0}},
+      [output, coordinates](const std::filesystem::path& path) { return MakeFileWriter(output, coordinates, path); });
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,41 @@
+// The file or files that a cloud goes to: format, coordinates, tiles.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/workspace.h"
+#include "phi/base/option.h"
+
+namespace colmap_ext {
+
+enum class CloudType { kBySuffix, kPly, kLas, kBinary, kText };
+
+struct CloudOutput {
+  std::filesystem::path path;  // the file, or the folder of a sparse model
+  CloudType type = CloudType::kBySuffix;
+  std::string crs;       // WKT of the world's coordinate system, or a file that holds it; LAS alone
+  double tile_size = 0;  // world units; 0: one file
+
+  // All but the path.
+  phi::OptionList List();
+  // Finds the type and reads the coordinate system. Throws phi::UsageError, phi::InputError.
+  void Resolve();
+  bool IsFile() const { return type == CloudType::kPly || type == CloudType::kLas; }
+};
+
+// How a file states positions, so that each keeps at least a tenth of the distance between neighbouring points.
+struct CloudCoordinates {
+  std::array<double, 3> offset{0, 0, 0};  // world units
+  bool in_doubles = false;                // of PLY: even from the offset single precision is too coarse
+  double las_scale = 0.001;               // world units: a power of ten, a millimetre at most and a hundredth of the distance
+};
+CloudCoordinates ChooseCoordinates(const Workspace& workspace);
+
+// `output` is resolved. Throws phi::InputError where the place cannot be written.
+std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output);
+
+}  // namespace colmap_ext

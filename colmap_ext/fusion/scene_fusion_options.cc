@@ -1,0 +1,35 @@
+#include <string>
+
+#include "colmap_ext/fusion/scene_fusion.h"
+#include "phi/fusion/neighbor_lookup.h"
+
+namespace colmap_ext {
+
+phi::OptionList SceneFusionOptions::List() {
+  phi::OptionList list;
+  list.AddChoice<std::string>("input_type", &input.kind,
+                              {{"geometric", std::string(kGeometric)},
+                               {"photometric", std::string(kPhotometric)},
+                               {"measured", std::string(kMeasured)}},
+                              "Kind of maps; measured: geometric without the inferred pixels");
+  list.Add("StereoFusion.mask_path", &input.mask_path, "Folder of <image name>.png; 0 leaves a pixel out");
+  list.Add("StereoFusion.num_threads", &num_threads, "Threads; -1: all").Between(-1, phi::kMaxThreads);
+  list.Append(rule.List());
+  list.Add("StereoFusion.check_num_images", &max_neighbors, "Images that each image is compared with; -1 = all")
+      .ColmapDefault("50");
+  list.Add("PhiFusion.max_memory_gb", &max_memory_gb, "Memory for maps; 0: half of the computer's")
+      .Unit("GB")
+      .AtLeast(0);
+  return list;
+}
+
+std::string SceneFusionOptions::Check() const {
+  if (const std::string problem = SceneFusionOptions(*this).List().Check(); !problem.empty()) return problem;
+  if (const std::string problem = rule.Check(); !problem.empty()) return problem;
+  constexpr int kMost = phi::kMaxFusionNeighbors / 2;
+  if (max_neighbors == -1 || (max_neighbors >= 1 && max_neighbors <= kMost)) return "";
+  return "--StereoFusion.check_num_images is " + std::to_string(max_neighbors) +
+         ", but must be -1 (all) or between 1 and " + std::to_string(kMost);
+}
+
+}  // namespace colmap_ext

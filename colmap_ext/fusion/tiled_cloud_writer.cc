@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "colmap_ext/atomic_file.h"
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+constexpr std::size_t kMaxTiles = 400;  // open at once, each up to two files of the usual 1024
+
+struct TileIndex {
+  std::int64_t column = 0, row = 0;
+  auto operator<=>(const TileIndex&) const = default;
+};
+
+struct Tile {
+  std::filesystem::path path;
+  std::unique_ptr<CloudWriter> writer;
+  phi::FusedBlock block;  // of the block that is being written
+  std::uint64_t num_points = 0;
+  double least[3], most[3];
+};
+
+class TiledCloudWriter : public CloudWriter {
+ public:
+  TiledCloudWriter(const TileOptions& options,
+                   std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer)
+      : options_(options), make_writer_(std::move(make_writer)) {}
+
+  void Write(const phi::FusedBlock& block) override {
+    std::size_t first_view = 0;
+    for (std::size_t i = 0; i < block.points.size(); ++i) {
+      Add(block.points[i], block.view_counts[i], block.views.data() + first_view, &TileOf(block.points[i]));
+      first_view += block.view_counts[i];
+    }
+    for (auto& [index, tile] : tiles_) {
+      if (tile.block.points.empty()) continue;
+      tile.writer->Write(tile.block);
+      tile.block = {};
+    }
+  }
+
+  void Commit() override {
+    for (auto& [index, tile] : tiles_) tile.writer->Commit();
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const auto& [index, tile] : tiles_) {
+      list.push_back({{"file", tile.path.filename().string()},
+                      {"column", index.column},
+                      {"row", index.row},
+                      {"points", tile.num_points},
+                      {"min", tile.least},
+                      {"max", tile.most}});
+    }
+    const nlohmann::ordered_json content = {
+        {"tile_size", options_.size}, {"origin", options_.origin}, {"tiles", std::move(list)}};
+    std::filesystem::path path = options_.path;
+    path.replace_filename(path.stem().string() + ".tiles.json");
+    WriteFileAtomically(path, content.dump(1) + "\n");
+  }
+
+ private:
+  Tile& TileOf(const phi::FusedPoint& point) {
+    const auto place = [&](std::size_t axis) {
+      return static_cast<std::int64_t>(std::floor((point.xyz[axis] - options_.origin[axis]) / options_.size));
+    };
+    const TileIndex index{place(0), place(1)};
+    const auto found = tiles_.find(index);
+    if (found != tiles_.end()) return found->second;
+    if (tiles_.size() == kMaxTiles) {
+      throw phi::InputError("--tile_size " + nlohmann::json(options_.size).dump() + " gives more than " +
+                            std::to_string(kMaxTiles) +
+                            " tiles; ask for larger ones, or for the part in --bbox_path alone");
+    }
+    Tile& tile = tiles_[index];
+    tile.path = options_.path;
+    tile.path.replace_filename(tile.path.stem().string() + "_" + std::to_string(index.column) + "_" +
+                               std::to_string(index.row) + tile.path.extension().string());
+    tile.writer = make_writer_(tile.path);
+    std::fill(tile.least, tile.least + 3, std::numeric_limits<double>::max());
+    std::fill(tile.most, tile.most + 3, std::numeric_limits<double>::lowest());
+    return tile;
+  }
+
+  static void Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views, Tile* tile) {
+    tile->block.points.push_back(point);
+    tile->block.view_counts.push_back(num_views);
+    tile->block.views.insert(tile->block.views.end(), views, views + num_views);
+    ++tile->num_points;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      tile->least[axis] = std::min(tile->least[axis], point.xyz[axis]);
+      tile->most[axis] = std::max(tile->most[axis], point.xyz[axis]);
+    }
+  }
+
+  const TileOptions options_;
+  const std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer_;
+  std::map<TileIndex, Tile> tiles_;
+};
+
+}  // namespace
+
+std::unique_ptr<CloudWriter> MakeTiledCloudWriter(
+    const TileOptions& options,
+    std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer) {
+  return std::make_unique<TiledCloudWriter>(options, std::move(make_writer));
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,149 @@
+#include "colmap_ext/pipeline/stage_runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+#include "phi/base/utc_time.h"
+#include "phi/base/whole_array.h"
+
+namespace colmap_ext {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kHardlyAny = 0.01;  // of an image's pixels
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// Enough to keep up with several devices, few enough that what waits to be written stays small.
+int NumWriters(const Backends& backends) {
+  int num_workers = 0;
+  for (const auto& backend : backends) num_workers += std::max(1, backend->NumConcurrentImages());
+  return std::clamp(num_workers, 2, 8);
+}
+
+}  // namespace
+
+StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
+                         SparseDepthFunction sparse_depth, const Backends& backends)
+    : workspace_(workspace),
+      jobs_(jobs),
+      backends_(backends),
+      record_(workspace.StereoFolder()),
+      store_(workspace, options.CacheBytes(), NumWriters(backends)),
+      tasks_(workspace, jobs, options, std::move(sparse_depth), &store_) {
+  summary_.num_images = static_cast<int>(jobs.size());
+}
+
+const std::string& StageRunner::NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
+
+void StageRunner::Begin(const std::vector<Stage>& stages) {
+  std::vector<ProgressStage> progress_stages;
+  for (const Stage& stage : stages) {
+    progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
+    summary_.stages.push_back({.name = stage.result});
+  }
+  progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
+}
+
+std::vector<int> StageRunner::Run(int number, const StageWork& work) {
+  if (!work.stage.transient) {
+    std::vector<RunRecord::Task> tasks;
+    std::vector<std::string> keys;
+    for (const int job : work.pending) {
+      tasks.emplace_back(NameOf(job), work.stage.result);
+      keys.push_back(work.keys[job]);
+    }
+    record_.Begin(tasks, keys);
+  }
+  progress_->BeginStage(number);
+  const Clock::time_point begin = Clock::now();
+  const std::vector<TaskFailure> failures =
+      RunTasks(work.pending, backends_, [&](int job, phi::Backend& backend) { RunTask(number, work, job, backend); });
+  if (work.previous != nullptr) {  // no other stage reads those maps
+    for (const ImageJob& job : jobs_) store_.Forget(job.image, work.previous->result);
+  }
+  summary_.stages[number].seconds += SecondsSince(begin);
+  summary_.stages[number].num_made += static_cast<int>(work.pending.size() - failures.size());
+  std::vector<int> failed;
+  for (const TaskFailure& failure : failures) {
+    RecordFailure(work, failure);
+    failed.push_back(failure.task);
+  }
+  return failed;
+}
+
+void StageRunner::RunTask(int number, const StageWork& work, int job, phi::Backend& backend) {
+  const Clock::time_point begin = Clock::now();
+  ProgressLine::Task progress(progress_.get());
+  TaskRecord record;
+  const StageResult result =
+      tasks_.Run(work.stage, work.previous, work.input_keys, job, backend, &progress, &record.warnings);
+  for (const std::string& warning : record.warnings) phi::LogWarning("image " + NameOf(job) + ": " + warning);
+  record.state = "done";
+  record.key = work.keys[job];
+  record.seconds = SecondsSince(begin);
+  record.peak_memory_bytes = PeakHostBytes();
+  Save(work.stage, job, result, record);
+  Count(number, job, *result.map);
+}
+
+void StageRunner::Count(int number, int job, const phi::PlaneMap& map) {
+  const std::int64_t num_with_depth = phi::CountIf(map, [](const phi::PlaneHypothesis& h) { return h.depth > 0; });
+  const auto num_pixels = static_cast<std::int64_t>(map.size());
+  std::lock_guard<std::mutex> lock(mutex_);
+  StageSummary& stage = summary_.stages[number];
+  stage.num_pixels += num_pixels;
+  stage.num_with_depth += num_with_depth;
+  const bool is_last = number + 1 == static_cast<int>(summary_.stages.size());
+  if (is_last && static_cast<double>(num_with_depth) < kHardlyAny * static_cast<double>(num_pixels))
+    nearly_empty_.insert(std::lower_bound(nearly_empty_.begin(), nearly_empty_.end(), job), job);
+}
+
+void StageRunner::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {
+  if (stage.transient) {
+    store_.KeepTransient(jobs_[job].image, stage.result, result);
+    return;
+  }
+  store_.Write(jobs_[job].image, stage.result, result,
+               [this, task = RunRecord::Task(NameOf(job), stage.result),
+                record = record](const std::vector<FileIdentity>& files) mutable {
+                 record.files = files;
+                 record_.Finish(task, record);
+               });
+}
+
+void StageRunner::RecordFailure(const StageWork& work, const TaskFailure& failure) {
+  Fail(failure.task, work.stage.result, failure.message);
+  if (work.stage.transient) return;
+  TaskRecord record;
+  record.state = "failed";
+  record.key = work.keys[failure.task];
+  record.warnings = {failure.message};
+  record_.Finish({NameOf(failure.task), work.stage.result}, record);
+}
+
+void StageRunner::Fail(int job, const std::string& stage, const std::string& message) {
+  phi::LogError(message);
+  summary_.failures.push_back({NameOf(job), stage, message});
+}
+
+void StageRunner::End() {
+  store_.Drain();
+  progress_.reset();
+  summary_.inference = tasks_.Inference();
+  summary_.peak_host_bytes = PeakHostBytes();
+  summary_.peak_cache_bytes = store_.cache().peak_bytes();
+  summary_.bytes_written = store_.writers().bytes_written();
+  summary_.write_seconds = store_.writers().busy_seconds();
+  for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));
+}
+
+void StageRunner::AddToRecord() { record_.AddRun(SummaryJson(summary_, phi::UtcNow())); }
+
+}  // namespace colmap_ext

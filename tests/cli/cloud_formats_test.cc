@@ -1,0 +1,210 @@
+// Clouds in the formats that surveyors use, read back by other programs: laspy (PyPI) and Open3D.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "colmap_ext/evaluation/ply_rows.h"
+#include "colmap_ext/fusion/cloud_output.h"
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "phi/base/error.h"
+#include "tests/support/error_message.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/log_capture.h"
+#include "tests/support/map_workspace.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::ReadBytes;
+using test_support::RunProgram;
+using test_support::TemporaryFolder;
+using ::testing::HasSubstr;
+
+constexpr char kCrs[] = "PROJCS[\"ETRS89 / UTM zone 32N\",GEOGCS[\"ETRS89\"],UNIT[\"metre\",1]]";
+
+phi::FusedBlock MakeBlock(const std::vector<std::array<double, 3>>& positions) {
+  phi::FusedBlock block;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    phi::FusedPoint point;
+    for (std::size_t axis = 0; axis < 3; ++axis) point.xyz[axis] = positions[i][axis];
+    point.normal[2] = -1;
+    point.rgb[0] = 255;
+    point.rgb[1] = static_cast<std::uint8_t>(i);
+    point.inferred = i % 2;
+    block.points.push_back(point);
+    block.view_counts.push_back(static_cast<std::uint32_t>(2 + i));
+    for (std::uint32_t view = 0; view < 2 + i; ++view) block.views.push_back(view);
+  }
+  return block;
+}
+
+template <typename Value>
+Value At(const std::string& bytes, std::size_t offset) {
+  Value value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(value));
+  return value;
+}
+
+// A millimetre at 10,000 km. Places of the fields: the specification's tables 3 and 16.
+TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
+  const TemporaryFolder folder;
+  const std::array<double, 3> offset = {10000000, 5300000, 400};
+  const auto writer = MakeLasCloudWriter({.path = folder / "c.las", .scale = 1e-4, .offset = offset, .crs = kCrs});
+  writer->Write(MakeBlock({{10000000.001, 5300000.002, 400.003}, {9999999.5, 5300010.25, 401.125}}));
+  writer->Commit();
+  const std::string bytes = ReadBytes(folder / "c.las");
+  EXPECT_EQ(bytes.substr(0, 4), "LASF");
+  EXPECT_EQ(bytes[24], 1);
+  EXPECT_EQ(bytes[25], 4);
+  EXPECT_EQ(At<std::uint16_t>(bytes, 6), 16);  // the coordinate system is WKT
+  EXPECT_EQ(At<std::uint64_t>(bytes, 247), 2u);
+  const auto data = At<std::uint32_t>(bytes, 96);
+  const auto length = At<std::uint16_t>(bytes, 105);
+  EXPECT_EQ(length, 39);
+  ASSERT_EQ(bytes.size(), data + 2 * length);
+  EXPECT_EQ(At<std::int32_t>(bytes, data), 10);
+  EXPECT_EQ(At<std::int32_t>(bytes, data + 4), 20);
+  EXPECT_EQ(At<std::int32_t>(bytes, data + 8), 30);
+  EXPECT_EQ(At<std::uint8_t>(bytes, data + 14), 0x11);
+  EXPECT_EQ(At<std::uint16_t>(bytes, data + 30), 0xffff);           // red
+  EXPECT_EQ(At<std::uint16_t>(bytes, data + length + 36), 3);       // views of the second point
+  EXPECT_EQ(At<std::uint8_t>(bytes, data + length + 38), 1);        // inferred
+  EXPECT_DOUBLE_EQ(At<double>(bytes, 179), 10000000.001);           // largest x
+  EXPECT_DOUBLE_EQ(At<double>(bytes, 187), 9999999.5);              // least x
+  EXPECT_THAT(bytes.substr(375, data - 375), HasSubstr(kCrs));
+}
+
+TEST(LasCloud, LeavesOutWhatItsIntegersDoNotReach) {
+  const TemporaryFolder folder;
+  const test_support::LogCapture log;
+  const auto writer = MakeLasCloudWriter({.path = folder / "c.las", .scale = 1e-4});
+  writer->Write(MakeBlock({{1, 2, 3}, {0, 3e5, 0}}));
+  writer->Commit();
+  EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder / "c.las"), 247), 1u);
+  EXPECT_THAT(log.messages(), testing::Contains(HasSubstr("1 points are farther")));
+}
+
+TEST(PlyCloud, HoldsDoublesWhereFloatsAreTooCoarse) {
+  const TemporaryFolder folder;
+  const auto writer = MakePlyCloudWriter({.path = folder / "c.ply", .in_doubles = true});
+  writer->Write(MakeBlock({{123456.000123, -1, 2}}));
+  writer->Commit();
+  PlyRows(folder / "c.ply").ForEachRow("vertex", {"x", "nz", "views"}, [&](const double* row) {
+    EXPECT_DOUBLE_EQ(row[0], 123456.000123);
+    EXPECT_EQ(row[1], -1);
+    EXPECT_EQ(row[2], 2);
+  });
+}
+
+TEST(TiledCloud, AFileForEachSquareAndAnIndex) {
+  const TemporaryFolder folder;
+  const auto writer = MakeTiledCloudWriter({.path = folder / "c.ply", .size = 10}, [](const fs::path& path) {
+    return MakePlyCloudWriter({.path = path});
+  });
+  writer->Write(MakeBlock({{1, 1, 0}, {-1, 1, 5}, {9, 9, 1}, {10, 1, 0}}));
+  writer->Commit();
+  const auto index = nlohmann::json::parse(ReadBytes(folder / "c.tiles.json"));
+  ASSERT_EQ(index["tiles"].size(), 3u);
+  EXPECT_EQ(index["tiles"][0]["file"], "c_-1_0.ply");
+  EXPECT_EQ(index["tiles"][1]["file"], "c_0_0.ply");
+  EXPECT_EQ(index["tiles"][1]["points"], 2);
+  EXPECT_EQ(index["tiles"][1]["max"], (std::vector<double>{9, 9, 1}));
+  std::vector<double> views;
+  PlyRows(folder / "c_0_0.ply").ForEachRow("vertex", {"views"}, [&](const double* row) { views.push_back(row[0]); });
+  EXPECT_EQ(views, (std::vector<double>{2, 4}));  // the views stay with their points
+  // Count, then of each point the number of its views and their indices.
+  EXPECT_EQ(ReadBytes(folder / "c_0_0.ply.vis").size(), 8u + 4 * (1 + 2) + 4 * (1 + 4));
+  const auto many = MakeTiledCloudWriter({.path = folder / "m.ply", .size = 1e-3}, [](const fs::path& path) {
+    return MakePlyCloudWriter({.path = path});
+  });
+  std::vector<std::array<double, 3>> scattered;
+  for (int i = 0; i < 500; ++i) scattered.push_back({static_cast<double>(i), 0, 0});
+  EXPECT_THAT(test_support::MessageOf<phi::InputError>([&] { many->Write(MakeBlock(scattered)); }), HasSubstr("ask for larger ones"));
+}
+
+class CloudFormats : public testing::Test {
+ protected:
+  CloudFormats() {
+    auto scene = test_support::PlaneScene();
+    Similarity shift;
+    shift.translation = {500000, 5300000, 400};
+    Transform(shift, &scene);
+    test_support::WriteMapWorkspace(scene, folder_.path());
+  }
+  test_support::ProgramResult Fuse(const fs::path& output, std::vector<std::string> more = {}) {
+    std::vector<std::string> command = {PHIMVS_BINARY,   "stereo_fusion", "--workspace_path", folder_.path(),
+                                        "--output_path", output};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProgram(command);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(CloudFormats, TheSuffixChooses) {
+  EXPECT_EQ(Fuse(folder_ / "c.las").exit_code, 0);
+  EXPECT_EQ(ReadBytes(folder_ / "c.las").substr(0, 4), "LASF");
+  const auto unknown = Fuse(folder_ / "c.xyz");
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.errors, HasSubstr("'.xyz'; name the file .ply or .las"));
+  EXPECT_FALSE(fs::exists(folder_ / "c.xyz"));
+  EXPECT_EQ(Fuse(folder_ / "d.las", {"--output_type", "PLY"}).exit_code, 1);
+  const auto code = Fuse(folder_ / "e.las", {"--crs", "EPSG:25832"});
+  EXPECT_EQ(code.exit_code, 1);
+  EXPECT_THAT(code.errors, HasSubstr("gdalsrsinfo"));
+  EXPECT_EQ(Fuse(folder_ / "f.ply", {"--tile_size", "1000"}).exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "f.tiles.json"));
+}
+
+// Points of the plane, and of another program's reading of the file.
+TEST_F(CloudFormats, LaspyReadsThem) {
+  std::ofstream(folder_ / "crs.wkt") << kCrs << "\n";
+  ASSERT_EQ(Fuse(folder_ / "c.las", {"--crs", folder_ / "crs.wkt"}).exit_code, 0);
+  ASSERT_EQ(Fuse(folder_ / "c.ply").exit_code, 0);
+  const auto read = RunProgram(
+      {"python3", "-c",
+       "import sys, laspy\n"
+       "c = laspy.read(sys.argv[1])\n"
+       "print('points', len(c), c.header.version, c.point_format.id, c.header.parse_crs is not None)\n"
+       "print('wkt', [v.string for v in c.vlrs if v.record_id == 2112][0])\n"
+       "print('views', int(c.views.min()), int(c.views.max()), int(c.inferred.max()), int(c.red.max()) % 257)\n"
+       "print('xyz', c.x.min(), c.x.max(), c.z.min(), c.z.max(), c.header.scales[0])\n",
+       folder_ / "c.las"});
+  if (read.exit_code != 0 && read.errors.find("laspy") != std::string::npos) GTEST_SKIP() << "laspy is not installed";
+  ASSERT_EQ(read.exit_code, 0) << read.errors;
+  std::size_t num_points = 0;
+  double least_x = 1e300, most_x = -1e300;
+  const std::string ply = ReadBytes(folder_ / "c.ply").substr(0, 200);
+  ASSERT_THAT(ply, HasSubstr("comment offset 500000 5300000 400"));
+  PlyRows(folder_ / "c.ply").ForEachRow("vertex", {"x"}, [&](const double* row) {
+    ++num_points;
+    least_x = std::min(least_x, row[0] + 500000);
+    most_x = std::max(most_x, row[0] + 500000);
+  });
+  EXPECT_THAT(read.output, HasSubstr("points " + std::to_string(num_points) + " 1.4 7"));
+  EXPECT_THAT(read.output, HasSubstr(std::string("wkt ") + kCrs));
+  const std::size_t xyz = read.output.find("xyz ");
+  ASSERT_NE(xyz, std::string::npos);
+  std::istringstream values(read.output.substr(xyz + 4));
+  double las_least = 0, las_most = 0, low = 0, high = 0, scale = 0;
+  values >> las_least >> las_most >> low >> high >> scale;
+  EXPECT_LE(scale, 0.001);
+  EXPECT_NEAR(las_least, least_x, scale);
+  EXPECT_NEAR(las_most, most_x, scale);
+}
+
+}  // namespace
+}  // namespace colmap_ext

@@ -1,0 +1,144 @@
+// Fusion's rule is written twice: to be read, for a pixel, and to be run, for 16. They agree to the bit.
+#include "phi/fusion/support_pixel.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstring>
+#include <random>
+
+#include "phi/base/random.h"
+#include "phi/fusion/support_run.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/scene_fusers.h"
+
+namespace phi {
+namespace {
+
+using test_support::RenderedScene;
+
+std::uint32_t Bits(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+// Noise of up to 4 tolerances in depth and 20 degrees in normals, holes, inferred and emitted pixels, colours: every answer
+// comes up.
+std::vector<FusionMap> NoisyMaps(const RenderedScene& scene) {
+  std::vector<FusionMap> maps = test_support::MakeMaps(scene);
+  std::mt19937 random(7);
+  const auto uniform = [&](float least, float most) {
+    return least + (most - least) * static_cast<float>(random()) / 4294967296.0f;
+  };
+  for (FusionMap& map : maps) {
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      FusionPixel& pixel = map.data()[i];
+      if (random() % 10 == 0) pixel.depth = 0;
+      pixel.depth *= 1 + uniform(-0.02f, 0.02f) * (random() % 3 == 0 ? 2 : 0.2f);
+      const Vec3f n = UnpackNormal(pixel.normal);
+      const float tilt = random() % 2 == 0 ? 0.2f : 0.02f;
+      pixel.normal = PackNormal(
+          Normalized({n.x + uniform(-tilt, tilt), n.y + uniform(-tilt, tilt), n.z + uniform(-tilt, tilt)}));
+      for (std::uint8_t& c : pixel.rgb) c = static_cast<std::uint8_t>(random());
+      pixel.flags = (random() % 4 == 0 ? FusionPixel::kInferred : 0) | (random() % 3 == 0 ? FusionPixel::kEmitted : 0);
+    }
+  }
+  return maps;
+}
+
+std::vector<FusionNeighbor> Neighbors(const RenderedScene& scene, const std::vector<FusionMap>& maps, std::size_t reference) {
+  std::vector<FusionNeighbor> neighbors;
+  for (const bool earlier : {true, false}) {  // earlier ones first, as in ImageFuser
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      if (i == reference || (i < reference) != earlier) continue;
+      const Pinhole& k = scene.views[i].camera.pinhole;
+      neighbors.push_back({static_cast<std::uint32_t>(i), earlier,
+                           MakeRelativeView(scene.views[reference].camera, scene.views[i].camera),
+                           static_cast<float>(1 / k.fx), static_cast<float>(1 / k.fy), maps[i].view()});
+    }
+  }
+  return neighbors;
+}
+
+struct Tally {
+  int covered = 0, other_depth = 0, other_reprojection = 0, other_normal = 0, seen_through = 0, agreeing = 0, dropped = 0;
+};
+
+void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* tally) {
+  ASSERT_EQ(pixel.has_depth, (run.has_depth >> i & 1) != 0);
+  ASSERT_EQ(pixel.is_covered, (run.covered >> i & 1) != 0);
+  tally->covered += pixel.is_covered;
+  if (!pixel.has_depth || pixel.is_covered) return;
+  ASSERT_EQ(pixel.num_other_depth, run.num_depth[i]);
+  ASSERT_EQ(pixel.num_other_reprojection, run.num_reprojection[i]);
+  ASSERT_EQ(pixel.num_other_normal, run.num_normal[i]);
+  ASSERT_EQ(pixel.num_seen_through, run.num_seen_through[i]);
+  ASSERT_EQ(pixel.num_agreeing, run.num_agreeing[i]);
+  ASSERT_EQ(Bits(pixel.relative_depth), Bits(run.relative_depth[i]));
+  ASSERT_EQ(Bits(pixel.support), Bits(run.support[i]));
+  ASSERT_EQ(pixel.reference_is_near, (run.reference.agrees >> i & 1) != 0);
+  ASSERT_EQ(pixel.num_views, run.num_views[i]);
+  ASSERT_EQ(pixel.num_inferred, run.num_inferred[i]);
+  for (int c = 0; c < 3; ++c) ASSERT_EQ(pixel.rgb_sum[c], run.rgb_sum[c][i]);
+  ASSERT_EQ(Bits(pixel.normal_sum.x), Bits(run.normal_sum[0][i]));
+  ASSERT_EQ(Bits(pixel.normal_sum.y), Bits(run.normal_sum[1][i]));
+  ASSERT_EQ(Bits(pixel.normal_sum.z), Bits(run.normal_sum[2][i]));
+  std::vector<std::uint32_t> views;
+  for (const std::uint32_t k : run.agreeing) {
+    if ((run.answers[k].agrees >> i & 1) != 0) views.push_back(k);
+  }
+  ASSERT_EQ(pixel.views, views);
+  tally->other_depth += pixel.num_other_depth;
+  tally->other_reprojection += pixel.num_other_reprojection;
+  tally->other_normal += pixel.num_other_normal;
+  tally->seen_through += pixel.num_seen_through;
+  tally->agreeing += pixel.num_agreeing - 1;
+  tally->dropped += pixel.num_agreeing - pixel.num_views;
+}
+
+void CompareImage(const RenderedScene& scene, const std::vector<FusionMap>& maps, std::size_t image, const FusionGates& gates,
+                  Tally* tally) {
+  const std::vector<FusionNeighbor> neighbors = Neighbors(scene, maps, image);
+  const FusionMap& map = maps[image];
+  const RayModel rays = MakeRayModel(scene.views[image].camera.pinhole);
+  SupportRun run(neighbors);
+  for (int y = 0; y < map.height(); ++y) {
+    for (int x = 0; x + kRunLength <= map.width(); x += kRunLength) {
+      ReferenceRun reference;
+      reference.fx = rays.fx;
+      reference.ray_y = rays.Ray(0, y + 0.5f).y;
+      for (int i = 0; i < kRunLength; ++i) {
+        std::uint32_t words[FusionPixel::kNumWords];
+        std::memcpy(words, &map(x + i, y), sizeof(words));
+        reference.depth[i] = map(x + i, y).depth;
+        reference.normal[i] = words[FusionPixel::kNormalWord];
+        reference.color[i] = words[FusionPixel::kColorWord];
+        reference.ray_x[i] = rays.Ray(x + i + 0.5f, 0).x;
+      }
+      DecideRun(neighbors, gates, reference, &run);
+      for (int i = 0; i < kRunLength; ++i) {
+        const ReferencePixel pixel = {map(x + i, y), {reference.ray_x[i], reference.ray_y, 1}, rays.fx};
+        ExpectSame(DecidePixel(neighbors, gates, pixel), run, i, tally);
+        if (testing::Test::HasFatalFailure()) FAIL() << "image " << image << ", pixel " << x + i << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(SupportPixel, IsTheRunsRuleToTheBit) {
+  Tally tally;
+  FusionGates few, strict;
+  few.max_num_views = 2;  // drops agreeing images beyond the second
+  strict.max_reproj_error = 0.2f;
+  for (const RenderedScene& scene : {test_support::PlaneScene(), test_support::SphereScene()}) {
+    const std::vector<FusionMap> maps = NoisyMaps(scene);
+    for (std::size_t image = 0; image < maps.size(); ++image) {
+      for (const FusionGates& gates : {FusionGates(), few, strict}) CompareImage(scene, maps, image, gates, &tally);
+      if (HasFatalFailure()) return;
+    }
+  }
+  for (const int count : {tally.covered, tally.other_depth, tally.other_reprojection, tally.other_normal,
+                          tally.seen_through, tally.agreeing, tally.dropped}) {
+    EXPECT_GT(count, 100);
+  }
+}
+
+}  // namespace
+}  // namespace phi
