@@ -246,5 +246,16 @@ TEST(RealWorkspaceTest, PointsProjectToTheirObservations) {
   EXPECT_LT(errors[errors.size() / 2], 1.0);
 }
 
+// A small file may announce a gigabyte: of this one nothing but the header can be decoded.
+TEST_F(WorkspaceTest, AMasksSizeIsComparedBeforeItIsDecoded) {
+  options_.mask_path = folder_ / "masks";
+  std::filesystem::create_directory(options_.mask_path);
+  const Workspace workspace(options_);
+  const std::filesystem::path path = workspace.ImageMaskPath(0);
+  WriteGrayImage(path, phi::GrayImage(37, 21, 255));
+  test_support::WriteBytes(path, test_support::ReadBytes(path).substr(0, 40));
+  EXPECT_THAT(InputErrorOf([&] { workspace.ReadImageMask(0); }), HasSubstr("the mask is 37x21 pixels"));
+}
+
 }  // namespace
 }  // namespace colmap_ext
