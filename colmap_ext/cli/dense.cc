@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/steps.h"
@@ -52,6 +53,7 @@ int RunDense(int argc, char** argv) {
   report.cloud = output.empty() ? workspace / "fused.ply" : output;
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
 
+  for (const auto& path : {report.cloud, report.output}) AtomicFile(path, Durability::kProcess);  // tries it before long work
   const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues());
   if (!IsDone(stereo_code)) return stereo_code;
   const int fusion_code = FuseMaps(fusion, report.cloud, CloudType::kPly);
