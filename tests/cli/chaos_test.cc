@@ -119,7 +119,9 @@ class Chaos : public ::testing::Test {
     fs::copy(foreign, done, fs::copy_options::recursive);
     fs::remove(foreign / "stereo/phimvs.json");
     fs::remove_all(foreign / "stereo/filled_masks");
-    commands_->emplace_back("hole_filler", foreign, stereo);
+    Lines filling = stereo;
+    filling.insert(filling.end(), {"--overwrite", "true"});
+    commands_->emplace_back("hole_filler", foreign, filling);
     // Options that make all maps anew, over those of another run.
     Lines other_seed = stereo;
     other_seed.insert(other_seed.end(), {"--default_random_seed", "7"});
