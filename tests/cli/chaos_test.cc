@@ -51,8 +51,8 @@ int NumRounds() { return NumberFrom("PHIMVS_CHAOS_ROUNDS", 1); }
 Lines HashFiles(const fs::path& folder) {
   Lines lines;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().filename();
-    if (!entry.is_regular_file() || name == "phimvs.json" || name == "report.html") continue;
+    const std::string extension = entry.path().extension();
+    if (!entry.is_regular_file() || extension == ".json" || extension == ".html") continue;
     lines.push_back(fs::relative(entry.path(), folder).string() + ": " +
                     colmap_ext::ResultKey().Add(ReadBytes(entry.path())).Hex());
   }
