@@ -257,5 +257,14 @@ TEST_F(WorkspaceTest, AMasksSizeIsComparedBeforeItIsDecoded) {
   EXPECT_THAT(InputErrorOf([&] { workspace.ReadImageMask(0); }), HasSubstr("the mask is 37x21 pixels"));
 }
 
+// Twice the quaternion turns as the quaternion does.
+TEST_F(WorkspaceTest, RotationsHaveLengthOne) {
+  SparseModel model = SmallModel();
+  const Eigen::Matrix3d expected = Workspace(options_).views()[1].camera.pose.rotation;
+  for (SparseImage& image : model.images) image.rotation.coeffs() *= 2;
+  WriteModel(model);
+  EXPECT_TRUE(Workspace(options_).views()[1].camera.pose.rotation.isApprox(expected));
+}
+
 }  // namespace
 }  // namespace colmap_ext
