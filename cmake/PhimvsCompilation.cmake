@@ -1,12 +1,18 @@
 # Warnings and floating-point rules that all targets share.
 add_library(phimvs_compilation INTERFACE)
+set_target_properties(phimvs_compilation PROPERTIES EXPORT_NAME compilation)
+target_compile_features(phimvs_compilation INTERFACE cxx_std_20)
 target_compile_options(phimvs_compilation INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wno-unknown-pragmas>
+  $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wno-unknown-pragmas>>
   # GCC 12 sees overlaps in its own std::string (bug 105329).
-  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-Wno-restrict>
+  $<BUILD_INTERFACE:$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-Wno-restrict>>
   # Contraction is written out with std::fma where it is wanted, so that results do not depend on the compiler's choice.
   $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)
-target_include_directories(phimvs_compilation INTERFACE "${CMAKE_CURRENT_SOURCE_DIR}")
+# What users include is in include/phimvs; it takes the rest from detail/ once it is installed.
+target_include_directories(phimvs_compilation INTERFACE
+  "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>" "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>"
+  "$<BUILD_INTERFACE:${CMAKE_CURRENT_BINARY_DIR}/include>"
+  "$<INSTALL_INTERFACE:include>" "$<INSTALL_INTERFACE:include/phimvs/detail>")
 
 find_program(PHIMVS_CCACHE ccache)
 if(PHIMVS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)

@@ -12,7 +12,7 @@ find_package(nlohmann_json 3 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 find_path(FLANN_INCLUDE_DIR flann/flann.hpp REQUIRED)
-find_library(LZ4_LIBRARY lz4 REQUIRED)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
 
 set(PHIMVS_HAVE_CUDA OFF)
 if(PHIMVS_CUDA)

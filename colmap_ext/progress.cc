@@ -60,7 +60,27 @@ std::string LineText(const ProgressState& s) {
          TimeLeft(s);
 }
 
+struct SharedSink {
+  std::mutex mutex;
+  ProgressSink sink;
+};
+
+SharedSink& Shared() {
+  static SharedSink shared;
+  return shared;
+}
+
+ProgressSink CurrentSink() {
+  std::lock_guard<std::mutex> lock(Shared().mutex);
+  return Shared().sink;
+}
+
 }  // namespace
+
+void SetProgressSink(ProgressSink sink) {
+  std::lock_guard<std::mutex> lock(Shared().mutex);
+  Shared().sink = std::move(sink);
+}
 
 ProgressEstimator::ProgressEstimator(const std::vector<double>& weights) : stages_(weights.size()) {
   for (std::size_t i = 0; i < weights.size(); ++i) stages_[i].weight = weights[i];
@@ -135,7 +155,8 @@ std::string FormatBar(const ProgressState& s, int columns) {
 }
 
 ProgressLine::ProgressLine(std::vector<ProgressStage> stages, std::chrono::milliseconds line_interval)
-    : terminal_(StderrIsTerminal() && phi::GetLogLevel() >= phi::LogLevel::kInfo),
+    : sink_(CurrentSink()),
+      terminal_(!sink_ && StderrIsTerminal() && phi::GetLogLevel() >= phi::LogLevel::kInfo),
       line_interval_(line_interval),
       stages_(std::move(stages)),
       estimator_(Weights(stages_)),
@@ -171,6 +192,7 @@ ProgressLine::~ProgressLine() {
   }
   stopped_.notify_all();
   if (thread_.joinable()) thread_.join();
+  if (sink_) sink_(State());
   if (terminal_) {
     phi::SetLogSink(nullptr);
     EraseBar();
@@ -255,7 +277,7 @@ void ProgressLine::DrawBar() {
 }
 
 ProgressLine::Clock::duration ProgressLine::Interval() const {
-  if (terminal_) return kBarInterval;
+  if (terminal_ || sink_) return kBarInterval;
   const Clock::duration share = (Clock::now() - begin_) / kLineIntervalsInARun;
   return std::max<Clock::duration>(line_interval_, std::min<Clock::duration>(share, kLongestLineInterval));
 }
@@ -265,12 +287,14 @@ void ProgressLine::Loop() {
   while (!stop_) {
     stopped_.wait_for(lock, Interval(), [this] { return stop_; });
     if (stop_) return;
-    const std::string text = terminal_ ? "" : LineText(State());
+    const ProgressState state = State();
     lock.unlock();
-    if (terminal_) {
+    if (sink_) {
+      sink_(state);
+    } else if (terminal_) {
       DrawBar();
     } else {
-      phi::LogInfo("progress: " + text);
+      phi::LogInfo("progress: " + LineText(state));
     }
     lock.lock();
   }

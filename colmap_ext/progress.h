@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -52,6 +53,11 @@ struct ProgressState {
   double seconds_left = -1;  // < 0: unknown
 };
 
+// Takes the place of the printed progress of every ProgressLine made from now on; empty: printed again. Called from another
+// thread four times a second, and once at the end.
+using ProgressSink = std::function<void(const ProgressState&)>;
+void SetProgressSink(ProgressSink sink);
+
 // At most `columns` characters: a bar, and of the rest what fits, the least important last.
 std::string FormatBar(const ProgressState& state, int columns);
 
@@ -98,6 +104,7 @@ class ProgressLine {
   void UpdateEstimate();
   Clock::duration Interval() const;
 
+  const ProgressSink sink_;  // empty: progress is printed
   const bool terminal_;
   const std::chrono::milliseconds line_interval_;
   const std::vector<ProgressStage> stages_;

@@ -16,6 +16,9 @@ namespace fs = std::filesystem;
 constexpr int kSimplePinhole = 0;  // parameters f, cx, cy
 constexpr int kPinhole = 1;        // parameters fx, fy, cx, cy
 
+// The folder of a workspace in memory: nothing can be below it.
+constexpr char kNoFolder[] = "/dev/null/memory";
+
 std::string Lowercase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
   return text;
@@ -101,14 +104,14 @@ std::string NameProblem(const std::string& name) {
   return "";
 }
 
-std::set<std::uint32_t> ReportCameras(const SparseModel& model, const fs::path& folder,
+std::set<std::uint32_t> ReportCameras(const SparseModel& model, const std::string& origin,
                                       ProblemList* problems) {
   std::set<std::uint32_t> refused;
   for (const auto& [id, camera] : model.cameras) {
     const std::string problem = PinholeProblem(camera);
     if (problem.empty()) continue;
     refused.insert(id);
-    ReportProblem(problems, folder.string() + ": " + problem);
+    ReportProblem(problems, origin + ": " + problem);
   }
   return refused;
 }
@@ -186,21 +189,46 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
   const fs::path sparse = path_ / "sparse";
   model_ = ReadSparseModel(sparse, problems);
   if (model_.images.empty()) ReportProblem(problems, sparse.string() + ": the sparse model has no images");
-  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, sparse, problems);
+  MakeViews(sparse.string(), options.max_image_size, problems);
+}
 
+Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max_image_size)
+    : path_(kNoFolder), memory_images_(std::move(images)), model_(std::move(model)) {
+  if (model_.images.empty()) throw phi::InputError("there are no images");
+  MakeViews("the scene", max_image_size, nullptr);
+  for (std::size_t i = 0; i < memory_images_.size(); ++i) {
+    views_[i].camera.pose = memory_images_[i].pose;
+    const SparseCamera& camera = model_.cameras.at(model_.images[i].camera_id);
+    const auto check = [&](const auto& picture, const char* what) {
+      if (picture == nullptr || (static_cast<std::uint64_t>(picture->width()) == camera.width &&
+                                 static_cast<std::uint64_t>(picture->height()) == camera.height)) {
+        return;
+      }
+      throw phi::InputError("image " + views_[i].name + ": its " + what + " is " + std::to_string(picture->width()) + "x" +
+                            std::to_string(picture->height()) + " pixels, but its camera " +
+                            std::to_string(camera.width) + "x" + std::to_string(camera.height));
+    };
+    check(memory_images_[i].gray, "photo");
+    check(memory_images_[i].color, "photo");
+    check(memory_images_[i].mask, "mask");
+  }
+}
+
+void Workspace::MakeViews(const std::string& origin, int max_image_size, ProblemList* problems) {
+  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, origin, problems);
   views_.reserve(model_.images.size());
   std::unordered_map<std::string, std::string> name_of_file;
   for (const SparseImage& image : model_.images) {
     if (const std::string problem = NameProblem(image.name); !problem.empty()) {
-      ReportProblem(problems, sparse.string() + ": the image name '" + image.name.c_str() + "' " + problem +
+      ReportProblem(problems, origin + ": the image name '" + image.name.c_str() + "' " + problem +
                                   "; rename it");
     }
     if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
-      ReportProblem(problems, sparse.string() + ": two images are named '" + image.name + "'");
+      ReportProblem(problems, origin + ": two images are named '" + image.name + "'");
     } else if (const auto [same, is_new] =
                    name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
                !is_new) {
-      ReportProblem(problems, sparse.string() + ": the images '" + same->second + "' and '" + image.name +
+      ReportProblem(problems, origin + ": the images '" + same->second + "' and '" + image.name +
                                   "' have the same file; take one of them out of the model");
     }
     phi::SceneView view;
@@ -208,7 +236,7 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
     view.image_id = image.image_id;
     if (!refused_cameras.contains(image.camera_id)) {
       view.camera.pinhole =
-          DownsizedPinhole(MakePinhole(model_.cameras.at(image.camera_id)), options.max_image_size);
+          DownsizedPinhole(MakePinhole(model_.cameras.at(image.camera_id)), max_image_size);
     }
     view.camera.pose.rotation = image.rotation.normalized().toRotationMatrix();
     view.camera.pose.translation = image.translation;
@@ -266,21 +294,34 @@ Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&, const Ch
 
 std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {
   const phi::Pinhole& working = views_[image].camera.pinhole;
+  if (IsInMemory()) {
+    const auto& gray = memory_images_[image].gray;
+    if (gray->width() == working.width && gray->height() == working.height) return gray;
+    return std::make_shared<const phi::GrayImage>(Resize(*gray, working.width, working.height));
+  }
   return std::make_shared<const phi::GrayImage>(
       Resize(ReadFullSize(image, &ReadGrayImage), working.width, working.height));
 }
 
-std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const {
+bool Workspace::HasImageMask(int image) const {
+  if (IsInMemory()) return memory_images_[image].mask != nullptr;
   const fs::path path = ImageMaskPath(image);
-  if (path.empty() || !fs::exists(path)) return nullptr;
+  return !path.empty() && fs::exists(path);
+}
+
+std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const {
+  if (!HasImageMask(image)) return nullptr;
+  const fs::path path = ImageMaskPath(image);
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
-  const phi::GrayImage full = ReadGrayImage(path, [&](std::size_t width, std::size_t height) {
+  const auto check_size = [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
     throw phi::InputError(path.string() + ": the mask is " + std::to_string(width) + "x" +
                           std::to_string(height) + " pixels but its image is " +
                           std::to_string(camera.width) + "x" + std::to_string(camera.height) +
                           "; make masks of the undistorted images");
-  });
+  };
+  const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadGrayImage(path, check_size);
+  check_size(full.width(), full.height());
   const phi::Pinhole& working = views_[image].camera.pinhole;
   auto mask = std::make_shared<phi::ImageMask>(working.width, working.height, 255);
   for (int y = 0; y < full.height(); ++y) {
@@ -297,6 +338,13 @@ std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const 
 }
 
 ColorImage Workspace::ReadColor(int image, int width, int height) const {
+  if (IsInMemory()) {
+    const MemoryImage& photo = memory_images_[image];
+    if (photo.color != nullptr) return Resize(*photo.color, width, height);
+    ColorImage color(photo.gray->width(), photo.gray->height());
+    std::transform(photo.gray->begin(), photo.gray->end(), color.begin(), [](std::uint8_t g) { return Rgb{g, g, g}; });
+    return Resize(color, width, height);
+  }
   return Resize(ReadFullSize(image, &ReadColorImage), width, height);
 }
 

@@ -39,12 +39,23 @@ struct WorkspaceOptions {
 // Unchanged where there is none; Workspace then says what is missing. Throws phi::InputError where there are several.
 std::filesystem::path FindWorkspaceFolder(const std::filesystem::path& path);
 
+// A photo in memory, of its camera's size. The pose is used as it is; the model's quaternion would round it.
+struct MemoryImage {
+  phi::Pose pose;
+  std::shared_ptr<const phi::GrayImage> gray;
+  std::shared_ptr<const ColorImage> color;     // null: gray
+  std::shared_ptr<const phi::ImageMask> mask;  // null: all of it is used
+};
+
 // Reads the sparse model at construction; images and maps on request. Safe for concurrent const calls.
 class Workspace {
  public:
   // Throws phi::InputError at the first problem, or lists what can be stepped over: `problems`, if not null.
   // Views whose camera is at fault have a camera of size 0 then.
   explicit Workspace(const WorkspaceOptions& options, ProblemList* problems = nullptr);
+  // Without a folder: `images` are parallel to model.images. None of its paths exists. Throws phi::InputError for cameras
+  // or names that a workspace may not have, and for images that are not of their camera's size.
+  Workspace(SparseModel model, std::vector<MemoryImage> images, int max_image_size);
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path StereoFolder() const { return path_ / "stereo"; }
@@ -60,6 +71,8 @@ class Workspace {
   std::filesystem::path FilledMaskPath(int image) const;
   // Of what goes with a map that is not the geometric one, beside it.
   std::filesystem::path FilledMaskPath(int image, std::string_view kind) const;
+  bool IsInMemory() const { return !memory_images_.empty(); }
+  bool HasImageMask(int image) const;
   // Of --PhiStereo.mask_path, whether it is there or not; empty without a folder of masks.
   std::filesystem::path ImageMaskPath(int image) const;
 
@@ -77,7 +90,11 @@ class Workspace {
   template <typename Image>
   Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&, const CheckSize&)) const;
 
+  // Fills views_ from model_. Names the model's `origin` in errors.
+  void MakeViews(const std::string& origin, int max_image_size, ProblemList* problems);
+
   std::filesystem::path path_, mask_path_;
+  std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images
   SparseModel model_;
   std::vector<phi::SceneView> views_;
   std::unordered_map<std::string, int> index_by_name_;

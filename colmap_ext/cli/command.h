@@ -17,6 +17,9 @@ struct Command {
   CommandFunction run;
 };
 
+// The whole program: phimvs COMMAND [--option value]... Catches signals, prints errors, returns the exit code.
+int RunMain(int argc, char** argv);
+
 std::span<const Command> Commands();
 const Command* FindCommand(std::string_view name);  // null when there is none
 

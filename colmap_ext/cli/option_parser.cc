@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 #include <boost/program_options.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,25 @@ namespace po = boost::program_options;
 
 constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
+constexpr char kJsonWord[] = "help_json";
+
+const char* NameOf(phi::Option::Type type) {
+  switch (type) {
+    case phi::Option::Type::kBool:
+      return "bool";
+    case phi::Option::Type::kInteger:
+      return "integer";
+    case phi::Option::Type::kNumber:
+      return "number";
+    case phi::Option::Type::kText:
+      return "text";
+    case phi::Option::Type::kPath:
+      return "path";
+    case phi::Option::Type::kChoice:
+      return "choice";
+  }
+  return "";
+}
 
 // COLMAP keeps some options in single precision and writes them with 17 digits: 0.01 becomes
 // 0.0099999997764825821.
@@ -99,9 +119,9 @@ void OptionParser::AddColmapOnly(const std::string& name, const std::string& col
     throw std::logic_error("option --" + name + " is registered twice");
 }
 
-OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* argv, bool* help) const {
+OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* argv, bool* help, bool* json) const {
   po::options_description description;
-  description.add_options()("help,h", "");
+  description.add_options()("help,h", "")(kJsonWord, "");
   for (const std::string& name : AllNames()) description.add_options()(name.c_str(), po::value<std::string>(), "");
   Values values;
   try {
@@ -114,8 +134,9 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
     po::variables_map parsed;
     po::store(options, parsed);
     *help = parsed.count("help") > 0;
+    *json = parsed.count(kJsonWord) > 0;
     for (const auto& [name, value] : parsed) {
-      if (name != "help") values.emplace_back(name, value.as<std::string>());
+      if (name != "help" && name != kJsonWord) values.emplace_back(name, value.as<std::string>());
     }
   } catch (const po::unknown_option& error) {
     std::string word = error.get_option_name();
@@ -190,8 +211,8 @@ void OptionParser::Assign(const std::string& name, const std::string& value, con
 }
 
 bool OptionParser::Parse(int argc, const char* const* argv) {
-  bool help = false;
-  const Values command_line = ReadCommandLine(argc, argv, &help);
+  bool help = false, json = false;
+  const Values command_line = ReadCommandLine(argc, argv, &help, &json);
   if (help) {
     PrintHelp();
     return false;
@@ -209,8 +230,12 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   for (const auto& [name, value] : command_line) Assign(name, value, "");
   ApplyLogOptions();
   ApplyPreset();
-  CheckRequired();
+  if (!json) CheckRequired();
   if (const std::string problem = options_.Check(); !problem.empty()) throw phi::UsageError(problem);
+  if (json) {
+    PrintJson();
+    return false;
+  }
   WarnColmapOnly();
   LogEffectiveValues();
   return true;
@@ -264,6 +289,21 @@ void OptionParser::LogEffectiveValues() const {
       chosen += " --" + option.name() + " " + option.Text();
   }
   if (!chosen.empty()) phi::LogInfo("options:" + chosen);
+}
+
+void OptionParser::PrintJson() const {
+  nlohmann::ordered_json options = nlohmann::ordered_json::array();
+  for (const phi::Option& option : options_) {
+    options.push_back({{"name", option.name()},
+                       {"type", NameOf(option.type())},
+                       {"help", option.help()},
+                       {"unit", option.unit()},
+                       {"default", option.default_text()},
+                       {"choices", option.choices()},
+                       {"required", option.required()}});
+  }
+  const nlohmann::ordered_json json = {{"command", command_}, {"summary", summary_}, {"options", options}};
+  std::cout << json.dump(1) << std::endl;
 }
 
 void OptionParser::PrintHelp() const {

@@ -43,7 +43,8 @@ class OptionParser {
   void AddColmapOnly(const std::string& name, const std::string& colmap_default, const std::string& why);
 
   // Assigns the values, checks their ranges, applies --log_level and logs the values that differ from the defaults; all at
-  // level 3. False when help was asked for (and printed). Throws phi::UsageError for the command line and phi::InputError
+  // level 3. False when help was asked for (and printed), or --help_json, which is for programs: after the checks it prints
+  // the command and its options as a JSON object, and asks for no required option. Throws phi::UsageError for the command line and phi::InputError
   // for a project file.
   bool Parse(int argc, const char* const* argv);
 
@@ -57,7 +58,7 @@ class OptionParser {
   std::map<std::string, std::string> EffectiveValues() const;
 
  private:
-  Values ReadCommandLine(int argc, const char* const* argv, bool* help) const;
+  Values ReadCommandLine(int argc, const char* const* argv, bool* help, bool* json) const;
   Values ReadProjectFile(const std::filesystem::path& path);
   void Assign(const std::string& name, const std::string& value, const std::string& origin);
   bool IsColmapOnly(const std::string& name) const { return only_colmap_.contains(name); }
@@ -68,6 +69,7 @@ class OptionParser {
   void CheckRequired() const;
   void LogEffectiveValues() const;
   void PrintHelp() const;
+  void PrintJson() const;
 
   std::string command_, summary_;
   phi::OptionList options_;

@@ -21,7 +21,8 @@ int SourceIndex(int i, int target_size, int source_size) {
   return static_cast<int>((std::int64_t{2} * i + 1) * source_size / (2 * target_size));
 }
 
-// A normal that is missing or damaged becomes the direction to the camera.
+}  // namespace
+
 phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int x, int y) {
   const float squared_norm = phi::Dot(normal, normal);
   if (squared_norm > 0.25f && squared_norm < 4.0f) return phi::PackNormal(normal);
@@ -29,7 +30,18 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
 }
 
-}  // namespace
+phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const std::string& whose) {
+  // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
+  const double scale_x = static_cast<double>(width) / image.width;
+  const double scale_y = static_cast<double>(height) / image.height;
+  if (std::abs(scale_x - scale_y) >
+      (0.5 / image.width + 0.5 / image.height) * 2 * std::max({scale_x, scale_y, 1.0})) {
+    throw phi::InputError(whose + ": this map is " + SizeText(width, height) + ", which is not the shape of its " +
+                          SizeText(image.width, image.height) +
+                          " image; it belongs to another image or was made before the undistortion");
+  }
+  return {width, height, image.fx * scale_x, image.fy * scale_y, image.cx * scale_x, image.cy * scale_y};
+}
 
 FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input)
     : workspace_(workspace), input_(std::move(input)) {
@@ -61,19 +73,8 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
                           SizeText(normal_size.width, normal_size.height) + "; estimate this image again");
   }
   phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
-  phi::Pinhole& pinhole = camera.pinhole;
-  // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
-  const double scale_x = static_cast<double>(size.width) / pinhole.width;
-  const double scale_y = static_cast<double>(size.height) / pinhole.height;
-  if (std::abs(scale_x - scale_y) >
-      (0.5 / pinhole.width + 0.5 / pinhole.height) * 2 * std::max({scale_x, scale_y, 1.0})) {
-    throw phi::InputError(path.string() + ": this map is " + SizeText(size.width, size.height) +
-                          ", which is not the shape of its " + SizeText(pinhole.width, pinhole.height) +
-                          " image; it belongs to another image or was made before the undistortion");
-  }
-  if (input_.downsize && size.width > pinhole.width) return camera;
-  pinhole = {size.width,           size.height,          pinhole.fx * scale_x,
-             pinhole.fy * scale_y, pinhole.cx * scale_x, pinhole.cy * scale_y};
+  const phi::Pinhole of_map = CameraOfMap(camera.pinhole, size.width, size.height, path.string());
+  if (!(input_.downsize && size.width > camera.pinhole.width)) camera.pinhole = of_map;
   return camera;
 }
 

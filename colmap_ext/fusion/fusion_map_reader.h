@@ -7,6 +7,7 @@
 
 #include "colmap_ext/workspace.h"
 #include "phi/fusion/fusion_pixel.h"
+#include "phi/geometry/device_camera.h"
 
 namespace colmap_ext {
 
@@ -16,18 +17,36 @@ struct FusionInput {
   bool downsize = false;            // read maps at most at the workspace's working resolution
 };
 
-class FusionMapReader {
+// Where fusion takes the maps of a workspace's images from. Safe to call concurrently.
+class FusionMapSource {
+ public:
+  virtual ~FusionMapSource() = default;
+  // Whether the image has both maps.
+  virtual bool Exists(int image) const = 0;
+  virtual bool HasMask(int image) const = 0;
+  // The camera at the size of the map. Throws phi::InputError when a map is damaged, the two maps differ in size, or their
+  // shape is not the image's.
+  virtual phi::Camera ReadCamera(int image) const = 0;
+  virtual phi::FusionMap Read(int image) const = 0;
+};
+
+// A normal that is missing or damaged becomes the direction to the camera.
+phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int x, int y);
+
+// The camera of a map of another size than its image. Throws phi::InputError, which begins with `whose`, where the map has
+// not the image's shape.
+phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const std::string& whose);
+
+// From the workspace's files.
+class FusionMapReader final : public FusionMapSource {
  public:
   // The workspace must outlive the reader. Throws phi::InputError when there is no folder of masks.
   FusionMapReader(const Workspace& workspace, FusionInput input);
 
-  // Whether the image has both maps.
-  bool Exists(int image) const;
-  bool HasMask(int image) const { return std::filesystem::exists(MaskPath(image)); }
-  // The camera at the size of the map, from the map's header alone. Throws phi::InputError when a map is damaged, the two
-  // maps differ in size, or their shape is not the image's.
-  phi::Camera ReadCamera(int image) const;
-  phi::FusionMap Read(int image) const;
+  bool Exists(int image) const override;
+  bool HasMask(int image) const override { return std::filesystem::exists(MaskPath(image)); }
+  phi::Camera ReadCamera(int image) const override;  // from the map's header alone
+  phi::FusionMap Read(int image) const override;
 
   // What a map of so many pixels takes while it is read and afterwards.
   static std::int64_t TransientBytes(std::int64_t num_pixels);

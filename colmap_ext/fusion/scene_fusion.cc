@@ -54,8 +54,9 @@ std::vector<int> ImagesToFuse(const Workspace& workspace) {
 // One run. Positions as in NeighborGraph index images_, cameras_ and maps_.
 class SceneFuser {
  public:
-  SceneFuser(const Workspace& workspace, const SceneFusionOptions& options, CloudWriter* writer)
-      : options_(options), reader_(workspace, options.input), writer_(writer) {
+  SceneFuser(const Workspace& workspace, const FusionMapSource& maps, const SceneFusionOptions& options,
+             CloudWriter* writer)
+      : options_(options), reader_(maps), writer_(writer) {
     FindImages(workspace);
     flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
                                          IsPaper() ? phi::FusionPixel::kMerged : phi::FusionPixel::kEmitted);
@@ -275,7 +276,7 @@ class SceneFuser {
   }
 
   const SceneFusionOptions& options_;
-  FusionMapReader reader_;
+  const FusionMapSource& reader_;
   CloudWriter* writer_;
   std::vector<int> images_;  // indices into the workspace's views
   std::vector<phi::Camera> cameras_;
@@ -292,10 +293,15 @@ class SceneFuser {
 
 }  // namespace
 
+SceneFusionReport FuseScene(const Workspace& workspace, const FusionMapSource& maps,
+                            const SceneFusionOptions& options, CloudWriter* writer) {
+  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
+  return arena.execute([&] { return SceneFuser(workspace, maps, options, writer).Run(); });
+}
+
 SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
                             CloudWriter* writer) {
-  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
-  return arena.execute([&] { return SceneFuser(workspace, options, writer).Run(); });
+  return FuseScene(workspace, FusionMapReader(workspace, options.input), options, writer);
 }
 
 }  // namespace colmap_ext

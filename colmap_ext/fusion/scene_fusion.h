@@ -42,5 +42,8 @@ struct SceneFusionReport {
 // Throws phi::InputError when no image has maps that can be read. Does not commit the writer.
 SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
                             CloudWriter* writer);
+// The same of maps that need not be in files; options.input does not matter then.
+SceneFusionReport FuseScene(const Workspace& workspace, const FusionMapSource& maps,
+                            const SceneFusionOptions& options, CloudWriter* writer);
 
 }  // namespace colmap_ext

@@ -13,8 +13,6 @@
 namespace colmap_ext {
 namespace {
 
-using Backends = std::vector<std::unique_ptr<phi::Backend>>;
-
 #ifdef PHIMVS_WITH_CUDA
 Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) {
   return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes));

@@ -20,11 +20,13 @@ struct BackendOptions {
   phi::OptionList List();
 };
 
+using Backends = std::vector<std::unique_ptr<phi::Backend>>;
+
 // "0,1" -> {0, 1}; "-1" -> {-1}. Throws phi::UsageError.
 std::vector<int> ParseGpuIndices(const std::string& text);
 
 // At least one backend. Logs why the CPU runs where a GPU could have been meant. Throws phi::NoDeviceError when CUDA is asked for and
 // this build or this machine has none, phi::ResourceError where one fails.
-std::vector<std::unique_ptr<phi::Backend>> MakeBackends(const BackendOptions& options);
+Backends MakeBackends(const BackendOptions& options);
 
 }  // namespace colmap_ext

@@ -15,21 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFilterWeight = 0.1;  // its time relative to inference, for the first guess of the time left
-
 phi::SparseDepth NoSparseDepth(int) { return {}; }  // nothing is estimated here
-
-// The first one is there already.
-std::vector<Stage> FillingStages(const PipelineOptions& options) {
-  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
-  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
-  if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
-  const Stage inferred{.kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true};
-  geometric.kind = StageKind::kFilter;
-  geometric.has_mask = true;
-  geometric.weight = kFilterWeight;
-  return {measured, inferred, geometric};
-}
 
 }  // namespace
 
@@ -49,7 +35,7 @@ RunSummary HoleFilling::Run() {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
   FindMeasuredMaps();
-  RunStages(FillingStages(options_));
+  RunStages(BuildFillingStages(options_));
   if (options_.inference.mode == phi::InferenceMode::kOff) {
     for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
   }

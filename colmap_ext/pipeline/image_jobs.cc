@@ -138,6 +138,23 @@ std::string ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Form
          "source images there";
 }
 
+std::vector<ImageJob> JobsOf(const std::vector<PatchMatchProblem>& problems) {
+  std::vector<ImageJob> jobs(problems.size());
+  for (std::size_t j = 0; j < problems.size(); ++j) {
+    jobs[j].image = problems[j].reference;
+    jobs[j].sources = problems[j].sources;
+  }
+  return jobs;
+}
+
+void FindSourceJobs(const Workspace& workspace, std::vector<ImageJob>* jobs) {
+  std::vector<int> job_of_image(workspace.views().size(), -1);
+  for (std::size_t j = 0; j < jobs->size(); ++j) job_of_image[(*jobs)[j].image] = static_cast<int>(j);
+  for (ImageJob& job : *jobs) {
+    for (const int source : job.sources) job.source_jobs.push_back(job_of_image[source]);
+  }
+}
+
 }  // namespace
 
 phi::SparseScene MakeSparseScene(const SparseModel& model) {
@@ -188,29 +205,37 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
                                     const phi::ViewSelectionOptions& options) {
   const std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(workspace, config_path);
   if (problems.empty()) throw phi::InputError("patch-match.cfg names no image; nothing to do");
-  std::vector<ImageJob> jobs(problems.size());
-  std::vector<int> job_of_image(workspace.views().size(), -1);
-  for (std::size_t j = 0; j < problems.size(); ++j) {
-    jobs[j].image = problems[j].reference;
-    jobs[j].sources = problems[j].sources;
-    job_of_image[problems[j].reference] = static_cast<int>(j);
-  }
+  std::vector<ImageJob> jobs = JobsOf(problems);
   WarnOfMissingMasks(workspace, jobs);
   SelectSources(workspace, scene, problems, options, &jobs);
+  FindSourceJobs(workspace, &jobs);
   const std::string scene_key = SceneKey(scene);
   const std::vector<std::string> view_keys = ViewKeys(workspace);
   for (ImageJob& job : jobs) {
     ResultKey key;
     key.Add(scene_key).Add(view_keys[job.image]);
-    for (const int source : job.sources) {
-      job.source_jobs.push_back(job_of_image[source]);
-      key.Add(view_keys[source]);
-    }
+    for (const int source : job.sources) key.Add(view_keys[source]);
     job.input_key = key.Hex();
     std::error_code unreachable;  // one image's fault, as if there were none
     job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image), unreachable);
     job.problem = ProblemOf(workspace, job, options.formulas);
   }
+  return jobs;
+}
+
+std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                     const std::vector<std::vector<int>>& sources,
+                                     const phi::ViewSelectionOptions& options) {
+  std::vector<PatchMatchProblem> problems(workspace.views().size());
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    problems[i].reference = static_cast<int>(i);
+    if (i < sources.size()) problems[i].sources = sources[i];
+    problems[i].max_automatic_sources = problems[i].sources.empty() ? options.num_source_views : 0;
+  }
+  std::vector<ImageJob> jobs = JobsOf(problems);
+  SelectSources(workspace, scene, problems, options, &jobs);
+  FindSourceJobs(workspace, &jobs);
+  for (ImageJob& job : jobs) job.problem = ProblemOf(workspace, job, options.formulas);
   return jobs;
 }
 

@@ -23,4 +23,10 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options);
 
+// Of all images of a workspace in memory; sources: the views that each image is matched with, best first, or empty for
+// those that are selected.
+std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                     const std::vector<std::vector<int>>& sources,
+                                     const phi::ViewSelectionOptions& options);
+
 }  // namespace colmap_ext

@@ -87,10 +87,7 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
                                    [&] { return phi::CutOutMask(*Gray(image), *mask); });
 }
 
-bool MapStore::HasImageMask(int image) const {
-  const fs::path path = workspace_.ImageMaskPath(image);
-  return !path.empty() && fs::exists(path);
-}
+bool MapStore::HasImageMask(int image) const { return workspace_.HasImageMask(image); }
 
 std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
   if (!HasImageMask(image)) return nullptr;
@@ -165,6 +162,12 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
   cache_.PutTransient({image, MaskKey(kind)}, MakeSized(result.mask), [save](const MemoryCache::Item& item) {
     save({.mask = std::static_pointer_cast<const phi::Mask>(item)});
   });
+}
+
+void MapStore::KeepInMemory(int image, const std::string& kind, const StageResult& result) {
+  cache_.PutPinned({image, kind}, MakeSized(result.map));
+  if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
+  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
 }
 
 void MapStore::Forget(int image, const std::string& kind) {

@@ -62,6 +62,8 @@ class MapStore {
   void Save(int image, const std::string& kind, const StageResult& result) const;
   // Keeps a result that gets files only when the budget asks for its place.
   void KeepTransient(int image, const std::string& kind, const StageResult& result);
+  // Keeps a result that gets no files, whatever the budget.
+  void KeepInMemory(int image, const std::string& kind, const StageResult& result);
 
   // Gives up the memory of a result that no stage reads any more, but for its cost.
   void Forget(int image, const std::string& kind);

@@ -15,6 +15,8 @@ constexpr int kPaperRevision = 1;
 
 // Times relative to an estimation, for the first guess of the time left.
 constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
+// The same relative to an inference, where nothing is estimated.
+constexpr double kFilterWeightInFilling = 0.1;
 
 std::string RevisionText(int revision, phi::Formulas formulas) {
   std::string text = "revision=" + std::to_string(revision) + " formulas=" + std::to_string(static_cast<int>(formulas));
@@ -156,6 +158,18 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   stages.push_back(MakeFilter(kGeometric, options));
   stages.back().has_mask = true;
   return stages;
+}
+
+std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
+  const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
+  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
+  geometric.kind = StageKind::kFilter;
+  geometric.has_mask = true;
+  geometric.weight = kFilterWeightInFilling;
+  return {measured,
+          {.kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true},
+          geometric};
 }
 
 std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,

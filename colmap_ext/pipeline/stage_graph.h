@@ -34,6 +34,8 @@ struct Stage {
 std::string ActivityName(StageKind kind);
 
 std::vector<Stage> BuildStages(const PipelineOptions& options);
+// Of a run that begins with measured maps: those, then what fills them.
+std::vector<Stage> BuildFillingStages(const PipelineOptions& options);
 // The kind of map that the last estimation makes.
 std::string EstimateKind(const PipelineOptions& options);
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/backend_choice.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_tasks.h"
@@ -15,8 +16,6 @@
 #include "colmap_ext/progress.h"
 
 namespace colmap_ext {
-
-using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
 // One stage's share of a run. All vectors but `pending` are by job.
 struct StageWork {

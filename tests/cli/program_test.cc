@@ -65,7 +65,10 @@ TEST(ProgramTest, HelpAndVersionGoToStdout) {
     EXPECT_THAT(result.out, HasSubstr("patch_match_stereo"));
     EXPECT_EQ(result.err, "");
   }
-  EXPECT_THAT(RunPhimvs({"version"}).out, MatchesRegex("phimvs [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  EXPECT_THAT(RunPhimvs({"version"}).out,
+              ContainsRegex("^phimvs [0-9]+\\.[0-9]+\\.[0-9]+\ncommit ([0-9a-f]+|unknown)\nCUDA architectures: .*\n(.*\n)*"
+                            "backend cpu "));
+  EXPECT_EQ(RunPhimvs({"--version"}).out, RunPhimvs({"version"}).out);
   using Arguments = std::vector<std::string>;
   for (const Arguments& arguments :
        {Arguments{"patch_match_stereo", "-h"}, Arguments{"patch_match_stereo", "--help"},

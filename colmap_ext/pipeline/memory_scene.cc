@@ -1,0 +1,202 @@
+#include "colmap_ext/pipeline/memory_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "colmap_ext/fusion/fusion_map_reader.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/stage_tasks.h"
+#include "colmap_ext/pipeline/task_queue.h"
+#include "colmap_ext/progress.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+#include "phi/initialization.h"
+
+namespace colmap_ext {
+namespace {
+
+constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
+constexpr char kDone[] = "done";
+
+// One run through the stages.
+class MemoryRun {
+ public:
+  MemoryRun(const Workspace& workspace, const std::vector<std::vector<int>>& sources, const PipelineOptions& options,
+            const Backends& backends, std::vector<Stage> stages)
+      : workspace_(workspace),
+        backends_(backends),
+        stages_(std::move(stages)),
+        scene_(MakeSparseScene(workspace.model())),
+        sparse_depth_(workspace.views(), scene_),
+        jobs_(MakeMemoryJobs(workspace, scene_, sources, options.view_selection)),
+        options_(options),
+        store_(workspace, kNoLimit, 1),
+        tasks_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, &store_),
+        keys_(jobs_.size()),
+        maps_(jobs_.size()) {
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      keys_[j] = jobs_[j].problem.empty() ? kDone : "";
+      if (!jobs_[j].problem.empty()) Fail(static_cast<int>(j), jobs_[j].problem);
+    }
+  }
+
+  // Of the stage before the first that Run does.
+  void SetMap(int job, const std::string& kind, const StageResult& result) { store_.KeepInMemory(job, kind, result); }
+
+  std::vector<SceneMaps> Run(std::size_t first_stage) {
+    std::vector<ProgressStage> progress_stages;
+    for (const Stage& stage : stages_) {
+      progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
+    }
+    ProgressLine progress(std::move(progress_stages));
+    const std::vector<int> pending = Pending();
+    for (std::size_t s = first_stage; s < stages_.size(); ++s) {
+      progress.SetNumTasks(static_cast<int>(s), static_cast<int>(pending.size()));
+    }
+    for (std::size_t s = first_stage; s < stages_.size(); ++s) {
+      progress.BeginStage(static_cast<int>(s));
+      RunStage(stages_[s], s > 0 ? &stages_[s - 1] : nullptr, &progress);
+    }
+    Finish();
+    return std::move(maps_);
+  }
+
+ private:
+  std::vector<int> Pending() const {
+    std::vector<int> pending;
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      if (!keys_[j].empty()) pending.push_back(static_cast<int>(j));
+    }
+    return pending;
+  }
+
+  void RunStage(const Stage& stage, const Stage* previous, ProgressLine* progress) {
+    const auto failures = RunTasks(Pending(), backends_, [&](int job, phi::Backend& backend) {
+      ProgressLine::Task task(progress);
+      std::vector<std::string> warnings;
+      const StageResult result = tasks_.Run(stage, previous, keys_, job, backend, &task, &warnings);
+      store_.KeepInMemory(jobs_[job].image, stage.result, result);
+      std::lock_guard<std::mutex> lock(mutex_);
+      maps_[job].map = result.map;
+      if (stage.kind == StageKind::kEstimate) maps_[job].cost = result.cost;
+      // A measured map's mask tells of its witnesses.
+      maps_[job].inferred = previous != nullptr && previous->kind == StageKind::kInfer ? result.mask : nullptr;
+    });
+    for (const TaskFailure& failure : failures) Fail(failure.task, failure.message);
+    if (previous == nullptr) return;
+    for (const ImageJob& job : jobs_) store_.Forget(job.image, previous->result);
+  }
+
+  void Fail(int job, const std::string& message) {
+    phi::LogError(message);
+    keys_[job].clear();
+    maps_[job] = {};
+    maps_[job].problem = message;
+  }
+
+  void Finish() {
+    if (Pending().empty()) throw phi::InputError(maps_.front().problem);
+    for (std::size_t j = 0; j < maps_.size(); ++j) {
+      const phi::Pinhole& size = workspace_.views()[j].camera.pinhole;
+      if (maps_[j].map == nullptr) maps_[j].map = std::make_shared<const phi::PlaneMap>(size.width, size.height);
+    }
+  }
+
+  const Workspace& workspace_;
+  const Backends& backends_;
+  const std::vector<Stage> stages_;
+  const phi::SparseScene scene_;
+  const phi::SparseDepthSource sparse_depth_;
+  const std::vector<ImageJob> jobs_;  // of view j
+  const PipelineOptions options_;
+  MapStore store_;
+  StageTasks tasks_;
+  std::mutex mutex_;               // guards maps_ while tasks run
+  std::vector<std::string> keys_;  // by job: empty where the stage before made no map
+  std::vector<SceneMaps> maps_;
+};
+
+class MemoryMaps final : public FusionMapSource {
+ public:
+  MemoryMaps(const Workspace& workspace, const std::vector<SceneMaps>& maps) : workspace_(workspace), maps_(maps) {}
+
+  bool Exists(int image) const override { return maps_[image].map != nullptr; }
+  bool HasMask(int image) const override { return workspace_.HasImageMask(image); }
+
+  phi::Camera ReadCamera(int image) const override {
+    phi::Camera camera = workspace_.views()[image].camera;
+    const phi::PlaneMap& map = *maps_[image].map;
+    camera.pinhole = CameraOfMap(camera.pinhole, map.width(), map.height(), "image " + workspace_.views()[image].name);
+    return camera;
+  }
+
+  phi::FusionMap Read(int image) const override {
+    const phi::Pinhole pinhole = ReadCamera(image).pinhole;
+    const phi::RayModel rays = phi::MakeRayModel(pinhole);
+    const ColorImage colors = workspace_.ReadColor(image, pinhole.width, pinhole.height);
+    const SceneMaps& maps = maps_[image];
+    phi::FusionMap fusion_map(pinhole.width, pinhole.height);
+    for (int y = 0; y < pinhole.height; ++y) {
+      for (int x = 0; x < pinhole.width; ++x) {
+        phi::FusionPixel& pixel = fusion_map(x, y);
+        std::copy(colors(x, y).begin(), colors(x, y).end(), pixel.rgb);
+        if (maps.inferred != nullptr && (*maps.inferred)(x, y) != 0) pixel.flags |= phi::FusionPixel::kInferred;
+        const phi::PlaneHypothesis& h = (*maps.map)(x, y);
+        if (!(h.depth > 0) || !std::isfinite(h.depth)) continue;
+        pixel.depth = h.depth;
+        pixel.normal = PackChecked(h.normal, rays, x, y);
+      }
+    }
+    return fusion_map;
+  }
+
+ private:
+  const Workspace& workspace_;
+  const std::vector<SceneMaps>& maps_;
+};
+
+class MemoryCloud final : public CloudWriter {
+ public:
+  explicit MemoryCloud(SceneCloud* cloud) : cloud_(*cloud) {}
+  void Write(const phi::FusedBlock& block) override {
+    cloud_.points.insert(cloud_.points.end(), block.points.begin(), block.points.end());
+    cloud_.view_counts.insert(cloud_.view_counts.end(), block.view_counts.begin(), block.view_counts.end());
+    cloud_.views.insert(cloud_.views.end(), block.views.begin(), block.views.end());
+  }
+  void Commit() override {}
+
+ private:
+  SceneCloud& cloud_;
+};
+
+}  // namespace
+
+std::vector<SceneMaps> EstimateScene(const Workspace& workspace, const std::vector<std::vector<int>>& sources,
+                                     const PipelineOptions& options, const Backends& backends) {
+  return MemoryRun(workspace, sources, options, backends, BuildStages(options)).Run(0);
+}
+
+std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<std::vector<int>>& sources,
+                                 const std::vector<std::shared_ptr<const phi::PlaneMap>>& measured,
+                                 const PipelineOptions& options, const Backends& backends) {
+  MemoryRun run(workspace, sources, options, backends, BuildFillingStages(options));
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const auto no_mask = std::make_shared<const phi::Mask>(measured[i]->width(), measured[i]->height());
+    run.SetMap(static_cast<int>(i), std::string(kMeasured), {.map = measured[i], .mask = no_mask});
+  }
+  return run.Run(1);
+}
+
+SceneCloud FuseSceneMaps(const Workspace& workspace, const std::vector<SceneMaps>& maps, SceneFusionOptions options) {
+  options.scratch_folder = std::filesystem::temp_directory_path();  // for flags of scenes that do not fit in memory
+  SceneCloud cloud;
+  MemoryCloud writer(&cloud);
+  cloud.report = FuseScene(workspace, MemoryMaps(workspace, maps), options, &writer);
+  return cloud;
+}
+
+}  // namespace colmap_ext

@@ -1,0 +1,371 @@
+// The stages on arrays: nothing is read or written. phimvs/scene.py checks what comes in and says what goes out.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "colmap_ext/cli/fusion_options.h"
+#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/memory_scene.h"
+#include "phi/base/error.h"
+#include "python/bindings/module.h"
+#include "python/bindings/numpy_arrays.h"
+#include "python/bindings/supervised.h"
+
+namespace nb = nanobind;
+using colmap_ext::SceneMaps;
+
+namespace phimvs_python {
+namespace {
+
+using Bytes = Input<std::uint8_t>;
+using Floats = Input<float>;
+using Doubles = Input<double>;
+
+// A scene as phimvs/scene.py hands it over, checked.
+struct Scene {
+  std::vector<std::string> names;
+  std::vector<std::uint32_t> ids;
+  std::vector<std::pair<int, int>> sizes;           // width, height of the photos
+  Doubles cameras;                                  // N x 4: fx, fy, cx, cy
+  Doubles poses;                                    // N x 4 x 4: cam_from_world
+  std::vector<std::optional<Bytes>> images;         // H x W or H x W x 3; none: black
+  std::vector<std::optional<Bytes>> masks;          // H x W; 0 leaves a pixel out
+  Doubles points;                                   // P x 3, world
+  Doubles observations;                             // M x 4: index of the point, index of the image, u, v; by point
+};
+
+// As libpng makes gray of an 8-bit RGB image (it does not round), so that arrays and PNG files give the same maps.
+std::uint8_t Gray(const std::uint8_t* rgb) {
+  constexpr unsigned kRed = 9797, kGreen = 19234, kOne = 32768;
+  if (rgb[0] == rgb[1] && rgb[0] == rgb[2]) return rgb[0];
+  return static_cast<std::uint8_t>((kRed * rgb[0] + kGreen * rgb[1] + (kOne - kRed - kGreen) * rgb[2]) / kOne);
+}
+
+void SetPhoto(const std::optional<Bytes>& photo, std::pair<int, int> size, colmap_ext::MemoryImage* image) {
+  const auto [width, height] = size;
+  auto gray = std::make_shared<phi::GrayImage>(width, height);
+  if (photo && photo->ndim() == 3) {
+    auto color = std::make_shared<colmap_ext::ColorImage>(width, height);
+    std::memcpy(color->data(), photo->data(), color->bytes());
+    std::transform(color->begin(), color->end(), gray->begin(), [](const colmap_ext::Rgb& c) { return Gray(c.data()); });
+    image->color = std::move(color);
+  } else if (photo) {
+    std::memcpy(gray->data(), photo->data(), gray->bytes());
+  }
+  image->gray = std::move(gray);
+}
+
+phi::Pose PoseOf(const double* m) {
+  phi::Pose pose;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) pose.rotation(row, column) = m[4 * row + column];
+    pose.translation[row] = m[4 * row + 3];
+  }
+  return pose;
+}
+
+colmap_ext::SparseModel ModelOf(const Scene& scene) {
+  colmap_ext::SparseModel model;
+  for (std::size_t i = 0; i < scene.names.size(); ++i) {
+    const double* k = scene.cameras.data() + 4 * i;
+    colmap_ext::SparseCamera camera;
+    camera.camera_id = static_cast<std::uint32_t>(i + 1);
+    camera.width = static_cast<std::uint64_t>(scene.sizes[i].first);
+    camera.height = static_cast<std::uint64_t>(scene.sizes[i].second);
+    camera.params = {k, k + 4};
+    colmap_ext::SparseImage image;
+    image.image_id = scene.ids[i];
+    const phi::Pose pose = PoseOf(scene.poses.data() + 16 * i);
+    image.rotation = Eigen::Quaterniond(pose.rotation);
+    image.translation = pose.translation;
+    image.camera_id = camera.camera_id;
+    image.name = scene.names[i];
+    model.cameras.emplace(camera.camera_id, std::move(camera));
+    model.images.push_back(std::move(image));
+  }
+  model.points.resize(scene.points.shape(0));
+  for (std::size_t p = 0; p < model.points.size(); ++p) {
+    const double* xyz = scene.points.data() + 3 * p;
+    model.points[p].point3D_id = p;
+    model.points[p].xyz = {xyz[0], xyz[1], xyz[2]};
+  }
+  for (std::size_t o = 0; o < scene.observations.shape(0); ++o) {
+    const double* row = scene.observations.data() + 4 * o;
+    colmap_ext::SparsePoint& point = model.points[static_cast<std::size_t>(row[0])];
+    colmap_ext::SparseImage& image = model.images[static_cast<std::size_t>(row[1])];
+    point.track.push_back({image.image_id, static_cast<std::uint32_t>(image.observations.size())});
+    image.observations.push_back({row[2], row[3], point.point3D_id});
+  }
+  return model;
+}
+
+colmap_ext::Workspace WorkspaceOf(const Scene& scene, int max_image_size) {
+  std::vector<colmap_ext::MemoryImage> images(scene.names.size());
+  tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t i) {
+    images[i].pose = PoseOf(scene.poses.data() + 16 * i);
+    SetPhoto(scene.images[i], scene.sizes[i], &images[i]);
+    if (!scene.masks[i]) return;
+    auto mask = std::make_shared<phi::ImageMask>(scene.sizes[i].first, scene.sizes[i].second);
+    std::memcpy(mask->data(), scene.masks[i]->data(), mask->bytes());
+    images[i].mask = std::move(mask);
+  });
+  return colmap_ext::Workspace(ModelOf(scene), std::move(images), max_image_size);
+}
+
+// The command line's options, with its grammar and checks.
+template <typename Options, typename Register>
+Options ParseOptions(const char* command, std::vector<std::string> words, Register register_options) {
+  Options options;
+  colmap_ext::OptionParser parser(command, "");
+  register_options(&options, &parser);
+  words.insert(words.begin(), command);
+  std::vector<const char*> argv;
+  for (const std::string& word : words) argv.push_back(word.c_str());
+  parser.Parse(static_cast<int>(argv.size()), argv.data());
+  options.Finish(parser);
+  return options;
+}
+
+colmap_ext::StereoCommandOptions ParseStereo(std::vector<std::string> words, bool filling) {
+  words.insert(words.end(), {"--workspace_path", "/dev/null/memory"});
+  return ParseOptions<colmap_ext::StereoCommandOptions>(
+      filling ? "infer_planes" : "estimate", std::move(words), [filling](auto* options, auto* parser) {
+        filling ? options->RegisterFilling(parser) : options->Register(parser);
+      });
+}
+
+// Depth, normal, inferred, confidence; camera at the map's size; problem.
+struct MapArrays {
+  std::vector<float> depth, normal, confidence;
+  std::vector<std::uint8_t> inferred;
+  phi::Pinhole pinhole;
+  std::string problem;
+};
+
+MapArrays ArraysOf(const SceneMaps& maps, const phi::Pinhole& pinhole) {
+  const std::size_t size = maps.map->size();
+  MapArrays arrays{std::vector<float>(size), std::vector<float>(3 * size), std::vector<float>(size),
+                   std::vector<std::uint8_t>(size), pinhole, maps.problem};
+  for (std::size_t i = 0; i < size; ++i) {
+    const phi::PlaneHypothesis& h = maps.map->data()[i];
+    if (!(h.depth > 0)) continue;
+    arrays.depth[i] = h.depth;
+    arrays.normal[3 * i] = h.normal.x;
+    arrays.normal[3 * i + 1] = h.normal.y;
+    arrays.normal[3 * i + 2] = h.normal.z;
+    arrays.inferred[i] = maps.inferred != nullptr && maps.inferred->data()[i] != 0;
+    const bool has_cost = maps.cost != nullptr && arrays.inferred[i] == 0;
+    if (has_cost) arrays.confidence[i] = std::clamp(1 - maps.cost->data()[i] / 2, 0.0f, 1.0f);
+  }
+  return arrays;
+}
+
+std::vector<MapArrays> ArraysOf(const std::vector<SceneMaps>& maps, const colmap_ext::Workspace& workspace) {
+  std::vector<MapArrays> arrays(maps.size());
+  tbb::parallel_for(std::size_t{0}, maps.size(), [&](std::size_t i) {
+    arrays[i] = ArraysOf(maps[i], workspace.views()[i].camera.pinhole);
+  });
+  return arrays;
+}
+
+nb::list ToPython(std::vector<MapArrays> maps) {
+  nb::list list;
+  for (MapArrays& m : maps) {
+    const auto height = static_cast<std::size_t>(m.pinhole.height), width = static_cast<std::size_t>(m.pinhole.width);
+    const phi::Pinhole& k = m.pinhole;
+    list.append(nb::make_tuple(MakeOutput(std::move(m.depth), {height, width}),
+                               MakeOutput(std::move(m.normal), {height, width, 3}),
+                               MakeOutput(std::move(m.inferred), {height, width}),
+                               MakeOutput(std::move(m.confidence), {height, width}),
+                               nb::make_tuple(k.fx, k.fy, k.cx, k.cy), m.problem));
+  }
+  return list;
+}
+
+using Sources = std::vector<std::vector<int>>;
+
+nb::list Estimate(const Scene& scene, const Sources& sources, const std::vector<std::string>& words,
+                  const Listeners& listeners) {
+  std::vector<MapArrays> arrays;
+  RunSupervised(listeners, [&] {
+    colmap_ext::StereoCommandOptions options = ParseStereo(words, false);
+    options.pipeline.write_cost_maps = true;  // for the confidence
+    const auto workspace = WorkspaceOf(scene, options.workspace.max_image_size);
+    const auto backends = colmap_ext::MakeBackends(options.backend);
+    arrays = ArraysOf(colmap_ext::EstimateScene(workspace, sources, options.pipeline, backends), workspace);
+  });
+  return ToPython(std::move(arrays));
+}
+
+struct GivenMap {
+  Floats depth, normal;  // H x W, H x W x 3
+  std::optional<Bytes> inferred;
+};
+
+std::shared_ptr<const phi::PlaneMap> PlaneMapOf(const GivenMap& given) {
+  auto map = std::make_shared<phi::PlaneMap>(static_cast<int>(given.depth.shape(1)), static_cast<int>(given.depth.shape(0)));
+  for (std::size_t i = 0; i < map->size(); ++i) {
+    const float depth = given.depth.data()[i];
+    const float* n = given.normal.data() + 3 * i;
+    if (depth > 0) map->data()[i] = {{n[0], n[1], n[2]}, depth};
+  }
+  return map;
+}
+
+std::vector<SceneMaps> MapsOf(const std::vector<GivenMap>& given) {
+  std::vector<SceneMaps> maps(given.size());
+  tbb::parallel_for(std::size_t{0}, given.size(), [&](std::size_t i) {
+    maps[i].map = PlaneMapOf(given[i]);
+    if (!given[i].inferred) return;
+    auto inferred = std::make_shared<phi::Mask>(maps[i].map->width(), maps[i].map->height());
+    std::memcpy(inferred->data(), given[i].inferred->data(), inferred->bytes());
+    maps[i].inferred = std::move(inferred);
+  });
+  return maps;
+}
+
+nb::list InferPlanes(const Scene& scene, const std::vector<GivenMap>& given, const Sources& sources,
+                     const std::vector<std::string>& words, const Listeners& listeners) {
+  std::vector<MapArrays> arrays;
+  RunSupervised(listeners, [&] {
+    const colmap_ext::StereoCommandOptions options = ParseStereo(words, true);
+    const auto workspace = WorkspaceOf(scene, -1);
+    const auto backends = colmap_ext::MakeBackends(options.backend);
+    std::vector<std::shared_ptr<const phi::PlaneMap>> measured;
+    for (const SceneMaps& maps : MapsOf(given)) measured.push_back(maps.map);
+    arrays = ArraysOf(colmap_ext::FillScene(workspace, sources, measured, options.pipeline, backends), workspace);
+  });
+  return ToPython(std::move(arrays));
+}
+
+struct CloudArrays {
+  std::vector<double> xyz;
+  std::vector<float> normals;
+  std::vector<std::uint8_t> colors, inferred;
+};
+
+CloudArrays ArraysOf(const colmap_ext::SceneCloud& cloud) {
+  CloudArrays arrays;
+  for (const phi::FusedPoint& point : cloud.points) {
+    arrays.xyz.insert(arrays.xyz.end(), point.xyz, point.xyz + 3);
+    arrays.normals.insert(arrays.normals.end(), point.normal, point.normal + 3);
+    arrays.colors.insert(arrays.colors.end(), point.rgb, point.rgb + 3);
+    arrays.inferred.push_back(point.inferred);
+  }
+  return arrays;
+}
+
+// xyz, normals, colors, inferred, view_counts, views.
+nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std::vector<std::string>& words,
+               const Listeners& listeners) {
+  colmap_ext::SceneCloud cloud;
+  CloudArrays arrays;
+  RunSupervised(listeners, [&] {
+    auto options = ParseOptions<colmap_ext::FusionCommandOptions>(
+        "fuse", words, [](auto* fusion, auto* parser) { fusion->RegisterFusion(parser); });
+    cloud = colmap_ext::FuseSceneMaps(WorkspaceOf(scene, -1), MapsOf(given), options.fusion);
+    arrays = ArraysOf(cloud);
+  });
+  const std::size_t n = cloud.points.size(), num_views = cloud.views.size();
+  return nb::make_tuple(MakeOutput(std::move(arrays.xyz), {n, 3}), MakeOutput(std::move(arrays.normals), {n, 3}),
+                        MakeOutput(std::move(arrays.colors), {n, 3}), MakeOutput(std::move(arrays.inferred), {n}),
+                        MakeOutput(std::move(cloud.view_counts), {n}), MakeOutput(std::move(cloud.views), {num_views}));
+}
+
+// The .ply and .vis files that stereo_fusion writes.
+void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& normals, const Bytes& colors,
+                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views) {
+  phi::FusedBlock block;
+  block.points.resize(xyz.shape(0));
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    phi::FusedPoint& point = block.points[i];
+    std::copy_n(xyz.data() + 3 * i, 3, point.xyz);
+    std::copy_n(normals.data() + 3 * i, 3, point.normal);
+    std::copy_n(colors.data() + 3 * i, 3, point.rgb);
+    point.inferred = inferred.data()[i];
+  }
+  block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
+  block.views.assign(views.data(), views.data() + views.size());
+  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path});
+  writer->Write(block);
+  writer->Commit();
+}
+
+// Names, ids, sizes, cameras, poses, points, observations and the photos' paths of a workspace, at full size.
+nb::tuple ReadScene(const std::string& path) {
+  const colmap_ext::Workspace workspace({.path = colmap_ext::FindWorkspaceFolder(path)});
+  const phi::SparseScene scene = colmap_ext::MakeSparseScene(workspace.model());
+  std::vector<std::string> names, paths;
+  std::vector<std::uint32_t> ids;
+  std::vector<double> cameras, poses, points, observations;
+  for (std::size_t i = 0; i < workspace.views().size(); ++i) {
+    const phi::SceneView& view = workspace.views()[i];
+    names.push_back(view.name);
+    ids.push_back(view.image_id);
+    paths.push_back(workspace.ImagePath(static_cast<int>(i)).string());
+    const phi::Pinhole& k = view.camera.pinhole;
+    cameras.insert(cameras.end(), {k.fx, k.fy, k.cx, k.cy});
+    const phi::Pose& pose = view.camera.pose;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) poses.push_back(pose.rotation(row, column));
+      poses.push_back(pose.translation[row]);
+    }
+    poses.insert(poses.end(), {0, 0, 0, 1});
+  }
+  for (std::size_t p = 0; p < scene.num_points(); ++p) {
+    const Eigen::Vector3d& point = scene.point(p);
+    points.insert(points.end(), point.data(), point.data() + 3);
+    for (const phi::PointObservation& seen : scene.track(p)) {
+      observations.insert(observations.end(), {static_cast<double>(p), static_cast<double>(seen.view), seen.u, seen.v});
+    }
+  }
+  const std::size_t n = names.size(), m = observations.size() / 4;
+  return nb::make_tuple(names, ids, paths, MakeOutput(std::move(cameras), {n, 4}), MakeOutput(std::move(poses), {n, 4, 4}),
+                        MakeOutput(std::move(points), {scene.num_points(), 3}),
+                        MakeOutput(std::move(observations), {m, 4}));
+}
+
+}  // namespace
+
+void BindArrays(nb::module_& module) {
+  nb::class_<Scene>(module, "Scene")
+      .def("__init__",
+           [](Scene* scene, std::vector<std::string> names, std::vector<std::uint32_t> ids,
+              std::vector<std::pair<int, int>> sizes, Doubles cameras, Doubles poses,
+              std::vector<std::optional<Bytes>> images, std::vector<std::optional<Bytes>> masks, Doubles points,
+              Doubles observations) {
+             new (scene) Scene{std::move(names), std::move(ids),    std::move(sizes),  cameras,     poses,
+                               std::move(images), std::move(masks), std::move(points), observations};
+           });
+  nb::class_<GivenMap>(module, "GivenMap")
+      .def("__init__", [](GivenMap* map, Floats depth, Floats normal, std::optional<Bytes> inferred) {
+        new (map) GivenMap{depth, normal, std::move(inferred)};
+      }, nb::arg("depth"), nb::arg("normal"), nb::arg("inferred").none());
+  nb::class_<Listeners>(module, "Listeners")
+      .def("__init__", [](Listeners* listeners, nb::callable log, nb::object progress, bool debug) {
+        new (listeners) Listeners{std::move(log), std::move(progress), debug};
+      }, nb::arg("log"), nb::arg("progress").none(), nb::arg("debug"));
+  module.def("estimate", &Estimate);
+  module.def("infer_planes", &InferPlanes);
+  module.def("fuse", &Fuse);
+  module.def("write_cloud", &WriteCloud);
+  module.def("read_scene", &ReadScene);
+}
+
+}  // namespace phimvs_python

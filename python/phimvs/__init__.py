@@ -1,0 +1,25 @@
+"""Dense multi-view stereo: depth, normals and clouds from photos, on COLMAP workspaces or on arrays.
+
+    phimvs.dense("dense")                                       # as the command: maps, cloud, report
+    maps = phimvs.estimate(**phimvs.read_scene("dense"))        # the same in memory
+    cloud = phimvs.fuse(maps)
+
+Log lines go to logging.getLogger("phimvs"). Nothing opens a GPU before the first call that computes.
+"""
+
+from ._core import __version__, cancel, version_text
+from ._run import Progress
+from .commands import dense, evaluate, hole_filler, patch_match_stereo, report, stereo_fusion
+from .errors import Cancelled, Error, InputError, NoDeviceError, ResourceError, UsageError
+from .maps import colorize, read_image, read_map, write_map
+from .options import (
+    DenseOptions, EvaluateOptions, HoleFillerOptions, PatchMatchStereoOptions, ReportOptions, StereoFusionOptions,
+)  # fmt: skip
+from .scene import Cloud, Maps, Points, estimate, from_reconstruction, fuse, infer_planes, read_scene
+
+__all__ = [
+    "Cancelled", "Cloud", "DenseOptions", "Error", "EvaluateOptions", "HoleFillerOptions", "InputError", "Maps",
+    "NoDeviceError", "PatchMatchStereoOptions", "Points", "Progress", "ReportOptions", "ResourceError",
+    "StereoFusionOptions", "UsageError", "cancel", "colorize", "dense", "estimate", "evaluate", "from_reconstruction", "fuse", "hole_filler",
+    "infer_planes", "patch_match_stereo", "read_image", "read_map", "read_scene", "report", "stereo_fusion", "version_text", "write_map",
+]  # fmt: skip

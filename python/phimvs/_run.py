@@ -1,0 +1,77 @@
+"""What every call shares: logging, progress, options as the command line's words."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from . import _core
+from .errors import UsageError
+
+logger = logging.getLogger("phimvs")
+_LEVELS = (logging.ERROR, logging.WARNING, logging.INFO, logging.DEBUG)
+
+
+class Progress(NamedTuple):
+    """What a progress callable is told, about four times a second."""
+
+    stage: str  # what is being done: "estimating"
+    done: int  # of the stage, images mostly
+    total: int
+    fraction: float  # of the whole job, 0 to 1
+    seconds: float  # since it began
+    seconds_left: float  # < 0: unknown
+
+
+ProgressCallable = Callable[[Progress], object]
+
+
+class Run:
+    """The listeners of one call; keeps the errors that were logged."""
+
+    def __init__(self, progress: ProgressCallable | None) -> None:
+        self.errors: list[str] = []
+        self._progress = progress
+
+    @property
+    def listeners(self) -> Any:
+        """For the compiled part. Not kept here: it refers to this object, and Python could not free such a circle."""
+        tell = None if self._progress is None else self._tell
+        return _core.Listeners(self._log, tell, logger.isEnabledFor(logging.DEBUG))
+
+    def _log(self, level: int, message: str) -> None:
+        if level == 0:
+            self.errors.append(message)
+        logger.log(_LEVELS[level], "%s", message)
+
+    def _tell(self, *state: Any) -> None:
+        assert self._progress is not None
+        self._progress(Progress(*state))
+
+
+def text_of(value: Any) -> str:
+    """As the command line writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def words_of(options: Any) -> list[str]:
+    """Options as the command line's words: of None, a mapping by the command line's names, or an options object."""
+    if options is None:
+        return []
+    if hasattr(options, "changed"):
+        options = options.changed()
+    if not isinstance(options, Mapping):
+        raise UsageError(
+            f"options is a {type(options).__name__}, but must be a phimvs options object or a dict such as "
+            "{'PatchMatchStereo.max_image_size': 1000}"
+        )
+    words: list[str] = []
+    for name, value in options.items():
+        words += [f"--{name}", text_of(value)]
+    return words

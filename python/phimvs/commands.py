@@ -1,0 +1,121 @@
+"""The commands of the command line, on a COLMAP workspace: same options, same files out."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, Union
+
+from . import _core
+from ._run import ProgressCallable, Run, words_of
+from .errors import InputError
+
+StrPath = Union[str, "os.PathLike[str]"]
+_SOME_IMAGES_FAILED = 4
+
+
+def _call(name: str, arguments: dict[str, Any], options: Any, progress: ProgressCallable | None) -> tuple[Run, str]:
+    run = Run(progress)
+    given = {key: value for key, value in arguments.items() if value is not None}
+    code, printed = _core.run_command(name, words_of(given) + words_of(options), run.listeners)
+    if code not in (0, _SOME_IMAGES_FAILED):
+        raise InputError(run.errors[0] if run.errors else f"{name} failed")
+    return run, printed
+
+
+def _workspace(path: Any) -> Path:
+    """The folder that the commands find: it or the one below."""
+    for folder in (Path(path), Path(path) / "dense", Path(path) / "dense" / "0", Path(path) / "0"):
+        if (folder / "images").is_dir():
+            return folder
+    return Path(path)
+
+
+def _stereo_result(path: Any, run: Run) -> dict[str, Any]:
+    record = json.loads((_workspace(path) / "stereo" / "phimvs.json").read_text())
+    return {**(record["runs"][-1] if record["runs"] else {}), "errors": run.errors}
+
+
+def _cloud_result(path: Any, run: Run) -> dict[str, Any]:
+    return {**json.loads(Path(f"{os.fspath(path)}.json").read_text()), "path": os.fspath(path), "errors": run.errors}
+
+
+def patch_match_stereo(
+    workspace_path: StrPath, options: Any = None, *, progress: ProgressCallable | None = None
+) -> dict[str, Any]:
+    """Depth and normal maps of every image of an undistorted COLMAP workspace, into its folder `stereo`.
+
+    options: phimvs.PatchMatchStereoOptions, or a dict by the command line's names. Maps that are up to date are kept.
+    Returns the figures of the last run that made maps, as in stereo/phimvs.json (seconds, images, images_failed, ...),
+    and `errors`: one sentence for each image that could not be done. Raises phimvs.InputError when none could.
+    """
+    run, _ = _call("patch_match_stereo", {"workspace_path": workspace_path}, options, progress)
+    return _stereo_result(workspace_path, run)
+
+
+def hole_filler(
+    workspace_path: StrPath, options: Any = None, *, progress: ProgressCallable | None = None
+) -> dict[str, Any]:
+    """Fills the holes of maps that the workspace has, COLMAP's included (those with `overwrite`; the originals are kept,
+    and `restore` puts them back). Options and result as of patch_match_stereo."""
+    run, _ = _call("hole_filler", {"workspace_path": workspace_path}, options, progress)
+    return _stereo_result(workspace_path, run)
+
+
+def stereo_fusion(
+    workspace_path: StrPath,
+    output_path: StrPath,
+    options: Any = None,
+    *,
+    progress: ProgressCallable | None = None,
+) -> dict[str, Any]:
+    """Fuses the workspace's maps into a cloud: output_path is a .ply file, and OUTPUT.vis beside it says which images see
+    each point. Returns what is in OUTPUT.json (points, images, seconds, pixels), `path` and `errors`."""
+    arguments = {"workspace_path": workspace_path, "output_path": output_path}
+    run, _ = _call("stereo_fusion", arguments, options, progress)
+    if Path(f"{os.fspath(output_path)}.json").exists():
+        return _cloud_result(output_path, run)
+    return {"path": os.fspath(output_path), "errors": run.errors}
+
+
+def dense(
+    workspace_path: StrPath,
+    output_path: StrPath | None = None,
+    options: Any = None,
+    *,
+    report_path: StrPath | None = None,
+    progress: ProgressCallable | None = None,
+) -> dict[str, Any]:
+    """Maps, cloud (default: fused.ply in the workspace) and report (default: report.html). Returns stereo_fusion's result,
+    patch_match_stereo's as `stereo`, and `report_path`."""
+    arguments = {"workspace_path": workspace_path, "output_path": output_path, "report_path": report_path}
+    run, _ = _call("dense", arguments, options, progress)
+    folder = _workspace(workspace_path)
+    result = _cloud_result(output_path or folder / "fused.ply", run)
+    result["stereo"] = _stereo_result(workspace_path, run)
+    result["report_path"] = os.fspath(report_path or folder / "report.html")
+    return result
+
+
+def evaluate(options: Any, *, progress: ProgressCallable | None = None) -> dict[str, Any]:
+    """Scores a cloud or maps against the truth, in percent by tolerance. options: phimvs.EvaluateOptions, or a dict
+    such as {"cloud_path": ..., "truth_path": ...}. Returns the scores, and as `table` what the command prints."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = dict(options.changed() if hasattr(options, "changed") else options)
+        scores = words.setdefault("output_path", str(Path(folder) / "scores.json"))
+        _, printed = _call("evaluate", {}, words, progress)
+        return {**json.loads(Path(scores).read_text()), "table": printed}
+
+
+def report(
+    workspace_path: StrPath,
+    output_path: StrPath,
+    options: Any = None,
+    *,
+    progress: ProgressCallable | None = None,
+) -> str:
+    """Writes one self-contained HTML page about a workspace, and returns its path."""
+    _call("report", {"workspace_path": workspace_path, "output_path": output_path}, options, progress)
+    return os.fspath(output_path)

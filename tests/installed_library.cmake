@@ -1,0 +1,27 @@
+# Installs the library into a fresh folder, builds examples/cpp against it and runs the example.
+# usage: cmake -DBUILD=<build folder> -DSOURCE=<source folder> -DWORK=<scratch> -P installed_library.cmake
+file(REMOVE_RECURSE "${WORK}")
+function(run)
+  execute_process(COMMAND ${ARGV} RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  message("${output}")
+  if(failed)
+    message(FATAL_ERROR "failed: ${ARGV}")
+  endif()
+endfunction()
+run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${WORK}/prefix" --component library)
+# Nothing of CUDA, of the sources' folder or of other layers' headers may be needed.
+file(GLOB_RECURSE headers "${WORK}/prefix/include/*.h")
+if(NOT headers)
+  message(FATAL_ERROR "no headers were installed")
+endif()
+foreach(header ${headers})
+  file(STRINGS "${header}" includes REGEX "#[ ]*include[ ]*[<\"](cuda|thrust|cub/|device_launch)")
+  if(includes)
+    message(FATAL_ERROR "${header} includes CUDA: ${includes}")
+  endif()
+endforeach()
+file(COPY "${SOURCE}/examples/cpp" DESTINATION "${WORK}")
+run("${CMAKE_COMMAND}" -S "${WORK}/cpp" -B "${WORK}/build" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_PREFIX_PATH=${WORK}/prefix"
+  "-DOpenCV_DIR=${OPENCV}")
+run("${CMAKE_COMMAND}" --build "${WORK}/build")
+run("${WORK}/build/estimate_and_fuse")

@@ -1,0 +1,151 @@
+"""The commands on workspaces: the bytes of the command line, results, errors, progress, cancellation."""
+
+import json
+import logging
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from conftest import CPU, map_files
+
+import phimvs
+
+QUICK = {**CPU, "PatchMatchStereo.num_iterations": 2}
+
+
+def test_dense_gives_the_commands_files(workspace, done):
+    result = phimvs.dense(workspace, options=CPU)
+    assert map_files(workspace) == map_files(done) != {}
+    assert map_files(workspace, "measured") == map_files(done, "measured")
+    assert (workspace / "fused.ply").read_bytes() == (done / "fused.ply").read_bytes()
+    assert result["points"] > 1000 and result["errors"] == []
+    assert result["stereo"]["images"] == 4
+    assert result["report_path"] == str(workspace / "report.html") and (workspace / "report.html").exists()
+
+    before = map_files(workspace)
+    again = phimvs.patch_match_stereo(workspace, phimvs.PatchMatchStereoOptions(**CPU))
+    assert again["images"] == 4 and map_files(workspace) == before
+
+    filled = phimvs.hole_filler(workspace, CPU)
+    assert filled["images"] == 4 and map_files(workspace) == before
+
+    cloud = phimvs.stereo_fusion(workspace, workspace / "again.ply")
+    assert (workspace / "again.ply").read_bytes() == (done / "fused.ply").read_bytes()
+    assert cloud["points"] == result["points"]
+
+
+def test_the_record_tells_the_same_options(workspace, done):
+    phimvs.patch_match_stereo(workspace, CPU)
+    own, commands = (json.loads((d / "stereo/phimvs.json").read_text()) for d in (workspace, done))
+    assert own["options_hash"] == commands["options_hash"]
+
+
+def test_evaluate_and_report(done, room, tmp_path):
+    options = phimvs.EvaluateOptions(depth_maps=done / "stereo/depth_maps", truth_depth_maps=room / "truth/depth_maps")
+    scores = phimvs.evaluate(options)
+    assert scores["depth_maps"] and "0.02" in scores["table"]
+    assert phimvs.report(done, tmp_path / "page.html") == str(tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size > 10000
+
+
+def test_errors_name_their_cause(workspace, tmp_path):
+    with pytest.raises(phimvs.InputError, match="must be an existing folder") as caught:
+        phimvs.dense(tmp_path / "nowhere")
+    assert caught.value.file == str(tmp_path / "nowhere")
+    with pytest.raises(phimvs.UsageError, match="did you mean.*window_radius"):
+        phimvs.patch_match_stereo(workspace, {"PatchMatchStereo.window_radis": 3})
+    with pytest.raises(phimvs.UsageError, match="num_iterations is 0, but must be") as caught:
+        phimvs.patch_match_stereo(workspace, {"PatchMatchStereo.num_iterations": 0})
+    assert isinstance(caught.value, ValueError) and isinstance(caught.value, phimvs.Error)
+    photo = next((workspace / "images").rglob("*.png"))
+    photo.write_bytes(b"no photo")
+    result = phimvs.patch_match_stereo(workspace, QUICK)
+    assert result["images_failed"] == 1 and photo.name in result["errors"][0]
+    for photo in (workspace / "images").rglob("*.png"):
+        photo.unlink()
+    with pytest.raises(phimvs.InputError, match="is missing") as caught:
+        phimvs.patch_match_stereo(workspace, QUICK)
+    assert caught.value.image
+    if not shutil.which("nvidia-smi"):
+        with pytest.raises(phimvs.NoDeviceError):
+            phimvs.dense(workspace, options={"PhiStereo.backend": "cuda"})
+
+
+def test_progress_and_logging(workspace, caplog):
+    told = []
+    with caplog.at_level(logging.INFO, logger="phimvs"):
+        phimvs.dense(workspace, options=QUICK, progress=told.append)
+    assert all(isinstance(p, phimvs.Progress) and 0 <= p.fraction <= 1 for p in told)
+    assert {"estimating", "fusing"} <= {p.stage for p in told}
+    assert any("4 images, 120x90" in r.message for r in caplog.records)
+    assert not any(r.message.startswith("progress") for r in caplog.records)
+
+
+def test_what_a_callable_raises_stops_the_run(workspace):
+    def stop(progress):
+        raise ZeroDivisionError("of the caller's")
+
+    with pytest.raises(ZeroDivisionError, match="of the caller's"):
+        phimvs.patch_match_stereo(workspace, CPU, progress=stop)
+    phimvs.dense(workspace, options=CPU)  # goes on where that one stopped, and nothing is left cancelled
+
+
+def test_cancel_from_another_thread_and_the_lock_is_released(workspace):
+    counted = []
+    stop = threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counted.append(time.perf_counter())
+            time.sleep(0.005)
+
+    thread = threading.Thread(target=count)
+    timer = threading.Timer(0.5, phimvs.cancel)
+    thread.start()
+    timer.start()
+    slow = {**CPU, "PatchMatchStereo.num_iterations": 100}
+    with pytest.raises(phimvs.Cancelled, match="goes on where"):
+        phimvs.patch_match_stereo(workspace, slow)
+    stop.set()
+    thread.join()
+    assert len(counted) > 20  # Python went on meanwhile
+
+
+def test_ctrl_c_raises_keyboard_interrupt(workspace):
+    code = f"""import phimvs, sys
+try:
+    phimvs.patch_match_stereo({str(workspace)!r}, {{**{CPU!r}, "PatchMatchStereo.num_iterations": 100}},
+                              progress=lambda p: print("going", flush=True))
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=os.environ)
+    assert process.stdout.readline() == "going\n"
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=120)
+    assert rest.splitlines()[-1] == "interrupted" and process.returncode == 0
+
+
+def test_import_is_quick_and_opens_no_gpu():
+    code = "import phimvs; print('libcuda' in open('/proc/self/maps').read())"
+
+    def cpu_seconds():
+        before = os.times()
+        result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
+        after = os.times()
+        assert result.stdout == "False\n"
+        return after.children_user + after.children_system - before.children_user - before.children_system
+
+    assert min(cpu_seconds() for _ in range(4)) < 0.5  # of a whole interpreter, numpy included
+
+
+def test_the_program_is_in_the_package():
+    result = subprocess.run([sys.executable, "-m", "phimvs", "--version"], capture_output=True, text=True, env=os.environ)
+    assert result.stdout.startswith(f"phimvs {phimvs.__version__}\ncommit ") and "backend cpu" in result.stdout
+    result = subprocess.run([sys.executable, "-m", "phimvs", "nonsense"], capture_output=True, text=True, env=os.environ)
+    assert result.returncode == 1
