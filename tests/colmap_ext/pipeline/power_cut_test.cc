@@ -78,7 +78,7 @@ TEST(PowerCut, WhatGetsAFinalNameIsOnTheDisk) {
   const Workspace workspace({.path = folder.path()});
   test_support::FakeCalls calls;
   PipelineOptions options;
-  StereoPipeline::Backends backends;
+  Backends backends;
   backends.push_back(std::make_unique<test_support::FakeBackend>(&calls, 2));
   StereoPipeline pipeline(
       workspace, MakeImageJobs(workspace, MakeSparseScene(workspace.model()), "", options.view_selection),
