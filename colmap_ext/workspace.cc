@@ -312,15 +312,16 @@ bool Workspace::HasImageMask(int image) const {
 std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const {
   if (!HasImageMask(image)) return nullptr;
   const fs::path path = ImageMaskPath(image);
-  const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadGrayImage(path);
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
-  if (static_cast<std::uint64_t>(full.width()) != camera.width ||
-      static_cast<std::uint64_t>(full.height()) != camera.height) {
-    throw phi::InputError(path.string() + ": the mask is " + std::to_string(full.width()) + "x" +
-                          std::to_string(full.height()) + " pixels but its image is " +
+  const auto check_size = [&](std::size_t width, std::size_t height) {
+    if (width == camera.width && height == camera.height) return;
+    throw phi::InputError(path.string() + ": the mask is " + std::to_string(width) + "x" +
+                          std::to_string(height) + " pixels but its image is " +
                           std::to_string(camera.width) + "x" + std::to_string(camera.height) +
                           "; make masks of the undistorted images");
-  }
+  };
+  const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadGrayImage(path, check_size);
+  check_size(full.width(), full.height());
   const phi::Pinhole& working = views_[image].camera.pinhole;
   auto mask = std::make_shared<phi::ImageMask>(working.width, working.height, 255);
   for (int y = 0; y < full.height(); ++y) {

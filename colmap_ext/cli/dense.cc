@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/steps.h"
@@ -38,6 +39,7 @@ int RunDense(int argc, char** argv) {
   FusionCommandOptions fusion;
   OptionParser parser("dense", "From an undistorted COLMAP workspace to a cloud and a report");
   parser.Add("output_path", &output.path, "The cloud (.ply or .las); default: fused.ply in the workspace");
+  parser.Append(output.List());
   parser.Add("report_path", &report_path, "The report (.html); default: report.html in the workspace");
   stereo.Register(&parser);
   fusion.RegisterFusion(&parser);
@@ -52,9 +54,11 @@ int RunDense(int argc, char** argv) {
   report.default_options = DefaultOptions();
   if (output.path.empty()) output.path = workspace / "fused.ply";
   output.Resolve();
-  if (output.type == CloudType::kPly) report.cloud = output.path;
+  if (!output.IsFile()) throw phi::UsageError("--output_type: dense writes PLY and LAS; stereo_fusion writes the others");
+  if (output.type == CloudType::kPly && output.tile_size == 0) report.cloud = output.path;  // the report reads no other
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
 
+  for (const auto& path : {output.path, report.output}) AtomicFile(path, Durability::kProcess);  // tried before long work
   const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues());
   if (!IsDone(stereo_code)) return stereo_code;
   const int fusion_code = FuseMaps(fusion, output);

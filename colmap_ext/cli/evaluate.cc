@@ -6,6 +6,7 @@
 #include <sstream>
 #include <thread>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/byte_count.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
@@ -180,6 +181,7 @@ int RunEvaluate(int argc, char** argv) {
   parser.Add("num_threads", &o.num_threads, "Threads; -1 = all").Between(-1, phi::kMaxThreads);
   if (!parser.Parse(argc, argv)) return 0;
   Complete(o);
+  if (!o.output.empty()) AtomicFile(o.output, Durability::kProcess);  // tries it before long work
 
   const std::size_t threads =
       o.num_threads > 0 ? o.num_threads : std::max(1u, std::thread::hardware_concurrency());

@@ -2,18 +2,19 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include <Eigen/Dense>
 
+#include "colmap_ext/input_file.h"
+#include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
 namespace {
 
 std::ifstream Open(const std::filesystem::path& path) {
-  std::ifstream stream(path);
+  std::ifstream stream = OpenRegularFile(path);
   if (!stream) throw phi::InputError("cannot read " + path.string());
   return stream;
 }
@@ -39,10 +40,13 @@ bool CropVolume::Contains(const Eigen::Vector3d& point) const {
 
 CropVolume ReadCropVolume(const std::filesystem::path& path) {
   std::ifstream stream = Open(path);
+  const auto refuse = [&](const char* why) {
+    throw phi::InputError(path.string() + " is no crop volume (SelectionPolygonVolume): " + why);
+  };
+  CropVolume volume;
   try {
-    const auto json = nlohmann::json::parse(stream);
+    const auto json = ParseJson<nlohmann::json>(stream);
     const std::string axis = json.at("orthogonal_axis");
-    CropVolume volume;
     volume.axis = axis == "X" || axis == "x" ? 0 : axis == "Y" || axis == "y" ? 1 : 2;
     volume.min = json.at("axis_min");
     volume.max = json.at("axis_max");
@@ -50,11 +54,13 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
       volume.polygon.push_back(Across(
           {corner.at(0).get<double>(), corner.at(1).get<double>(), corner.at(2).get<double>()}, volume.axis));
     }
-    if (volume.polygon.size() < 3) throw phi::InputError(path.string() + ": the polygon has no area");
-    return volume;
   } catch (const nlohmann::json::exception& error) {
-    throw phi::InputError(path.string() + " is no crop volume (SelectionPolygonVolume): " + error.what());
+    refuse(error.what());
+  } catch (const phi::InputError& error) {
+    refuse(error.what());
   }
+  if (volume.polygon.size() < 3) throw phi::InputError(path.string() + ": the polygon has no area");
+  return volume;
 }
 
 Eigen::Matrix4d ReadSimilarity(const std::filesystem::path& path) {

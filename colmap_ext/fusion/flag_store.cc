@@ -32,6 +32,8 @@ void FlagStore::Fail(const char* action) const {
       folder_.string() + ": fusion cannot " + action + " its scratch file: " + std::strerror(errno);
   if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
     throw phi::ResourceError(what + "; free some space");
+  if (errno == EMFILE || errno == ENFILE || errno == ENOMEM)
+    throw phi::ResourceError(what + "; raise the limit of open files (ulimit -n) or end other programs");
   throw phi::InputError(what);
 }
 

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
@@ -186,7 +187,7 @@ void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::str
     record.earlier.insert(record.earlier.end(), known.files.begin(), known.files.end());
     known = std::move(record);
   }
-  CompactLocked(Durability::kProcess);
+  CompactLocked();
 }
 
 void RunRecord::Finish(const Task& task, const TaskRecord& record) {
@@ -230,10 +231,11 @@ void RunRecord::Compact() {
   for (auto& [task, record] : tasks_) {
     if (record.state == "done") record.earlier.clear();
   }
-  CompactLocked(Durability::kPowerCut);
+  CompactLocked();
+  SyncFolder(path_.parent_path());
 }
 
-void RunRecord::CompactLocked(Durability durability) {
+void RunRecord::CompactLocked() {
   Json images = Json::object(), runs = Json::array();
   for (const std::string& run : runs_) runs.push_back(Json::parse(run));
   for (const auto& [task, record] : tasks_) images[NameToJson(task.first)][task.second] = ToJson(record);
@@ -242,11 +244,10 @@ void RunRecord::CompactLocked(Durability durability) {
                      {"options_hash", options_hash_},
                      {"runs", runs},
                      {"images", images}};
-  AtomicFile file(path_, durability);
+  AtomicFile file(path_);  // an empty record after a power cut would cost all maps
   file.Write(Dump(json, 1) + "\n");
   file.Publish();
   std::filesystem::remove(journal_path_);
-  if (durability == Durability::kPowerCut) SyncFolder(file.folder());
   changed_ = false;
 }
 

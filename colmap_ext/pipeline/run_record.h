@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
 
 namespace colmap_ext {
@@ -64,7 +63,7 @@ class RunRecord {
  private:
   void ReadFile();
   void ReplayJournal();
-  void CompactLocked(Durability durability);
+  void CompactLocked();
 
   const std::filesystem::path path_, journal_path_;
   mutable std::mutex mutex_;

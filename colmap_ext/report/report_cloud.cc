@@ -8,6 +8,7 @@
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "phi/base/error.h"
 
@@ -49,7 +50,7 @@ T ReadValue(std::ifstream& file) {
 // Whose images the file does not tell has no views.
 void ReadViews(const std::filesystem::path& path, const std::vector<std::uint64_t>& rows,
                CloudSample* sample) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = OpenRegularFile(path);
   if (!file || ReadValue<std::uint64_t>(file) != sample->num_points) return;
   std::uint64_t row = 0;
   for (std::size_t i = 0; i < rows.size() && file; ++i) {

@@ -13,7 +13,8 @@ OptionList FusionOptions::List() {
   list.Add("StereoFusion.max_num_pixels", &max_num_views, "Most measurements merged into a point")
       .ColmapDefault("10000")
       .AtLeast(1);
-  list.Add("StereoFusion.max_reproj_error", &max_reproj_error, "Largest distance in the other image between the points at both depths")
+  list.Add("StereoFusion.max_reproj_error", &max_reproj_error,
+           "Largest distance in the other image between the points at both depths")
       .Unit("pixels")
       .ColmapDefault("2")
       .MoreThan(0);

@@ -129,6 +129,20 @@ TEST_F(HostileFusion, ABadMaskIsMadeAgainByTheStereoThatMadeIt) {
   EXPECT_THAT(result.errors, HasSubstr("filled_masks"));
 }
 
+// Not after hours of stereo.
+TEST(HostileOutput, DenseRefusesAPipeBeforeItWorks) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder / "dense", {.num_images = 3});
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  for (const char* option : {"--output_path", "--report_path"}) {
+    const ProgramResult result = RunInShell("", {"dense", "--workspace_path", folder / "dense",
+                                                 "--PhiStereo.backend", "cpu", option, folder / "pipe"});
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_THAT(result.errors, HasSubstr("a device or a pipe")) << option;
+    EXPECT_FALSE(fs::exists(folder / "dense/stereo/depth_maps")) << option;
+  }
+}
+
 TEST(HostileOutput, AFullStandardOutputIsAnError) {
   const TemporaryFolder folder;
   test_support::WriteSmallWorkspace(folder.path());
@@ -168,6 +182,23 @@ TEST(HostileInput, APipeIsNoImageAndNoList) {
   const ProgramResult list = RunInShell("", with_list);
   EXPECT_EQ(list.exit_code, 2);
   EXPECT_THAT(list.errors, HasSubstr("list.cfg"));
+}
+
+TEST_F(HostileFusion, EvaluationAndReportWaitForNoPipe) {
+  const std::string cloud = folder_ / "clean/fused.ply", pipe = folder_ / "pipe";
+  CleanCloud();
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const char* option : {"--crop_volume_path", "--cloud_transform_path"}) {
+    const ProgramResult result =
+        RunInShell("", {"evaluate", "--cloud_path", cloud, "--truth_path", cloud, option, pipe});
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_THAT(result.errors, HasSubstr("cannot read " + pipe)) << option;
+  }
+  fs::rename(pipe, cloud + ".vis");  // the report goes without the points' views
+  EXPECT_EQ(RunInShell("", {"report", "--workspace_path", folder_.path(), "--cloud_path", cloud,
+                            "--output_path", folder_ / "report.html"})
+                .exit_code,
+            0);
 }
 
 TEST(HostileInput, AnImageOfSixtyGigabytesFailsAlone) {

@@ -218,6 +218,13 @@ TEST_F(WallScan, PointOnTheOtherSideOfTheScannerIsUnobserved) {
   EXPECT_EQ(Classify({-2.5f, 0, 0}), 3 | kUnobservedBelow);
 }
 
+// 0.1 degrees at a range of 10: the beam's radius is 10 tan(0.1 degrees) = 0.01745.
+TEST(ScanBeams, WidenByTheirHalfAngle) {
+  const ScanBeams beams({{10, 0, 0}}, {0, 0, 0}, {.start_radius = 0, .divergence_half_angle = 0.1});
+  EXPECT_EQ(FirstRightTolerance(beams.Classify({10, 0.0165f, 0}, {0.05})), 0);
+  EXPECT_EQ(FirstRightTolerance(beams.Classify({10, 0.0184f, 0}, {0.05})), 1);
+}
+
 TEST(ScanBeams, LooksAroundThePoleAndAcrossTheSeamOfAzimuth) {
   // Scan points straight above the scanner, and at azimuth pi.
   const ScanBeams above({{0.001f, 0, 4}, {-0.001f, -0.001f, 4}}, {0, 0, 0}, {});

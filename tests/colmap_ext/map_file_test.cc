@@ -108,5 +108,26 @@ TEST(MapFileTest, RefusesTheWrongKindOfMap) {
   EXPECT_THAT(InputErrorOf([&] { ReadDepthMap(folder / "none.bin"); }), HasSubstr("none.bin"));
 }
 
+// Read in blocks of rows, of which the last is not full.
+TEST(MapFileTest, RowsAreThoseOfTheMap) {
+  const test_support::TemporaryFolder folder;
+  phi::PlaneMap map(3, 70);
+  for (int y = 0; y < 70; ++y) {
+    for (int x = 0; x < 3; ++x) map(x, y) = {{0.25f * x, 0.5f * y, -1.0f * (x + y)}, 1.0f + 10 * y + x};
+  }
+  WritePlaneMap(folder / "depth.bin", folder / "normal.bin", map);
+  int next = 0;
+  ReadPlaneRows(folder / "depth.bin", folder / "normal.bin", [&](int y, const PlaneRow& row) {
+    ASSERT_EQ(y, next++);
+    for (int x = 0; x < 3; ++x) {
+      ASSERT_EQ(row.depth[x], 1 + 10 * y + x);
+      ASSERT_EQ(row.normal[0][x], 0.25f * x);
+      ASSERT_EQ(row.normal[1][x], 0.5f * y);
+      ASSERT_EQ(row.normal[2][x], -1.0f * (x + y));
+    }
+  });
+  EXPECT_EQ(next, 70);
+}
+
 }  // namespace
 }  // namespace colmap_ext

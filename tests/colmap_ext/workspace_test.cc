@@ -246,5 +246,25 @@ TEST(RealWorkspaceTest, PointsProjectToTheirObservations) {
   EXPECT_LT(errors[errors.size() / 2], 1.0);
 }
 
+// A small file may announce a gigabyte: of this one nothing but the header can be decoded.
+TEST_F(WorkspaceTest, AMasksSizeIsComparedBeforeItIsDecoded) {
+  options_.mask_path = folder_ / "masks";
+  std::filesystem::create_directory(options_.mask_path);
+  const Workspace workspace(options_);
+  const std::filesystem::path path = workspace.ImageMaskPath(0);
+  WriteGrayImage(path, phi::GrayImage(37, 21, 255));
+  test_support::WriteBytes(path, test_support::ReadBytes(path).substr(0, 40));
+  EXPECT_THAT(InputErrorOf([&] { workspace.ReadImageMask(0); }), HasSubstr("the mask is 37x21 pixels"));
+}
+
+// Twice the quaternion turns as the quaternion does.
+TEST_F(WorkspaceTest, RotationsHaveLengthOne) {
+  SparseModel model = SmallModel();
+  const Eigen::Matrix3d expected = Workspace(options_).views()[1].camera.pose.rotation;
+  for (SparseImage& image : model.images) image.rotation.coeffs() *= 2;
+  WriteModel(model);
+  EXPECT_TRUE(Workspace(options_).views()[1].camera.pose.rotation.isApprox(expected));
+}
+
 }  // namespace
 }  // namespace colmap_ext

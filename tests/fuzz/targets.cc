@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/evaluation/crop_volume.h"
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/fusion/bounding_box_file.h"
@@ -217,6 +218,18 @@ std::vector<std::string> ConfigSeeds() {
           "a/2.png\r\n"};
 }
 
+void RunCrop(Bytes bytes) {
+  const fs::path path = WriteFile("a.json", bytes);
+  Allow([&] { ReadCropVolume(path).Contains({0.5, 0.25, 1}); });
+  Allow([&] { ReadSimilarity(path); });
+}
+
+std::vector<std::string> CropSeeds() {
+  return {R"({"axis_max": 3, "axis_min": -1.5e0, "orthogonal_axis": "Y", "class_name": "SelectionPolygonVolume",)"
+          R"( "bounding_polygon": [[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]]})",
+          "0 -2 0 1\n2 0 0 2\n0 0 2 3\n0 0 0 1\n"};
+}
+
 // The record and its journal, each with its length.
 void RunRecordFiles(Bytes bytes) {
   const char* const names[3] = {"record/phimvs.json", "record/phimvs.json.journal", "record/unused"};
@@ -273,6 +286,7 @@ constexpr Target kTargets[] = {{"map", RunMap, MapSeeds},
                                {"ply", RunPly, PlySeeds},
                                {"meshlab", RunMeshLab, MeshLabSeeds},
                                {"config", RunConfig, ConfigSeeds},
+                               {"crop", RunCrop, CropSeeds},
                                {"record", RunRecordFiles, RecordSeeds},
                                {"project", RunProjectFile, ProjectFileSeeds}};
 
