@@ -58,7 +58,10 @@ int RunDense(int argc, char** argv) {
   if (output.type == CloudType::kPly && output.tile_size == 0) report.cloud = output.path;  // the report reads no other
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
 
-  for (const auto& path : {output.path, report.output}) AtomicFile(path, Durability::kProcess);  // tried before long work
+  // Tried before long work; not where there is no workspace, whose folder that would make.
+  if (std::filesystem::is_directory(workspace)) {
+    for (const auto& path : {output.path, report.output}) AtomicFile(path, Durability::kProcess);
+  }
   const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues());
   if (!IsDone(stereo_code)) return stereo_code;
   const int fusion_code = FuseMaps(fusion, output);
