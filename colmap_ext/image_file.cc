@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
@@ -106,7 +107,7 @@ cv::Mat Decode(const fs::path& path, int flags, const CheckSize& check_size) {
   }
   cv::Mat image;
   try {
-    if (!bytes.empty()) image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
+    if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& exception) {
     throw phi::InputError(path.string() + ": this image cannot be decoded (" + exception.err + ")");
   }
@@ -151,6 +152,20 @@ std::unique_ptr<AtomicFile> Encode(const fs::path& path, const cv::Mat& image, i
 }
 
 }  // namespace
+
+bool HasPhotoFormat(std::span<const std::uint8_t> bytes) {
+  using namespace std::string_view_literals;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.starts_with("RIFF") && text.substr(std::min<std::size_t>(8, text.size())).starts_with("WEBP")) return true;
+  const bool is_pnm = text.size() > 2 && text[0] == 'P' && text[1] >= '1' && text[1] <= '7';
+  constexpr std::string_view kSignatures[] = {
+      "\xFF\xD8\xFF"sv,                                           // JPEG
+      "\x89PNG\r\n\x1A\n"sv, "II*\0"sv, "MM\0*"sv, "II+\0"sv,  // PNG, TIFF
+      "MM\0+"sv, "BM"sv,                                          // BMP
+      "\0\0\0\x0CjP  "sv, "\xFF\x4F\xFF\x51"sv};                // JPEG 2000
+  return is_pnm || std::any_of(std::begin(kSignatures), std::end(kSignatures),
+                               [&](std::string_view signature) { return text.starts_with(signature); });
+}
 
 phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {
   const cv::Mat decoded = Decode(path, cv::IMREAD_GRAYSCALE, check_size);

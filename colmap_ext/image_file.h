@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "colmap_ext/atomic_file.h"
 #include "phi/base/images.h"
@@ -16,6 +17,11 @@ namespace colmap_ext {
 
 using Rgb = std::array<std::uint8_t, 3>;
 using ColorImage = phi::Array2D<Rgb>;
+
+// Whether a file's bytes begin as one of the formats that photos come in: JPEG, PNG, TIFF, BMP, WebP, PNM, JPEG 2000. OpenCV
+// tries every library that it was built with, and some of those for other formats (DICOM's) end the process where a file is
+// damaged.
+bool HasPhotoFormat(std::span<const std::uint8_t> bytes);
 
 // Throws when an image of so many pixels is not wanted. Called before anything is decoded where the header tells the size,
 // and afterwards.

@@ -1,7 +1,11 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <vector>
 
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
@@ -34,7 +38,10 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {
   if (path.extension() == ".bin") return ReadDepthMap(path);
-  const cv::Mat image = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
+  std::ifstream file = OpenRegularFile(path);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  cv::Mat image;
+  if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   if (image.empty()) throw phi::InputError("cannot read " + path.string());
   if (image.type() != CV_16UC1) {
     throw phi::InputError(path.string() + " is not a 16-bit gray image, as true depths in PNG files are");

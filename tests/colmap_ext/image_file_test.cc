@@ -52,6 +52,22 @@ TEST(ImageSize, IsToldBeforeAnythingIsDecoded) {
   }
 }
 
+// Decoders of other formats are not asked: DICOM's, which OpenCV may hold, ends the process on these 151 bytes.
+TEST(ImageFile, OtherFormatsThanPhotosAreRefused) {
+  const TemporaryFolder folder;
+  std::string dicom(151, '\xFF');
+  dicom.replace(128, 23, std::string("DICM\0\x01\0\0OB\0\xFF\xFF\xFF\xFF\xFF\xFFIC\x02\xFF\xFF\xFF", 23));
+  WriteBytes(folder / "scan.jpg", dicom);
+  EXPECT_THAT(test_support::InputErrorOf([&] { ReadGrayImage(folder / "scan.jpg"); }), HasSubstr("unknown format"));
+  for (const char* name : {"a.png", "a.jpg", "a.tif", "a.bmp", "a.webp", "a.pgm"}) {
+    WriteGrayImage(folder / name, Gradient(37, 21));
+    const std::string bytes = ReadBytes(folder / name);
+    EXPECT_TRUE(HasPhotoFormat({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()})) << name;
+    EXPECT_EQ(ReadGrayImage(folder / name).width(), 37) << name;
+  }
+  EXPECT_FALSE(HasPhotoFormat({}));
+}
+
 // A thumbnail and a comment within the header, as cameras write them; both hold an end marker. Orientation 6 asks
 // viewers to turn the picture by 90 degrees.
 std::string WithExifOrientation(const std::string& jpeg) {
