@@ -160,8 +160,9 @@ OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& 
     for (const auto& entry : po::parse_config_file(file, none, true).options) {
       values.emplace_back(entry.string_key, entry.value.empty() ? "" : entry.value.front());
     }
-  } catch (const po::error& error) {
-    throw phi::InputError("--project_path: " + path.string() + ": " + error.what());
+  } catch (const po::error&) {  // its what() never returns where the file holds some of its own placeholders
+    throw phi::InputError("--project_path: " + path.string() +
+                          ": a line is neither a [group], nor NAME=VALUE, nor a comment (#)");
   }
   // A key that only COLMAP has gives away who wrote the file.
   const bool by_colmap =

@@ -138,6 +138,9 @@ TEST_F(OptionParserTest, UnknownIniKeysWarnOnceAndBadIniValuesNameTheFile) {
   EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", bad}), HasSubstr("project.ini"));
   EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", WriteIni("[broken\n=\n")}),
               HasSubstr("project.ini"));
+  // Boost's own sentence of this file has no end.
+  const std::string endless = WriteIni("x%invalid_line%y\n");
+  EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", endless}), HasSubstr("a line is neither"));
 }
 
 TEST_F(OptionParserTest, ColmapsDefaultsInAFileOfColmapsCountAsUnset) {
