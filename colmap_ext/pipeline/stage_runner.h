@@ -2,7 +2,6 @@
 // patch_match_stereo and hole_filler differ in which stages and images those are.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -41,14 +40,14 @@ class StageRunner {
 
   // Before the first Run: the stages by their numbers.
   void Begin(const std::vector<Stage>& stages);
-  // Does the pending jobs of stage `number`, and waits for them. The maps of the stage before are given up afterwards. The
-  // jobs that failed, which log, summary and record tell already. Throws as RunTasks.
+  // Does the pending jobs of stage `number`, waits for them, and gives up the maps of the stage before. Returns the jobs that
+  // failed; log, summary and record tell of them already. Throws as RunTasks.
   std::vector<int> Run(int number, const StageWork& work);
   // A job that cannot be done, at any time: log and summary.
   void Fail(int job, const std::string& stage, const std::string& message);
   // After the last Run: writes what waits, and ends the progress line.
   void End();
-  // Into the record. num_images is the caller's to set.
+  // The summary, into the record.
   void AddToRecord();
 
   // Jobs whose map of the last stage has hardly any depth.
