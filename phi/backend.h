@@ -22,6 +22,7 @@ struct EstimationInput {
   std::vector<ViewImage> sources;         // best first
   std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
   double noise = 0;                       // NoiseDeviation of the reference image, grey levels
+  bool is_reduced = false;                // images and views are reduced ones, of a coarse start
   // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
