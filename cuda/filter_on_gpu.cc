@@ -30,10 +30,10 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
     scratch->cost.Upload(on_host.cost.data, map.size(), stream, task);
     f.cost = scratch->cost.View(task.width, task.height);
   }
-  if (f.filled.data != nullptr) {
-    scratch->filled.Reserve(map.size(), task);
-    scratch->filled.Upload(on_host.filled.data, map.size(), stream, task);
-    f.filled = scratch->filled.View(task.width, task.height);
+  if (f.states.data != nullptr) {
+    scratch->states.Reserve(map.size(), task);
+    scratch->states.Upload(on_host.states.data, map.size(), stream, task);
+    f.states = scratch->states.View(task.width, task.height);
   }
   return f;
 }
@@ -45,7 +45,7 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
   TurnMaps handles;
   std::vector<FilterSource> bound;
   for (std::size_t j = begin; j < end; ++j) {
-    handles.maps.push_back(device->maps.Get(sources[j].load(), stream, task));
+    handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream, task));
     bound.push_back(
         {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
     const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
@@ -63,8 +63,8 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
 
 }  // namespace
 
-FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
-  const PlaneMap& map = *input.reference.map;
+MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
+  const MeasurementMap& map = *input.reference.map;
   const Task task{"consistency filter", input.reference.view->name, map.width(), map.height()};
   const std::int64_t num_pixels = static_cast<std::int64_t>(map.size());
   const FilterPlan plan = PlanFilter(input, device->budget.bytes(), task);
@@ -77,7 +77,7 @@ FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, cons
   device->KeepOnly({.maps = at_once + device->NumCallsAtOnce(plan.bytes)});
   scratch->estimation.FreeDeviceMaps();
   scratch->inference.FreeDeviceMaps();
-  const MapHandle reference = device->maps.Get(input.reference.map, stream, task);
+  const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream, task);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
   scratch->filter_states.Reserve(num_pixels, task);

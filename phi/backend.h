@@ -42,26 +42,19 @@ struct EstimationResult {
   CostMap cost;
 };
 
+// The reference's states: none before inference, then as InferenceResult's.
 struct FilterInput {
   ViewMap reference;
   std::vector<SourceMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
-  std::shared_ptr<const Mask>
-      filled;  // null, or as InferenceResult's (min_ncc does not apply to inferred depth)
-};
-
-struct FilterResult {
-  PlaneMap map;  // what was kept; the rest has no depth
-  // 255 where fewer views than were asked for could see the pixel: all of those confirm it. Elsewhere 0.
-  Mask few_witnesses;
 };
 
 struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
-  std::shared_ptr<const PlaneMap> measured;  // after the first filter
-  // The sources' measured depths, which tell free space: empty, or parallel to sources; null where there are none.
-  std::vector<std::shared_ptr<const DepthMap>> source_depths;
+  std::shared_ptr<const MeasurementMap> measured;  // after the first filter
+  // Of the sources, which tell free space: empty, or parallel to sources; null where there are none.
+  std::vector<std::shared_ptr<const MeasuredDepths>> source_depths;
   // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const Array2D<std::uint8_t>> mask;
@@ -78,8 +71,9 @@ struct FieldStatistics {
 };
 
 struct InferenceResult {
-  PlaneMap map;  // measured pixels unchanged, holes filled where a hypothesis was chosen
-  Mask filled;   // values: phi/filtering/filled_value.h
+  // What is evidence unchanged, the rest filled where a hypothesis was chosen. Pixels with few witnesses are holes like others
+  // here: InferHoles puts them back.
+  MeasurementMap map;
   FieldStatistics statistics;
 };
 
@@ -100,7 +94,9 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  virtual FilterResult Filter(const FilterInput& input, const FilterOptions& options) = 0;
+  // What is kept; the rest has no depth. Of pixels that were measured before, kFewWitnesses says that fewer views than were asked
+  // for could see them, and that all of those confirm them.
+  virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.

@@ -6,7 +6,7 @@
 
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/input_file.h"
-#include "colmap_ext/map_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
@@ -37,7 +37,7 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 }
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {
-  if (path.extension() == ".bin") return ReadDepthMap(path);
+  if (path.extension() == ".bin") return ReadPublishedDepths(path);
   std::ifstream file = OpenRegularFile(path);
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   cv::Mat image;

@@ -11,13 +11,14 @@
 
 namespace phi {
 
-FilterResult FilterOnCpu(const FilterInput& input, const FilterOptions& options) {
+MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options) {
   const FilterReference reference = MakeFilterReference(input, options);
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   Array2D<FilterState> states(reference.map.width, reference.map.height);
   for (const SourceMap& view : sources) {
-    const std::shared_ptr<const PlaneMap> map = view.load();
-    FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera), map->view()};
+    const std::shared_ptr<const MeasurementMap> map = view.load();
+    FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera),
+                        map->planes.view()};
     const std::shared_ptr<const Mask> mask = view.load_mask ? view.load_mask() : nullptr;
     if (mask != nullptr) source.mask = mask->view();
     const FilterTurn turn{&source, 1};

@@ -6,7 +6,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/consistency.h"
-#include "phi/filtering/filled_value.h"
+#include "phi/measurement.h"
 #include "phi/options.h"
 
 namespace phi {
@@ -33,8 +33,8 @@ struct FilterReference {
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
   ArrayView2D<const PlaneHypothesis> map;
-  ArrayView2D<const float> cost = {};           // no data: not tested
-  ArrayView2D<const std::uint8_t> filled = {};  // no data: nothing is filled
+  ArrayView2D<const float> cost = {};         // no data: not tested
+  ArrayView2D<const PixelState> states = {};  // no data: estimates, which are judged for the first time
 };
 
 // A source view relative to the reference, its map, and what its mask leaves out.
@@ -49,8 +49,14 @@ struct FilterTurn {
   int num_sources = 0;
 };
 
-PHI_HD std::uint8_t InferredValue(const FilterReference& f, int x, int y) {
-  return f.filled.data != nullptr ? f.filled(x, y) : kMeasuredPixel;
+// Whether the pixel was inferred. Others are judged as measurements.
+PHI_HD bool WasInferred(const FilterReference& f, int x, int y) {
+  return f.states.data != nullptr && IsInferred(f.states(x, y));
+}
+
+// Views that must confirm a pixel.
+PHI_HD int RequiredViews(const FilterReference& f, bool was_inferred) {
+  return was_inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
 }
 
 // Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
@@ -58,8 +64,7 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
   constexpr int kMostSeeing = 127;
   const PlaneHypothesis h = f.map(x, y);
   if (!(h.depth > 0)) return;
-  const int required =
-      RequiredViews(InferredValue(f, x, y), f.min_num_consistent, f.min_num_consistent_inferred);
+  const int required = RequiredViews(f, WasInferred(f, x, y));
   for (int j = 0; j < turn.num_sources && state->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
     const Testimony testimony =
@@ -75,16 +80,14 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
 // After the last turn.
 PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const FilterState& state) {
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
-  const std::uint8_t inferred = InferredValue(f, x, y);
+  const bool was_inferred = WasInferred(f, x, y);
   // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
-  if (f.thresholds.formulas == Formulas::kRobust && f.filled.data != nullptr && inferred == kMeasuredPixel)
+  if (f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !was_inferred)
     return FilterVerdict::kKept;
-  if (f.cost.data != nullptr && inferred == kMeasuredPixel && f.cost(x, y) > f.max_cost)
-    return FilterVerdict::kDropped;
-  if (state.num_confirming >= RequiredViews(inferred, f.min_num_consistent, f.min_num_consistent_inferred))
-    return FilterVerdict::kKept;
+  if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost) return FilterVerdict::kDropped;
+  if (state.num_confirming >= RequiredViews(f, was_inferred)) return FilterVerdict::kKept;
   const bool all_confirm = state.num_seeing == state.num_confirming && state.is_close;
-  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && inferred == kMeasuredPixel;
+  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && !was_inferred;
   return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
 }
 

@@ -2,19 +2,14 @@
 // how many views could confirm it. Only what stands here is published as measured, and is evidence for anything else.
 #pragma once
 
-#include <memory>
-
-#include "phi/backend.h"
+#include "phi/base/images.h"
 #include "phi/geometry/depth_precision.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
-// Takes the depth from plain and contradicted pixels, and makes that of doubtful ones negative (neighbor_agreement.h). A
-// doubtful pixel with few witnesses is not even a clue, and loses its depth too.
+// Drops plain and contradicted pixels, and finds the doubtful ones (neighbor_agreement.h).
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view.
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, FilterResult* filtered);
-
-// The map without its doubtful pixels; itself where it has none.
-std::shared_ptr<const PlaneMap> WithoutDoubtful(std::shared_ptr<const PlaneMap> map);
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, MeasurementMap* map);
 
 }  // namespace phi

@@ -8,12 +8,14 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/base/whole_array.h"
+
 namespace phi {
 namespace {
 
 constexpr int kBandRows = 64;  // judged by one thread
 
-enum class Verdict : std::uint8_t { kMeasured, kDoubtful, kContradicted };
+enum class Verdict : std::uint8_t { kAgreeing, kDoubtful, kContradicted };
 
 // A row's planes n . X = offset, and its pixels' own: what loops over x read in vector instructions.
 struct PlaneRow {
@@ -74,7 +76,7 @@ struct NeighborCounts {
   Verdict Judge(int x) const {
     if (asked[x] >= kMinNeighborsAsked && 100 * agreeing[x] < kMinPercentAgreeing * asked[x])
       return Verdict::kContradicted;
-    return agreeing[x] < kMinNeighborsAgreeing ? Verdict::kDoubtful : Verdict::kMeasured;
+    return agreeing[x] < kMinNeighborsAgreeing ? Verdict::kDoubtful : Verdict::kAgreeing;
   }
 };
 
@@ -100,17 +102,23 @@ void JudgeRows(const DepthPrecision& precision, const PlaneMap& map, int begin, 
 
 }  // namespace
 
-void JudgeByNeighbors(const DepthPrecision& precision, PlaneMap* map) {
+void JudgeByNeighbors(const DepthPrecision& precision, MeasurementMap* map) {
   const int height = map->height(), num_bands = (height + kBandRows - 1) / kBandRows;
-  Array2D<Verdict> verdicts(map->width(), height, Verdict::kMeasured);
+  Array2D<Verdict> verdicts(map->width(), height, Verdict::kAgreeing);
   tbb::parallel_for(0, num_bands, [&](int band) {
-    JudgeRows(precision, *map, band * kBandRows, std::min((band + 1) * kBandRows, height), &verdicts);
+    JudgeRows(precision, map->planes, band * kBandRows, std::min((band + 1) * kBandRows, height), &verdicts);
   });
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < map->width(); ++x) {
-      PlaneHypothesis& h = (*map)(x, y);
-      if (verdicts(x, y) == Verdict::kContradicted) h = {};
-      if (verdicts(x, y) == Verdict::kDoubtful) h.depth = -h.depth;
+  ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Verdict verdict = verdicts.data()[i];
+      if (verdict == Verdict::kAgreeing) continue;
+      PixelState& state = map->states.data()[i];
+      const bool is_clue = verdict == Verdict::kDoubtful && state != PixelState::kFewWitnesses;
+      if (is_clue) {
+        state = PixelState::kDoubtful;
+      } else {
+        map->Drop(i);
+      }
     }
   });
 }

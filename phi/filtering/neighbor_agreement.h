@@ -6,7 +6,7 @@
 #pragma once
 
 #include "phi/geometry/depth_precision.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -22,9 +22,9 @@ inline constexpr int kMinNeighborsAsked = 12, kMinPercentAgreeing = 40;
 // Doubtful: fewer than these agree, a third of all. The corner pixel of an image has as many.
 inline constexpr int kMinNeighborsAgreeing = 8;
 
-// Takes the depth from contradicted pixels and makes that of doubtful ones negative, judged by the map as it was. They are no
-// measurement, but nothing else may show where a plain wall is, so that inference rests on them too. `precision`: of the
-// map's view.
-void JudgeByNeighbors(const DepthPrecision& precision, PlaneMap* map);
+// Drops contradicted pixels and gives doubtful ones that state, judged by the map as it was. They are no measurement, but
+// nothing else may show where a plain wall is, so that inference rests on them too. With few witnesses besides, a doubtful
+// pixel is not even a clue, and is dropped. `precision`: of the map's view.
+void JudgeByNeighbors(const DepthPrecision& precision, MeasurementMap* map);
 
 }  // namespace phi
