@@ -94,8 +94,7 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  // What is kept; the rest has no depth. Of pixels that were measured before, kFewWitnesses says that fewer views than were asked
-  // for could see them, and that all of those confirm them.
+  // What is kept; the rest has no depth. Unsure: fewer views than were asked for could see the pixel, and all of those confirm it.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
