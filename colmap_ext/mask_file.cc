@@ -4,15 +4,12 @@
 
 #include "colmap_ext/image_file.h"
 #include "phi/base/error.h"
-#include "phi/filtering/filled_value.h"
 
 namespace colmap_ext {
 
 phi::Mask ReadMask(const std::filesystem::path& path) {
   phi::Mask mask = ReadGrayImage(path);
-  if (std::any_of(mask.begin(), mask.end(), [](std::uint8_t v) {
-        return v != 0 && v != phi::kInferredAlone && v != phi::kInferredConfirmed;
-      })) {
+  if (std::any_of(mask.begin(), mask.end(), [](std::uint8_t v) { return v != 0 && v != 128 && v != 255; })) {
     throw phi::InputError(path.string() +
                           ": a mask holds 0, 128 and 255 only; delete it and compute it again");
   }

@@ -1,5 +1,4 @@
-// Masks beside maps (stereo/filled_masks): 8-bit gray PNG. <image>.png: 255 = inferred, 0 = measured or empty.
-// <image>.measured.png: 255 = fewer views than were asked for could see the pixel, and all of those confirm it.
+// Masks beside maps (stereo/filled_masks): 8-bit gray PNG. colmap_ext/measurement_file.h says what their values mean.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +9,7 @@
 
 namespace colmap_ext {
 
-// Throws phi::InputError naming the file when it is missing, damaged, or holds other values than 0 and 255.
+// Throws phi::InputError naming the file when it is missing, damaged, or holds other values than 0, 128 and 255.
 phi::Mask ReadMask(const std::filesystem::path& path);
 void WriteMask(const std::filesystem::path& path, const phi::Mask& mask);
 // The complete file, without its name yet.

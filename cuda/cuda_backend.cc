@@ -75,7 +75,7 @@ class CudaBackend : public Backend {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
   }
 
-  FilterResult Filter(const FilterInput& input, const FilterOptions& options) override {
+  MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {
     return OnDevice([&] { return FilterOnGpu(device_.get(), input, options); });
   }
 

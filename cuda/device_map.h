@@ -5,6 +5,7 @@
 
 #include "cuda/buffer.h"
 #include "phi/geometry/plane_hypothesis.h"
+#include "phi/measurement.h"
 
 namespace phi::gpu {
 
@@ -28,5 +29,17 @@ class DeviceArray2D {
 using DeviceMap = DeviceArray2D<PlaneHypothesis>;
 using DeviceDepths = DeviceArray2D<float>;
 using DeviceMask = DeviceArray2D<std::uint8_t>;
+
+class DeviceMeasuredDepths {
+ public:
+  DeviceMeasuredDepths(const MeasuredDepths& map, cudaStream_t stream, const Task& task)
+      : depths_(map.depths, stream, task), states_(map.states, stream, task) {}
+
+  MeasuredDepthsView View() const { return {depths_.View(), states_.View()}; }
+
+ private:
+  DeviceDepths depths_;
+  DeviceArray2D<PixelState> states_;
+};
 
 }  // namespace phi::gpu

@@ -39,6 +39,10 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
         const Task task{"depth map upload", "", depths.width(), depths.height()};
         return std::make_shared<const DeviceDepths>(depths, stream, task);
       }),
+      measured([](const MeasuredDepths& depths, cudaStream_t stream) {
+        const Task task{"measured depths' upload", "", depths.width(), depths.height()};
+        return std::make_shared<const DeviceMeasuredDepths>(depths, stream, task);
+      }),
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
@@ -52,6 +56,7 @@ void DeviceResources::KeepOnly(const CacheSizes& sizes) {
   compact_images.KeepAtMost(sizes.compact_images);
   maps.KeepAtMost(sizes.maps);
   depths.KeepAtMost(sizes.depths);
+  measured.KeepAtMost(sizes.measured);
 }
 
 void DeviceResources::RecoverMemory(const Task& task) {

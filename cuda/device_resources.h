@@ -21,7 +21,7 @@ namespace phi::gpu {
 
 // How many entries each cache keeps.
 struct CacheSizes {
-  std::size_t images = 0, compact_images = 0, maps = 0, depths = 0;
+  std::size_t images = 0, compact_images = 0, maps = 0, depths = 0, measured = 0;
 };
 
 inline constexpr int kConcurrentCalls =
@@ -47,14 +47,15 @@ struct DeviceResources {
   std::atomic<std::int64_t> peak_bytes = 0;
   DeviceCache<GrayImage, GrayPyramid> images, compact_images;
   DeviceCache<PlaneMap, DeviceMap> maps;
-  DeviceCache<DepthMap, DeviceDepths> depths;
+  DeviceCache<DepthMap, DeviceDepths> depths;                  // of estimates, for guidance
+  DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference
   ScratchPool scratch;
   DeviceTimes times;
 };
 
 EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
                                const StereoOptions& options);
-FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
+MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
 InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options);
 

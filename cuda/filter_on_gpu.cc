@@ -30,10 +30,10 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
     scratch->cost.Upload(on_host.cost.data, map.size(), stream, task);
     f.cost = scratch->cost.View(task.width, task.height);
   }
-  if (f.filled.data != nullptr) {
-    scratch->filled.Reserve(map.size(), task);
-    scratch->filled.Upload(on_host.filled.data, map.size(), stream, task);
-    f.filled = scratch->filled.View(task.width, task.height);
+  if (f.states.data != nullptr) {
+    scratch->states.Reserve(map.size(), task);
+    scratch->states.Upload(on_host.states.data, map.size(), stream, task);
+    f.states = scratch->states.View(task.width, task.height);
   }
   return f;
 }
@@ -45,7 +45,7 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
   TurnMaps handles;
   std::vector<FilterSource> bound;
   for (std::size_t j = begin; j < end; ++j) {
-    handles.maps.push_back(device->maps.Get(sources[j].load(), stream, task));
+    handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream, task));
     bound.push_back(
         {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
     const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
@@ -63,8 +63,8 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
 
 }  // namespace
 
-FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
-  const PlaneMap& map = *input.reference.map;
+MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
+  const MeasurementMap& map = *input.reference.map;
   const Task task{"consistency filter", input.reference.view->name, map.width(), map.height()};
   const std::int64_t num_pixels = static_cast<std::int64_t>(map.size());
   const FilterPlan plan = PlanFilter(input, device->budget.bytes(), task);
@@ -77,14 +77,14 @@ FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, cons
   device->KeepOnly({.maps = at_once + device->NumCallsAtOnce(plan.bytes)});
   scratch->estimation.FreeDeviceMaps();
   scratch->inference.FreeDeviceMaps();
-  const MapHandle reference = device->maps.Get(input.reference.map, stream, task);
+  const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream, task);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
-  scratch->filter_states.Reserve(num_pixels, task);
+  scratch->testimonies.Reserve(num_pixels, task);
   scratch->verdicts.Reserve(num_pixels, task);
-  const ArrayView2D<FilterState> states = scratch->filter_states.View(map.width(), map.height());
-  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(FilterState);
-  Check(cudaMemsetAsync(states.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
+  const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());
+  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(Testimonies);
+  Check(cudaMemsetAsync(testimonies.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
@@ -92,16 +92,17 @@ FilterResult FilterOnGpu(DeviceResources* device, const FilterInput& input, cons
     const TurnMaps handles =
         BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
-    LaunchAskSources(launch, states, stream, task);
+    LaunchAskSources(launch, testimonies, stream, task);
     if (end < sources.size()) scratch->stream.Synchronize(task);  // before the maps go
   }
-  LaunchJudge(launch.reference, states, scratch->verdicts.View(map.width(), map.height()), stream, task);
+  LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
   scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
+  scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
-  return KeptPixels(map, scratch->host_verdicts.data());
+  return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
 }
 
 }  // namespace phi::gpu

@@ -23,7 +23,7 @@ namespace {
 static_assert(kRegionMaps == kPlanesPerRegion && kRegionMaps == 2);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
-using DepthsHandle = std::shared_ptr<const DeviceDepths>;
+using DepthsHandle = std::shared_ptr<const DeviceMeasuredDepths>;
 
 // What a launch reads from the caches; keeps it alive.
 struct SourceHandles {
@@ -32,7 +32,7 @@ struct SourceHandles {
 };
 
 void CheckInput(const InferenceInput& input) {
-  const PlaneMap& map = *input.measured;
+  const MeasurementMap& map = *input.measured;
   const GrayImage& image = *input.reference.image;
   if (image.width() == map.width() && image.height() == map.height()) return;
   throw InputError("plane inference of image " + input.reference.view->name +
@@ -54,8 +54,8 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
                        {handles.textures.back()->level(0).get()}});
     if (launch->formulas == Formulas::kPaper) continue;
     if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
-    handles.depths.push_back(device->depths.Get(input.source_depths[j], stream, task));
-    sources.back().measured_depths = handles.depths.back()->View();
+    handles.depths.push_back(device->measured.Get(input.source_depths[j], stream, task));
+    sources.back().measured = handles.depths.back()->View();
   }
   InferenceScratch& buffers = scratch->inference;
   buffers.sources.Reserve(kMaxSourceViews, task);
@@ -71,7 +71,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   buffers.supports.Reserve(n, task);
   buffers.inverse_depths.Reserve(InferenceScratch::kPixelFloats * n, task);
   scratch->plane.Reserve(n, task);
-  scratch->filled.Reserve(n, task);
+  scratch->states.Reserve(n, task);
   launch->supports = buffers.supports.View(width, height);
   float* next = buffers.inverse_depths.data();
   const auto take = [&] { return ArrayView2D<float>{std::exchange(next, next + n), width, height}; };
@@ -86,17 +86,22 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->region_planes[1] = launch->filled_and_measured;
   launch->result = scratch->plane.View(width, height);  // the measured map until the composition
   launch->measured = launch->result;
-  launch->filled = scratch->filled.View(width, height);
-  // Needed until the field is set up; the mask comes last.
-  if (launch->formulas == Formulas::kRobust) launch->from_region = launch->filled;
+  launch->states = scratch->states.View(width, height);
+  // Needed after the measured states were read, until the field is set up; the new states come last.
+  static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
+  if (launch->formulas == Formulas::kRobust)
+    launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
 }
 
 // By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
-void UploadMeasured(const PlaneMap& measured, Scratch* scratch, const Task& task) {
+void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task& task) {
   const std::int64_t n = static_cast<std::int64_t>(measured.size());
   scratch->host_plane.Reserve(n, task);
-  CopyAll(measured.data(), measured.size(), scratch->host_plane.data());
+  scratch->host_states.Reserve(n, task);
+  CopyAll(measured.planes.data(), measured.size(), scratch->host_plane.data());
+  CopyAll(measured.states.data(), measured.size(), scratch->host_states.data());
   scratch->plane.Upload(scratch->host_plane.data(), n, scratch->stream.get(), task);
+  scratch->states.Upload(scratch->host_states.data(), n, scratch->stream.get(), task);
 }
 
 // Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
@@ -211,14 +216,14 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   CheckInput(input);
   const int width = input.measured->width(), height = input.measured->height();
   const Task task{"plane inference", input.reference.view->name, width, height};
-  if (options.mode == InferenceMode::kOff) return {*input.measured, Mask(width, height), {}};
+  if (options.mode == InferenceMode::kOff) return {*input.measured, {}};
 
   const std::int64_t bytes = PlanInference(input, device->budget.bytes(), task);
   const MemoryBudget::Lease lease(&device->budget, bytes);
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
-  device->KeepOnly({.compact_images = num_images, .depths = num_images});
+  device->KeepOnly({.compact_images = num_images, .measured = num_images});
   scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
   launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
@@ -248,14 +253,15 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   device->NoteMemory(task);
   const std::int64_t num_pixels = launch.result.size();
   scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
-  scratch->host_mask.Download(scratch->filled, num_pixels, stream, task);
+  scratch->host_states.Download(scratch->states, num_pixels, stream, task);
   scratch->stream.Synchronize(task);
 
   device->times.Add(DeviceTimes::kInference, scratch->begin, scratch->end, 0, task);
-  InferenceResult result{PlaneMap::Uninitialized(width, height), Mask::Uninitialized(width, height), {}};
-  CopyAll(scratch->host_plane.data(), result.map.size(), result.map.data());
-  CopyAll(scratch->host_mask.data(), result.filled.size(), result.filled.data());
-  if (region_planes) SetRegionNormals(*region_planes, launch.reference, result.filled, &result.map);
+  InferenceResult result{{PlaneMap::Uninitialized(width, height), StateMap::Uninitialized(width, height)},
+                         {}};
+  CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
+  CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
+  if (region_planes) SetRegionNormals(*region_planes, launch.reference, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -1,5 +1,4 @@
 #include "cuda/inference_kernels.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/inference/hypothesis_cost.h"
 #include "phi/inference/plane_normal.h"
 
@@ -25,10 +24,11 @@ __device__ __forceinline__ int ThreadY() { return blockIdx.y * blockDim.y + thre
 __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.measured.Contains(x, y)) return;
-  const float depth = launch.measured(x, y).depth;
-  const float w = depth > 0 ? 1 / depth : 0;
-  launch.measured_inverse_depth(x, y) = w;
-  launch.supporting(x, y) = IsDoubtful(depth) && launch.formulas == Formulas::kRobust ? -1 / depth : w;
+  const PixelState state = launch.states(x, y);
+  const float w = CarriesPlanes(state) ? 1 / launch.measured(x, y).depth : 0;
+  const float evidence = IsEvidence(state) ? w : 0;
+  launch.measured_inverse_depth(x, y) = evidence;
+  launch.supporting(x, y) = launch.formulas == Formulas::kRobust ? w : evidence;
 }
 
 __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
@@ -37,7 +37,7 @@ __global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, Li
   const Support support = MakeSupport(launch.supporting, x, y, options);
   launch.supports(x, y) = support;
   launch.support_values(x, y) = support.value;
-  const float start = StartHypothesis(launch.measured(x, y).depth, support);
+  const float start = StartHypothesis(launch.measured_inverse_depth(x, y), support);
   for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = start;
 }
 
@@ -74,7 +74,7 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
 __device__ DepthEvidence Evidence(const InferenceLaunch& launch, int x, int y, float inverse_depth) {
   DepthEvidence evidence;
   for (int j = 0; j < launch.num_sources; ++j) {
-    AddEvidence(launch.sources[j].view, launch.sources[j].measured_depths, x + 0.5f, y + 0.5f, inverse_depth,
+    AddEvidence(launch.sources[j].view, launch.sources[j].measured, x + 0.5f, y + 0.5f, inverse_depth,
                 &evidence);
   }
   return evidence;
@@ -184,16 +184,18 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch, H
   if (k >= 0) launch.inferred(x, y) = maps.inverse_depth[k](x, y);
 }
 
-// As FilledValue in infer.cc, and drops what other views see through.
+// As JudgeInferred in infer.cc.
 __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
-  std::uint8_t filled = 0;
-  const bool is_judged = launch.formulas == Formulas::kRobust;
-  if (w > 0) filled = is_judged ? Evidence(launch, x, y, w).FilledValue() : kInferredConfirmed;
-  if (filled == 0) launch.inferred(x, y) = 0;
-  launch.filled(x, y) = filled;
+  PixelState state = launch.measured_inverse_depth(x, y) > 0 ? PixelState::kMeasured : PixelState::kNone;
+  if (w > 0) {
+    const bool is_judged = launch.formulas == Formulas::kRobust;
+    state = is_judged ? Evidence(launch, x, y, w).State() : PixelState::kInferredConfirmed;
+    if (state == PixelState::kNone) launch.inferred(x, y) = 0;
+  }
+  launch.states(x, y) = state;
 }
 
 __global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -207,8 +209,8 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
   const float w = launch.inferred(x, y);
-  PlaneHypothesis h = launch.measured(x, y);
-  if (!(h.depth > 0)) h = {};
+  PlaneHypothesis h;
+  if (launch.measured_inverse_depth(x, y) > 0) h = launch.measured(x, y);
   if (w > 0) {
     h.normal = FilledNormal(launch.reference, launch.filled_and_measured, x, y, launch.formulas);
     h.depth = 1 / w;

@@ -7,11 +7,11 @@
 
 #include "cuda/error.h"
 #include "cuda/texture_sampler.h"
-#include "phi/geometry/plane_hypothesis.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/trws_node.h"
 #include "phi/inference/upsample.h"
 #include "phi/matching/zncc.h"
+#include "phi/measurement.h"
 
 namespace phi::gpu {
 
@@ -20,7 +20,7 @@ inline constexpr int kRegionMaps = 2;  // phi::kPlanesPerRegion, whose header is
 struct InferenceSource {
   RelativeView view;
   TextureSampler texture;
-  ArrayView2D<const float> measured_depths = {};  // no data: unknown
+  MeasuredDepthsView measured = {};  // no data: unknown
 };
 
 // Passed to the kernels by value. All arrays are on the device.
@@ -33,16 +33,16 @@ struct InferenceLaunch {
   int num_sources = 0;
 
   ArrayView2D<const PlaneHypothesis> measured;
+  ArrayView2D<PixelState> states;  // the measured map's; at last those of the result
   ArrayView2D<Support> supports;
-  ArrayView2D<float> support_values;          // the supports' values alone, for the host
-  ArrayView2D<float> measured_inverse_depth;  // 0 at holes
-  ArrayView2D<float> supporting;              // inverse depth of measured and doubtful pixels, 0 elsewhere
+  ArrayView2D<float> support_values;              // the supports' values alone, for the host
+  ArrayView2D<float> measured_inverse_depth;      // of what is evidence; 0 elsewhere, at holes
+  ArrayView2D<float> supporting;                  // inverse depth of what carries planes, 0 elsewhere
   ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; outside gaps the pixel's own
   ArrayView2D<float> region_planes[kRegionMaps];  // inverse depth of the region's planes, 0 = none
   ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
   ArrayView2D<float> filled_and_measured;         // inverse depth
   ArrayView2D<PlaneHypothesis> result;
-  ArrayView2D<std::uint8_t> filled;       // as InferenceResult's
   ArrayView2D<std::uint8_t> from_region;  // no data, or bit k: hypothesis k is a region's plane
 
   HypothesisMaps Maps() const;

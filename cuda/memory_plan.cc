@@ -90,10 +90,10 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
     return std::int64_t{size.width} * size.height *
            static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
   };
-  const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->bytes());
-  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(FilterState) + sizeof(FilterVerdict));
+  const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->planes.bytes());
+  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(Testimonies) + sizeof(FilterVerdict));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
-  if (input.filled != nullptr) fixed += num_pixels * sizeof(std::uint8_t);
+  fixed += static_cast<std::int64_t>(input.reference.map->states.bytes());
   std::int64_t largest = reference_bytes;
   int num_sources = 0;
   for (const SourceMap& source : input.sources) {

@@ -22,7 +22,7 @@ struct InferenceScratch {
                                 kFloatFields = kMaxLabels + 2, kIntegerFields = 3 * kMaxLabels;
   // Device bytes a pixel, with those that Scratch holds for all kinds of call, and a node.
   static constexpr std::int64_t kPixelBytes =
-      sizeof(Support) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(std::uint8_t);
+      sizeof(Support) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(PixelState);
   static constexpr std::int64_t kNodeBytes =
       kByteFields + kFloatFields * sizeof(float) + kIntegerFields * sizeof(std::int32_t);
 
@@ -73,16 +73,17 @@ struct Scratch {
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
-  DeviceBuffer<std::uint8_t> filled;
-  DeviceBuffer<FilterState> filter_states;
+  DeviceBuffer<PixelState> states;
+  DeviceBuffer<Testimonies> testimonies;
   DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
   EstimationScratch estimation;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
-  PinnedBuffer<std::uint8_t> host_mask;
+  PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
+  PinnedBuffer<Testimonies> host_testimonies;
 };
 
 // Lends scratch to concurrent calls; makes a new one when all are lent.

@@ -22,6 +22,7 @@ struct EstimationInput {
   std::vector<ViewImage> sources;         // best first
   std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
   double noise = 0;                       // NoiseDeviation of the reference image, grey levels
+  bool is_reduced = false;                // images and views are reduced ones, of a coarse start
   // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
@@ -41,26 +42,19 @@ struct EstimationResult {
   CostMap cost;
 };
 
+// The reference's states: none before inference, then as InferenceResult's.
 struct FilterInput {
   ViewMap reference;
   std::vector<SourceMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
-  std::shared_ptr<const Mask>
-      filled;  // null, or as InferenceResult's (min_ncc does not apply to inferred depth)
-};
-
-struct FilterResult {
-  PlaneMap map;  // what was kept; the rest has no depth
-  // 255 where fewer views than were asked for could see the pixel: all of those confirm it. Elsewhere 0.
-  Mask few_witnesses;
 };
 
 struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
-  std::shared_ptr<const PlaneMap> measured;  // after the first filter
-  // The sources' measured depths, which tell free space: empty, or parallel to sources; null where there are none.
-  std::vector<std::shared_ptr<const DepthMap>> source_depths;
+  std::shared_ptr<const MeasurementMap> measured;  // after the first filter
+  // Of the sources, which tell free space: empty, or parallel to sources; null where there are none.
+  std::vector<std::shared_ptr<const MeasuredDepths>> source_depths;
   // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const Array2D<std::uint8_t>> mask;
@@ -77,8 +71,9 @@ struct FieldStatistics {
 };
 
 struct InferenceResult {
-  PlaneMap map;  // measured pixels unchanged, holes filled where a hypothesis was chosen
-  Mask filled;   // values: phi/filtering/filled_value.h
+  // What is evidence unchanged, the rest filled where a hypothesis was chosen. Pixels with few witnesses are holes like others
+  // here: InferHoles puts them back.
+  MeasurementMap map;
   FieldStatistics statistics;
 };
 
@@ -99,7 +94,8 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  virtual FilterResult Filter(const FilterInput& input, const FilterOptions& options) = 0;
+  // What is kept; the rest has no depth. Unsure: fewer views than were asked for could see the pixel, and all of those confirm it.
+  virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.

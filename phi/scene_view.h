@@ -8,7 +8,7 @@
 
 #include "phi/base/images.h"
 #include "phi/geometry/camera.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -26,14 +26,14 @@ struct ViewImage {
 
 struct ViewMap {
   const SceneView* view = nullptr;
-  std::shared_ptr<const PlaneMap> map;
+  std::shared_ptr<const MeasurementMap> map;
 };
 
 // The map of a source view, read when its turn comes: a scene's maps need not be in memory at once. `load` may be called
 // again, from one thread at a time, and throws phi::Error.
 struct SourceMap {
   const SceneView* view = nullptr;
-  std::function<std::shared_ptr<const PlaneMap>()> load = nullptr;  // empty: the view has no map and takes no part
+  std::function<std::shared_ptr<const MeasurementMap>()> load = nullptr;  // empty: the view has no map and takes no part
   // What the view leaves out (ImageMask), where it can testify nothing; empty: nothing is left out.
   std::function<std::shared_ptr<const Mask>()> load_mask = nullptr;
 };

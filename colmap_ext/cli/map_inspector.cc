@@ -11,6 +11,7 @@
 #include "colmap_ext/colorize.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/map_statistics.h"
+#include "colmap_ext/measurement_file.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -65,7 +66,7 @@ void WritePicture(const fs::path& path, const ColorImage& map, const std::option
 }
 
 Accuracy InspectDepth(const Inspection& files, const InspectorOptions& options) {
-  const phi::Array2D<float> depth = ReadDepthMap(files.map);
+  const phi::Array2D<float> depth = ReadPublishedDepths(files.map);
   PrintStatistics(files.map, DepthStatistics(depth), "depth");
   if (files.truth.empty()) {
     WritePicture(files.picture, ColorizeDepth(depth, RobustRange(depth)), {});

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 #include <boost/program_options.hpp>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/json_file.h"
 #include "colmap_ext/terminal.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -319,7 +319,7 @@ void OptionParser::PrintJson() const {
                        {"required", option.required()}});
   }
   const nlohmann::ordered_json json = {{"command", command_}, {"summary", summary_}, {"options", options}};
-  std::cout << json.dump(1) << std::endl;
+  std::cout << DumpJson(json, 1) << std::endl;
 }
 
 void OptionParser::PrintHelp() const {

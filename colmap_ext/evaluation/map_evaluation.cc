@@ -11,6 +11,7 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -148,7 +149,7 @@ MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2
 MapScores EvaluateDepthMaps(const MapEvaluationOptions& options) {
   return EvaluateMaps(options, [&](const std::string& image, const std::filesystem::path& map,
                                    const std::filesystem::path& truth) {
-    const phi::Array2D<float> depth = ReadDepthMap(map);
+    const phi::Array2D<float> depth = ReadPublishedDepths(map);
     const auto filled = ReadFilled(options, image, depth.width(), depth.height());
     return ScoreDepth(depth, ReadTruthDepth(truth, options.values_per_unit), options.thresholds,
                       filled ? &*filled : nullptr);

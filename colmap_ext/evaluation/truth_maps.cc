@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "colmap_ext/image_file.h"
-#include "colmap_ext/map_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
@@ -34,7 +34,7 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 }
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {
-  if (path.extension() == ".bin") return ReadDepthMap(path);
+  if (path.extension() == ".bin") return ReadPublishedDepths(path);
   const phi::Array2D<std::uint16_t> values = ReadGray16Image(path);
   phi::Array2D<float> depth(values.width(), values.height());
   for (std::size_t i = 0; i < values.size(); ++i) depth.data()[i] = static_cast<float>(values.data()[i] / values_per_unit);

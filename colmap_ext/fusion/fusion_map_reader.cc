@@ -7,6 +7,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -19,6 +20,17 @@ std::string SizeText(int width, int height) { return std::to_string(width) + "x"
 // Column or row of the source whose pixel holds the centre of pixel `i` of the target.
 int SourceIndex(int i, int target_size, int source_size) {
   return static_cast<int>((std::int64_t{2} * i + 1) * source_size / (2 * target_size));
+}
+
+// function(value, pixel) for the map's pixels and what the mask, of any size, holds there.
+template <typename Function>
+void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& function) {
+  for (int y = 0; y < map->height(); ++y) {
+    const int mask_y = SourceIndex(y, map->height(), mask.height());
+    for (int x = 0; x < map->width(); ++x) {
+      function(mask(SourceIndex(x, map->width(), mask.width()), mask_y), (*map)(x, y));
+    }
+  }
 }
 
 }  // namespace
@@ -84,6 +96,7 @@ phi::FusionMap FusionMapReader::Read(int image) const {
   AddMaps(image, &map);
   AddColors(image, &map);
   if (input_.kind == kGeometric) AddInferred(image, &map);
+  if (input_.kind == kMeasured) DropDoubtful(image, &map);
   if (!input_.mask_path.empty()) ApplyMask(image, &map);
   return map;
 }
@@ -131,27 +144,27 @@ void FusionMapReader::AddColors(int image, phi::FusionMap* map) const {
 void FusionMapReader::AddInferred(int image, phi::FusionMap* map) const {
   const fs::path path = workspace_.FilledMaskPath(image);
   if (!fs::exists(path)) return;
-  const phi::Mask filled = ReadMask(path);
-  for (int y = 0; y < map->height(); ++y) {
-    const int source_y = SourceIndex(y, map->height(), filled.height());
-    for (int x = 0; x < map->width(); ++x) {
-      if (filled(SourceIndex(x, map->width(), filled.width()), source_y) != 0) {
-        (*map)(x, y).flags |= phi::FusionPixel::kInferred;
-      }
-    }
-  }
+  ForPixels(ReadMask(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+    if (value != 0) pixel.flags |= phi::FusionPixel::kInferred;
+  });
+}
+
+void FusionMapReader::DropDoubtful(int image, phi::FusionMap* map) const {
+  const fs::path path = workspace_.FilledMaskPath(image, kMeasured);
+  if (!fs::exists(path)) return;
+  ForPixels(ReadMask(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+    if (value != kDoubtfulValue) return;
+    pixel.depth = 0;
+    pixel.normal = {};
+  });
 }
 
 void FusionMapReader::ApplyMask(int image, phi::FusionMap* map) const {
   const fs::path path = MaskPath(image);
   if (!fs::exists(path)) return;
-  const phi::GrayImage mask = ReadGrayImage(path);
-  for (int y = 0; y < map->height(); ++y) {
-    const int source_y = SourceIndex(y, map->height(), mask.height());
-    for (int x = 0; x < map->width(); ++x) {
-      if (mask(SourceIndex(x, map->width(), mask.width()), source_y) == 0) (*map)(x, y).depth = 0;
-    }
-  }
+  ForPixels(ReadGrayImage(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+    if (value == 0) pixel.depth = 0;
+  });
 }
 
 }  // namespace colmap_ext

@@ -40,7 +40,7 @@ RunSummary HoleFilling::Run() {
     for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
   }
   runner_.End();
-  for (const ImageJob& job : jobs_) runner_.store().RemoveFiles(job.image, "inferred");
+  for (const ImageJob& job : jobs_) runner_.store().RemoveFiles(job.image, std::string(kInferred));
   runner_.summary().seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   runner_.AddToRecord();
   runner_.record().Compact();
@@ -80,9 +80,10 @@ bool HoleFilling::GeometricMapIsOurs(int job) const {
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.
-std::shared_ptr<const phi::Mask> HoleFilling::NoMask(int job) const {
-  const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
-  return std::make_shared<const phi::Mask>(size.width, size.height);
+void HoleFilling::SaveNoMarks(int job) const {
+  const int image = jobs_[job].image;
+  const phi::Pinhole& size = workspace_.views()[image].camera.pinhole;
+  runner_.store().SaveStates(image, std::string(kMeasured), phi::StateMap(size.width, size.height));
 }
 
 // Another program's geometric map is newer than any copy of it.
@@ -92,7 +93,7 @@ bool HoleFilling::ImportMeasuredMap(int job) {
   const bool has_measured = runner_.store().MapsAreWhole(image, measured);
   const bool has_foreign = !GeometricMapIsOurs(job) && runner_.store().MapsAreWhole(image, geometric);
   if (!has_foreign) {
-    if (has_measured && !runner_.store().HasMask(image, measured)) runner_.store().Save(image, measured, {.mask = NoMask(job)});
+    if (has_measured && !runner_.store().HasMask(image, measured)) SaveNoMarks(job);
     return has_measured;
   }
   if (!options_.overwrite) {
@@ -101,7 +102,7 @@ bool HoleFilling::ImportMeasuredMap(int job) {
                           "originals are kept, and --restore true puts them back");
   }
   KeepOriginalMaps(workspace_, image);
-  runner_.store().Save(image, measured, {.mask = NoMask(job)});
+  SaveNoMarks(job);
   return true;
 }
 

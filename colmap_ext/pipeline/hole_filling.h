@@ -27,7 +27,7 @@ class HoleFilling {
   void FindMeasuredMaps();
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
-  std::shared_ptr<const phi::Mask> NoMask(int job) const;
+  void SaveNoMarks(int job) const;
   void Fail(int job, const std::string& stage, const std::string& message);
   void RunStages(const std::vector<Stage>& stages);
   const std::string& NameOf(int job) const { return runner_.NameOf(job); }

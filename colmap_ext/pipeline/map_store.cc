@@ -7,8 +7,8 @@
 
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
-#include "phi/filtering/few_witnesses.h"
 
 namespace colmap_ext {
 namespace {
@@ -32,7 +32,6 @@ std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& k
 
 std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
-std::string MaskKey(const std::string& kind) { return kind + " mask"; }
 
 bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   try {
@@ -96,22 +95,21 @@ std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {
   return std::static_pointer_cast<const phi::ImageMask>(item);
 }
 
-std::shared_ptr<const phi::PlaneMap> MapStore::Map(int image, const std::string& kind) {
-  return GetOrRead<phi::PlaneMap>(cache_, {image, kind}, [&] {
-    phi::PlaneMap map = ReadPlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind));
+std::shared_ptr<const phi::MeasurementMap> MapStore::Map(int image, const std::string& kind) {
+  return GetOrRead<phi::MeasurementMap>(cache_, {image, kind}, [&] {
+    phi::MeasurementMap map = ReadMeasurements(workspace_, image, kind);
     if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &map);
     return map;
   });
 }
 
-std::shared_ptr<const phi::DepthMap> MapStore::Depths(int image, const std::string& kind) {
-  return GetOrRead<phi::DepthMap>(cache_, {image, DepthsKey(kind)}, [&] {
+std::shared_ptr<const phi::MeasuredDepths> MapStore::Depths(int image, const std::string& kind) {
+  return GetOrRead<phi::MeasuredDepths>(cache_, {image, DepthsKey(kind)}, [&] {
     // A map that has no file yet is in memory.
-    const auto map = std::static_pointer_cast<const phi::PlaneMap>(cache_.Find({image, kind}));
-    phi::DepthMap depths =
-        map != nullptr ? phi::DepthsOf(*map) : ReadDepthMap(workspace_.DepthMapPath(image, kind));
+    const auto map = std::static_pointer_cast<const phi::MeasurementMap>(cache_.Find({image, kind}));
+    phi::MeasuredDepths depths =
+        map != nullptr ? phi::DepthsOf(*map) : ReadMeasuredDepths(workspace_, image, kind);
     if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &depths);
-    if (kind == kMeasured) phi::HideFewWitnesses(*MaskOf(image, kind), &depths);
     return depths;
   });
 }
@@ -121,15 +119,9 @@ std::shared_ptr<const phi::CostMap> MapStore::Cost(int image, const std::string&
                                  [&] { return ReadDepthMap(workspace_.CostMapPath(image, kind)); });
 }
 
-std::shared_ptr<const phi::Mask> MapStore::MaskOf(int image, const std::string& kind) {
-  return GetOrRead<phi::Mask>(cache_, {image, MaskKey(kind)},
-                              [&] { return ReadMask(workspace_.FilledMaskPath(image, kind)); });
-}
-
 void MapStore::Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete) {
   cache_.PutPinned({image, kind}, MakeSized(result.map));
   if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
-  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
   writers_.Submit([this, image, kind, result, on_complete = std::move(on_complete)] {
     CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
     std::vector<FileIdentity> identities;
@@ -137,7 +129,7 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
     on_complete(identities);
     // Depth and three components of the normal, float32 each: as many bytes as the map in memory.
     const auto num_bytes =
-        static_cast<std::int64_t>(result.map->bytes() + (result.cost ? result.cost->bytes() : 0));
+        static_cast<std::int64_t>(result.map->planes.bytes() + (result.cost ? result.cost->bytes() : 0));
     Publish({std::move(files), image, kind, num_bytes});
     return num_bytes;
   });
@@ -147,31 +139,27 @@ void MapStore::Save(int image, const std::string& kind, const StageResult& resul
   for (const auto& file : PrepareFiles(image, kind, result, Durability::kProcess)) file->Publish();
 }
 
+void MapStore::SaveStates(int image, const std::string& kind, const phi::StateMap& states) const {
+  WriteMask(workspace_.FilledMaskPath(image, kind), MaskOfStates(states));
+}
+
 void MapStore::KeepTransient(int image, const std::string& kind, const StageResult& result) {
-  const auto save = [this, image, kind](const StageResult& part) {
+  cache_.PutTransient({image, kind}, MakeSized(result.map), [this, image, kind](const MemoryCache::Item& item) {
     try {
-      Save(image, kind, part);
+      Save(image, kind, {.map = std::static_pointer_cast<const phi::MeasurementMap>(item)});
     } catch (const phi::InputError& error) {
       throw phi::ResourceError(error.what());  // not the fault of the image whose turn it is
     }
-  };
-  cache_.PutTransient({image, kind}, MakeSized(result.map), [save](const MemoryCache::Item& item) {
-    save({.map = std::static_pointer_cast<const phi::PlaneMap>(item)});
-  });
-  if (!result.mask) return;
-  cache_.PutTransient({image, MaskKey(kind)}, MakeSized(result.mask), [save](const MemoryCache::Item& item) {
-    save({.mask = std::static_pointer_cast<const phi::Mask>(item)});
   });
 }
 
 void MapStore::KeepInMemory(int image, const std::string& kind, const StageResult& result) {
   cache_.PutPinned({image, kind}, MakeSized(result.map));
   if (result.cost) cache_.PutPinned({image, CostKey(kind)}, MakeSized(result.cost));
-  if (result.mask) cache_.PutPinned({image, MaskKey(kind)}, MakeSized(result.mask));
 }
 
 void MapStore::Forget(int image, const std::string& kind) {
-  for (const std::string& key : {kind, DepthsKey(kind), MaskKey(kind)}) cache_.Erase({image, key});
+  for (const std::string& key : {kind, DepthsKey(kind)}) cache_.Erase({image, key});
 }
 
 CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const StageResult& result,
@@ -180,12 +168,12 @@ CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const S
   const auto append = [&files](CompleteFiles more) {
     for (auto& file : more) files.push_back(std::move(file));
   };
-  if (result.mask) files.push_back(PrepareMask(workspace_.FilledMaskPath(image, kind), *result.mask, durability));
+  const phi::MeasurementMap& map = *result.map;
+  if (!map.states.empty())
+    files.push_back(PrepareMask(workspace_.FilledMaskPath(image, kind), MaskOfStates(map.states), durability));
   if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
-  if (result.map) {
-    append(PreparePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
-                           *result.map, durability));
-  }
+  append(PreparePlaneMap(workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), map.planes,
+                         durability));
   return files;
 }
 
@@ -223,7 +211,6 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
     for (const auto& file : ready.files) file->Publish();
     cache_.Unpin({ready.image, ready.kind});
     cache_.Unpin({ready.image, CostKey(ready.kind)});
-    cache_.Unpin({ready.image, MaskKey(ready.kind)});
   }
   std::lock_guard<std::mutex> lock(mutex_);
   for (const Ready& ready : batch) {

@@ -20,13 +20,10 @@
 
 namespace colmap_ext {
 
-// What a stage makes of an image. cost and mask may be null.
+// What a stage makes of an image.
 struct StageResult {
-  std::shared_ptr<const phi::PlaneMap> map = nullptr;
-  std::shared_ptr<const phi::CostMap> cost = nullptr;
-  // Of a measured map: which pixels have few witnesses (phi/filtering/few_witnesses.h). Of an inferred or geometric one:
-  // which are inferred (phi/filtering/filled_value.h).
-  std::shared_ptr<const phi::Mask> mask = nullptr;
+  std::shared_ptr<const phi::MeasurementMap> map = nullptr;  // without states: no mask beside its files
+  std::shared_ptr<const phi::CostMap> cost = nullptr;        // may be null
 };
 
 // What lies under the names of a result.
@@ -48,11 +45,10 @@ class MapStore {
   // Null where the image has none.
   std::shared_ptr<const phi::ImageMask> ImageMask(int image);
   // Maps have no depth where the image is masked, whoever made them.
-  std::shared_ptr<const phi::PlaneMap> Map(int image, const std::string& kind);
-  // The map's depths alone, of measured maps without those that have few witnesses.
-  std::shared_ptr<const phi::DepthMap> Depths(int image, const std::string& kind);
+  std::shared_ptr<const phi::MeasurementMap> Map(int image, const std::string& kind);
+  // The map without its normals.
+  std::shared_ptr<const phi::MeasuredDepths> Depths(int image, const std::string& kind);
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
-  std::shared_ptr<const phi::Mask> MaskOf(int image, const std::string& kind);
 
   // Queues the files for writing. `on_complete` is called from the writer's thread with what identifies them, before the
   // first of them has its name: see RunRecord::Finish. Files and record are on the disk before the names are.
@@ -60,6 +56,8 @@ class MapStore {
   void Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete);
   // Writes the files at once and keeps nothing in memory.
   void Save(int image, const std::string& kind, const StageResult& result) const;
+  // The mask that goes with a map, at once.
+  void SaveStates(int image, const std::string& kind, const phi::StateMap& states) const;
   // Keeps a result that gets files only when the budget asks for its place.
   void KeepTransient(int image, const std::string& kind, const StageResult& result);
   // Keeps a result that gets no files, whatever the budget.

@@ -14,6 +14,7 @@
 #include "colmap_ext/progress.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "phi/base/whole_array.h"
 #include "phi/initialization.h"
 
 namespace colmap_ext {
@@ -21,6 +22,11 @@ namespace {
 
 constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
 constexpr char kDone[] = "done";
+
+std::shared_ptr<const phi::Mask> InferredMask(const phi::MeasurementMap& map) {
+  return std::make_shared<const phi::Mask>(phi::Transformed(
+      map.states, [](phi::PixelState s) { return static_cast<std::uint8_t>(phi::IsInferred(s) ? 255 : 0); }));
+}
 
 // One run through the stages.
 class MemoryRun {
@@ -81,10 +87,10 @@ class MemoryRun {
       const StageResult result = tasks_.Run(stage, previous, keys_, job, backend, &task, &warnings);
       store_.KeepInMemory(jobs_[job].image, stage.result, result);
       std::lock_guard<std::mutex> lock(mutex_);
-      maps_[job].map = result.map;
+      maps_[job].map = phi::PlanesOf(result.map);
       if (stage.kind == StageKind::kEstimate) maps_[job].cost = result.cost;
-      // A measured map's mask tells of its witnesses.
-      maps_[job].inferred = previous != nullptr && previous->kind == StageKind::kInfer ? result.mask : nullptr;
+      const bool after_inference = previous != nullptr && previous->kind == StageKind::kInfer;
+      maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
     });
     for (const TaskFailure& failure : failures) Fail(failure.task, failure.message);
     if (previous == nullptr) return;
@@ -185,8 +191,8 @@ std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<s
                                  const PipelineOptions& options, const Backends& backends) {
   MemoryRun run(workspace, sources, options, backends, BuildFillingStages(options));
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    const auto no_mask = std::make_shared<const phi::Mask>(measured[i]->width(), measured[i]->height());
-    run.SetMap(static_cast<int>(i), std::string(kMeasured), {.map = measured[i], .mask = no_mask});
+    const auto map = std::make_shared<const phi::MeasurementMap>(phi::AllMeasured(*measured[i]));
+    run.SetMap(static_cast<int>(i), std::string(kMeasured), {.map = map});
   }
   return run.Run(1);
 }

@@ -9,7 +9,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 4, kFilterRevision = 8, kInferRevision = 15;
+constexpr int kEstimateRevision = 5, kFilterRevision = 10, kInferRevision = 15;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -148,7 +148,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
     return stages;
   }
   stages.push_back({.kind = StageKind::kInfer,
-                    .result = "inferred",
+                    .result = std::string(kInferred),
                     .options = InferenceText(options.inference),
                     .is_output = false,
                     .transient = true,
@@ -168,7 +168,7 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
   geometric.has_mask = true;
   geometric.weight = kFilterWeightInFilling;
   return {measured,
-          {.kind = StageKind::kInfer, .result = "inferred", .is_output = false, .transient = true},
+          {.kind = StageKind::kInfer, .result = std::string(kInferred), .is_output = false, .transient = true},
           geometric};
 }
 

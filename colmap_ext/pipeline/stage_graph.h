@@ -24,7 +24,7 @@ struct Stage {
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
   bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
   bool transient = false;  // lives in memory and is not recorded
-  bool has_mask = false;   // beside its maps: see StageResult
+  bool has_mask = false;   // its maps have states: phi/measurement.h
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation
   double weight = 1;                           // expected time of a task, relative to an estimation

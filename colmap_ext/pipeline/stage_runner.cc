@@ -7,7 +7,6 @@
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #include "phi/base/utc_time.h"
-#include "phi/base/whole_array.h"
 
 namespace colmap_ext {
 namespace {
@@ -93,8 +92,8 @@ void StageRunner::RunTask(int number, const StageWork& work, int job, phi::Backe
   Count(number, job, *result.map);
 }
 
-void StageRunner::Count(int number, int job, const phi::PlaneMap& map) {
-  const std::int64_t num_with_depth = phi::CountIf(map, [](const phi::PlaneHypothesis& h) { return h.depth > 0; });
+void StageRunner::Count(int number, int job, const phi::MeasurementMap& map) {
+  const std::int64_t num_with_depth = phi::CountPublished(map);
   const auto num_pixels = static_cast<std::int64_t>(map.size());
   std::lock_guard<std::mutex> lock(mutex_);
   StageSummary& stage = summary_.stages[number];

@@ -56,7 +56,7 @@ class StageRunner {
 
  private:
   void RunTask(int number, const StageWork& work, int job, phi::Backend& backend);
-  void Count(int number, int job, const phi::PlaneMap& map);
+  void Count(int number, int job, const phi::MeasurementMap& map);
   void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
   void RecordFailure(const StageWork& work, const TaskFailure& failure);
 

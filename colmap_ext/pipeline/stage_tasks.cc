@@ -7,7 +7,6 @@
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/inference/infer_holes.h"
 #include "phi/matching/cost_aggregation.h"
@@ -30,20 +29,14 @@ std::vector<std::size_t> FilterOrder(const ImageJob& job) {
   return order;
 }
 
-std::int64_t CountValue(const phi::Mask& mask, std::uint8_t value) {
-  return phi::CountIf(mask, [value](std::uint8_t v) { return v == value; });
+std::int64_t CountState(const phi::MeasurementMap& map, phi::PixelState state) {
+  return phi::CountIf(map.states, [state](phi::PixelState s) { return s == state; });
 }
 
-// The inferred pixels that a filter left their depth.
-phi::Mask KeptInferred(const phi::Mask& inferred, const phi::PlaneMap& filtered) {
-  phi::Mask kept = phi::Mask::Uninitialized(inferred.width(), inferred.height());
-  phi::ForParts(kept.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const bool is_kept = inferred.data()[i] != phi::kMeasuredPixel && filtered.data()[i].depth > 0;
-      kept.data()[i] = is_kept ? phi::kInferredConfirmed : phi::kMeasuredPixel;
-    }
-  });
-  return kept;
+StageResult Published(std::shared_ptr<const phi::MeasurementMap> map) {
+  if (map->states.empty()) return {.map = std::move(map)};
+  return {.map = std::make_shared<const phi::MeasurementMap>(
+              phi::MeasurementMap{phi::PublishedPlanes(*map), {}})};
 }
 
 }  // namespace
@@ -67,7 +60,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
     case StageKind::kInfer:
       return Infer(*previous, input_keys, jobs_[job], backend, warnings);
     case StageKind::kPublish:
-      return {.map = phi::WithoutDoubtful(store_.Map(jobs_[job].image, previous->result))};
+      return Published(store_.Map(jobs_[job].image, previous->result));
   }
   return {};
 }
@@ -97,13 +90,17 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
   input.depth_range_is_given = options_.depth_min > 0;
   if (previous) {
-    input.initial = store_.Map(job.image, previous->result);
-    input.source_depths = SourceDepths(*previous, input_keys, job, used);
+    input.initial = phi::PlanesOf(store_.Map(job.image, previous->result));
+    for (const auto& source : SourceDepths(*previous, input_keys, job, used)) {
+      // A null pointer has no depths to share.
+      using Depths = std::shared_ptr<const phi::DepthMap>;
+      input.source_depths.push_back(source != nullptr ? Depths(source, &source->depths) : nullptr);
+    }
   }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
   if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
-  result.map = std::make_shared<const phi::PlaneMap>(std::move(estimate.map));
+  result.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(estimate.map), {}});
   if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
   return result;
 }
@@ -122,25 +119,21 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
     }
     input.sources.push_back(std::move(source));
   }
-  const bool after_inference = previous.kind == StageKind::kInfer;
   if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
-  if (after_inference) input.filled = store_.MaskOf(job.image, previous.result);
-  phi::FilterResult filtered = backend.Filter(input, options_.filter);
+  phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
     const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), &filtered);
+    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes, &filtered);
   }
-  StageResult result;
-  result.map = std::make_shared<const phi::PlaneMap>(std::move(filtered.map));
-  if (after_inference) {
-    phi::Mask inferred = KeptInferred(*input.filled, *result.map);
-    const std::int64_t num_kept = CountValue(inferred, phi::kInferredConfirmed);
-    result.mask = std::make_shared<const phi::Mask>(std::move(inferred));
+  filtered.testimonies = {};
+  if (previous.kind == StageKind::kInfer) {
+    const std::int64_t num_kept = phi::CountIf(filtered.states, phi::IsInferred);
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;
-  } else if (stage.has_mask) {
-    result.mask = std::make_shared<const phi::Mask>(std::move(filtered.few_witnesses));
   }
+  if (!stage.has_mask) filtered.states = {};
+  StageResult result;
+  result.map = std::make_shared<const phi::MeasurementMap>(std::move(filtered));
   // The filtered photometric map takes the raw one's place, and its cost goes with it.
   if (stage.result == kPhotometric && options_.NeedsCost()) {
     result.cost = store_.Cost(job.image, EstimateKind(options_));
@@ -165,20 +158,18 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
-  phi::InferenceResult inferred = phi::InferHoles(backend, input, *store_.MaskOf(job.image, previous.result),
-                                                  options_.stereo, options_.inference);
+  phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
-  return {.map = std::make_shared<const phi::PlaneMap>(std::move(inferred.map)),
-          .mask = std::make_shared<const phi::Mask>(std::move(inferred.filled))};
+  return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};
 }
 
-void StageTasks::CountInference(const phi::PlaneMap& measured, const phi::ImageMask* mask,
+void StageTasks::CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                                 const phi::InferenceResult& inferred) const {
-  const auto has_no_depth = [](const phi::PlaneHypothesis& h) { return !(h.depth > 0); };
-  std::int64_t num_holes = phi::CountIf(measured, has_no_depth);
-  if (mask != nullptr) num_holes -= CountValue(*mask, 0);
-  const std::int64_t num_confirmed = CountValue(inferred.filled, phi::kInferredConfirmed);
-  const std::int64_t num_alone = CountValue(inferred.filled, phi::kInferredAlone);
+  std::int64_t num_holes =
+      phi::CountIf(measured.states, [](phi::PixelState s) { return !phi::IsMeasured(s); });
+  if (mask != nullptr) num_holes -= phi::CountIf(*mask, [](std::uint8_t v) { return v == 0; });
+  const std::int64_t num_confirmed = CountState(inferred.map, phi::PixelState::kInferredConfirmed);
+  const std::int64_t num_alone = CountState(inferred.map, phi::PixelState::kInferredAlone);
   const phi::FieldStatistics& one = inferred.statistics;
   std::lock_guard<std::mutex> lock(mutex_);
   inference_.num_holes += num_holes;
@@ -219,10 +210,10 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::ve
   return sources;
 }
 
-std::vector<std::shared_ptr<const phi::DepthMap>> StageTasks::SourceDepths(
+std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths(
     const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
     const std::vector<int>& used) const {
-  std::vector<std::shared_ptr<const phi::DepthMap>> depths;
+  std::vector<std::shared_ptr<const phi::MeasuredDepths>> depths;
   for (const int index : used) {
     const bool available = HasMap(input_keys, job.source_jobs[index]);
     depths.push_back(available ? store_.Depths(job.sources[index], previous.result) : nullptr);

@@ -44,7 +44,7 @@ class StageTasks {
   StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend, std::vector<std::string>* warnings) const;
   // mask: of the image, may be null.
-  void CountInference(const phi::PlaneMap& measured, const phi::ImageMask* mask,
+  void CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
   phi::ViewImage ReadView(int image) const;
   // The sources whose image can be read; the others become warnings. `used` gets their positions in
@@ -52,10 +52,9 @@ class StageTasks {
   std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
                                           std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
-  std::vector<std::shared_ptr<const phi::DepthMap>> SourceDepths(const Stage& previous,
-                                                                 const std::vector<std::string>& input_keys,
-                                                                 const ImageJob& job,
-                                                                 const std::vector<int>& used) const;
+  std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(
+      const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
+      const std::vector<int>& used) const;
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;

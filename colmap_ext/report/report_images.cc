@@ -12,6 +12,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/map_statistics.h"
+#include "colmap_ext/measurement_file.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "phi/base/cancellation.h"
@@ -57,7 +58,7 @@ class ImageMaker {
     result_.name = workspace_.views()[image_].name;
     result_.view = image_;
     const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
-    const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadDepthMap);
+    const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadPublishedDepths);
     const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
     const auto filled =
         Read(workspace_.FilledMaskPath(image_), [](const auto& path) { return ReadGrayImage(path); });

@@ -17,7 +17,9 @@ std::vector<phi::ViewImage> RenderedScene::SourceImages(int reference) const {
 std::vector<phi::SourceMap> RenderedScene::SourceTruth(int reference) const {
   std::vector<phi::SourceMap> sources;
   for (int i = 0; i < static_cast<int>(views.size()); ++i) {
-    if (i != reference) sources.push_back({&views[i], [map = truth[i]] { return map; }});
+    if (i == reference) continue;
+    const auto map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{*truth[i], {}});
+    sources.push_back({&views[i], [map] { return map; }});
   }
   return sources;
 }

@@ -3,8 +3,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "phi/base/whole_array.h"
-
 namespace phi {
 namespace {
 
@@ -19,15 +17,6 @@ struct Nearest {
     if (neighbour.distance + 1 < distance) *this = {neighbour.distance + 1, neighbour.value};
   }
 };
-
-template <typename T>
-void ClearMasked(const ImageMask& mask, Array2D<T>* map) {
-  ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (mask.data()[i] == 0) map->data()[i] = {};
-    }
-  });
-}
 
 }  // namespace
 
@@ -63,9 +52,5 @@ Array2D<std::uint8_t> CutOutMask(const Array2D<std::uint8_t>& image, const Image
   }
   return cut;
 }
-
-void DropMasked(const ImageMask& mask, PlaneMap* map) { ClearMasked(mask, map); }
-void DropMasked(const ImageMask& mask, DepthMap* depths) { ClearMasked(mask, depths); }
-void DropMasked(const ImageMask& mask, ImageMask* marks) { ClearMasked(mask, marks); }
 
 }  // namespace phi

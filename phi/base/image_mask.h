@@ -2,10 +2,11 @@
 // brightness of its own; what the stages see in its place follows from the pixels around the mask alone.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "phi/base/array2d.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/base/whole_array.h"
 
 namespace phi {
 
@@ -21,9 +22,14 @@ Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const I
 // that windows use what is outside the mask, and regions end at its edge. Not for matching without weights (the paper's).
 Array2D<std::uint8_t> CutOutMask(const Array2D<std::uint8_t>& image, const ImageMask& mask);
 
-// Takes the depth, or the mark, of masked pixels away.
-void DropMasked(const ImageMask& mask, PlaneMap* map);
-void DropMasked(const ImageMask& mask, DepthMap* depths);
-void DropMasked(const ImageMask& mask, ImageMask* marks);
+// Takes away what a map holds at masked pixels.
+template <typename T>
+void DropMasked(const ImageMask& mask, Array2D<T>* map) {
+  ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (mask.data()[i] == 0) map->data()[i] = {};
+    }
+  });
+}
 
 }  // namespace phi

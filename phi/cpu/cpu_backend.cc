@@ -36,8 +36,8 @@ class CpuBackend : public Backend {
     return result;
   }
 
-  FilterResult Filter(const FilterInput& input, const FilterOptions& options) override {
-    FilterResult result;
+  MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {
+    MeasurementMap result;
     arena_.execute([&] { result = FilterOnCpu(input, options); });
     return result;
   }

@@ -5,6 +5,6 @@
 
 namespace phi {
 
-FilterResult FilterOnCpu(const FilterInput& input, const FilterOptions& options);
+MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options);
 
 }  // namespace phi

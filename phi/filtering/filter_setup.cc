@@ -1,13 +1,28 @@
 #include "phi/filtering/filter_setup.h"
 
-#include <tbb/parallel_for.h>
-
+#include <algorithm>
 #include <cmath>
 
+#include "phi/base/whole_array.h"
 #include "phi/geometry/camera.h"
 #include "phi/matching/zncc.h"
 
 namespace phi {
+namespace {
+
+PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
+  switch (verdict) {
+    case FilterVerdict::kDropped:
+      return PixelState::kNone;
+    case FilterVerdict::kKept:
+      return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
+    case FilterVerdict::kFewWitnesses:
+      return PixelState::kUnsure;
+  }
+  return PixelState::kNone;
+}
+
+}  // namespace
 
 ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
   constexpr double kRadianPerDegree = 3.14159265358979323846 / 180;
@@ -29,9 +44,9 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .min_num_consistent = options.min_num_consistent,
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_cost = static_cast<float>(1 - options.min_ncc),
-                    .map = input.reference.map->view()};
+                    .map = input.reference.map->planes.view()};
   if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
-  if (input.filled != nullptr) f.filled = input.filled->view();
+  if (!input.reference.map->states.empty()) f.states = input.reference.map->states.view();
   return f;
 }
 
@@ -43,17 +58,22 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
   return sources;
 }
 
-FilterResult KeptPixels(const PlaneMap& map, const FilterVerdict* verdicts) {
-  FilterResult result{PlaneMap::Uninitialized(map.width(), map.height()),
-                      Mask::Uninitialized(map.width(), map.height())};
-  const ArrayView2D<const FilterVerdict> verdict{verdicts, map.width(), map.height()};
-  tbb::parallel_for(0, map.height(), [&](int y) {
-    for (int x = 0; x < map.width(); ++x) {
-      result.map(x, y) = verdict(x, y) != FilterVerdict::kDropped ? map(x, y) : PlaneHypothesis();
-      result.few_witnesses(x, y) = verdict(x, y) == FilterVerdict::kFewWitnesses ? 255 : 0;
+MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies) {
+  MeasurementMap kept{PlaneMap::Uninitialized(map.width(), map.height()),
+                      StateMap::Uninitialized(map.width(), map.height())};
+  ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool was_inferred = !map.states.empty() && IsInferred(map.states.data()[i]);
+      kept.planes.data()[i] =
+          verdicts[i] != FilterVerdict::kDropped ? map.planes.data()[i] : PlaneHypothesis();
+      kept.states.data()[i] = StateAfter(verdicts[i], was_inferred);
     }
   });
-  return result;
+  if (map.states.empty()) {
+    kept.testimonies = Array2D<Testimonies>::Uninitialized(map.width(), map.height());
+    std::copy_n(testimonies, map.size(), kept.testimonies.data());
+  }
+  return kept;
 }
 
 }  // namespace phi

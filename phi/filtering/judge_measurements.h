@@ -1,20 +1,18 @@
-// What the filter kept of an image's estimate, judged as measurements: by the pixel's own texture, by its neighbours, and by
-// how many views could confirm it. Only what stands here is published as measured, and is evidence for anything else.
+// What the filter kept of an image's estimate, judged as measurements: by the pixel's own texture, by its neighbours, and by how
+// probable it is that the depth is right. Only what stands here is published as measured, and is evidence for anything else.
 #pragma once
 
-#include <memory>
-
-#include "phi/backend.h"
+#include "phi/base/images.h"
 #include "phi/geometry/depth_precision.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
-// Takes the depth from plain and contradicted pixels, and makes that of doubtful ones negative (neighbor_agreement.h). A
-// doubtful pixel with few witnesses is not even a clue, and loses its depth too.
-//   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view.
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, FilterResult* filtered);
-
-// The map without its doubtful pixels; itself where it has none.
-std::shared_ptr<const PlaneMap> WithoutDoubtful(std::shared_ptr<const PlaneMap> map);
+// Drops plain and lonely pixels; of the rest, those that are not probable enough become unsure (confidence.h). What is dropped
+// here or was by the filter, though it is probable, becomes a clue.
+//   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
+//   estimate: what the filter was given; map: what it returned.
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
+                       MeasurementMap* map);
 
 }  // namespace phi

@@ -1,6 +1,7 @@
 #include "phi/filtering/own_texture.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include <tbb/parallel_for.h>
@@ -44,15 +45,16 @@ bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int 
 
 }  // namespace
 
-void DropPlainPixels(const GrayImage& image, double noise, PlaneMap* map) {
+void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map) {
   if (image.width() < kSide || image.height() < kSide) return;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   const double min_variance = kSumsPerGreyLevel * kSumsPerGreyLevel *
                               std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
-      PlaneHypothesis& h = (*map)(x, y);
-      if (h.depth > 0 && !HasOwnTexture(sums, min_variance, x, y)) h = {};
+      const std::size_t i = static_cast<std::size_t>(y) * map->width() + x;
+      const bool has_depth = map->states.data()[i] != PixelState::kNone;
+      if (has_depth && !HasOwnTexture(sums, min_variance, x, y)) map->Drop(i);
     }
   });
 }

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "phi/base/images.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -20,8 +20,8 @@ inline constexpr double kMinOwnVariance = 0.125;
 // of a facade's faint texture.
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
-// Takes the depth from the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
+// Drops the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
 // its noise lets it (NoiseDeviation, grey levels). The map has the image's size; images smaller than the surroundings keep all.
-void DropPlainPixels(const GrayImage& image, double noise, PlaneMap* map);
+void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map);
 
 }  // namespace phi

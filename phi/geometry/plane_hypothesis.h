@@ -10,15 +10,11 @@
 
 namespace phi {
 
-// normal: unit, reference camera frame, facing the camera (normal . ray < 0). depth: camera z, > 0; 0 = none. Measured maps
-// say with a negative depth that it is doubtful.
+// normal: unit, reference camera frame, facing the camera (normal . ray < 0). depth: camera z, > 0; 0 = none.
 struct alignas(16) PlaneHypothesis {
   Vec3f normal;
   float depth = 0;
 };
-
-// No measurement, but -depth is a clue to where a surface is.
-PHI_HD bool IsDoubtful(float depth) { return depth < 0; }
 
 using PlaneMap = Array2D<PlaneHypothesis>;
 using DepthMap = Array2D<float>;  // a plane map's depths alone, a quarter of its bytes

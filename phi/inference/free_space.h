@@ -10,9 +10,8 @@
 #include <cstdint>
 
 #include "phi/base/array2d.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/geometry/device_camera.h"
-#include "phi/geometry/plane_hypothesis.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -34,9 +33,10 @@ struct DepthEvidence {
   // is mistaken.
   PHI_HD bool SeenThrough() const { return num_seeing_through > num_confirming; }
 
-  // Of an inferred depth in the filled mask; 0: refused, nothing can be there.
-  PHI_HD std::uint8_t FilledValue() const {
-    return SeenThrough() ? 0 : num_confirming > 0 ? kInferredConfirmed : kInferredAlone;
+  // Of an inferred depth; kNone: refused, nothing can be there.
+  PHI_HD PixelState State() const {
+    if (SeenThrough()) return PixelState::kNone;
+    return num_confirming > 0 ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
   }
 };
 
@@ -48,17 +48,17 @@ PHI_HD bool Agrees(Vec3f p, float measured, float w) {
   return fabsf(p.z - measured * w) < kAgreementTolerance * p.z;
 }
 
-// Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). `source_depths`:
-// measured only; without data, or with a hole at the pixel where the point lands, it knows nothing.
-PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<const float> source_depths, float u, float v,
-                        float w, DepthEvidence* evidence) {
-  if (source_depths.data == nullptr) return;
+// Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). Without
+// data, or without evidence at the pixel where the point lands, it knows nothing.
+PHI_HD void AddEvidence(const RelativeView& view, const MeasuredDepthsView& source, float u, float v, float w,
+                        DepthEvidence* evidence) {
+  if (!source.IsKnown()) return;
   const Vec3f p = ProjectInverseDepth(view, u, v, w);
   if (!(p.z > 0)) return;
   const float su = p.x / p.z, sv = p.y / p.z;
-  if (!(su >= 0 && sv >= 0 && su < source_depths.width && sv < source_depths.height)) return;
+  if (!(su >= 0 && sv >= 0 && su < source.depths.width && sv < source.depths.height)) return;
   const int x = static_cast<int>(su), y = static_cast<int>(sv);
-  const float own = source_depths(x, y);
+  const float own = source.Evidence(x, y);
   if (!(own > 0)) return;
   bool confirms = Agrees(p, own, w);
   // Only against its own word are the pixels around asked: on a slanted surface one of them agrees with many a depth.
@@ -66,7 +66,7 @@ PHI_HD void AddEvidence(const RelativeView& view, ArrayView2D<const float> sourc
   bool all_lie_behind = own_lies_behind;
   for (int i = 0; own_lies_behind && i < 9; ++i) {
     const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
-    const float beside = source_depths.Contains(nx, ny) ? source_depths(nx, ny) : 0;
+    const float beside = source.depths.Contains(nx, ny) ? source.Evidence(nx, ny) : 0;
     if (!(beside > 0)) continue;
     all_lie_behind = all_lie_behind && LiesBehind(p, beside, w);
     confirms = confirms || Agrees(p, beside, w);

@@ -10,23 +10,29 @@
 namespace phi {
 namespace {
 
-Array2D<float> InverseDepth(const PlaneMap& map) {
-  return Transformed(map, [](const PlaneHypothesis& h) { return h.depth > 0 ? 1 / h.depth : 0.0f; });
+// Of the pixels whose state `counts`; 0 elsewhere.
+template <typename Counts>
+Array2D<float> InverseDepth(const MeasurementMap& map, const Counts& counts) {
+  auto inverse_depth = Array2D<float>::Uninitialized(map.width(), map.height());
+  ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      inverse_depth.data()[i] = counts(map.states.data()[i]) ? 1 / map.planes.data()[i].depth : 0.0f;
+    }
+  });
+  return inverse_depth;
 }
 
 // Doubtful pixels support lines and planes as measured ones do; not in the paper's form.
-Array2D<float> SupportingInverseDepth(const PlaneMap& map, Formulas formulas) {
-  if (formulas == Formulas::kPaper) return InverseDepth(map);
-  return Transformed(map,
-                     [](const PlaneHypothesis& h) { return h.depth != 0 ? 1 / std::abs(h.depth) : 0.0f; });
+Array2D<float> SupportingInverseDepth(const MeasurementMap& map, Formulas formulas) {
+  return formulas == Formulas::kPaper ? InverseDepth(map, IsEvidence) : InverseDepth(map, CarriesPlanes);
 }
 
 // What is there before the lines: measured depth, and the support's at doubtful pixels, which belong to no gap.
-Array2D<float> StartHypotheses(const PlaneMap& measured, const Array2D<Support>& supports) {
-  auto start = Array2D<float>::Uninitialized(measured.width(), measured.height());
+Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Support>& supports) {
+  auto start = Array2D<float>::Uninitialized(evidence.width(), evidence.height());
   ForParts(start.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      start.data()[i] = StartHypothesis(measured.data()[i].depth, supports.data()[i]);
+      start.data()[i] = StartHypothesis(evidence.data()[i], supports.data()[i]);
     }
   });
   return start;
@@ -34,10 +40,10 @@ Array2D<float> StartHypotheses(const PlaneMap& measured, const Array2D<Support>&
 
 }  // namespace
 
-Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image,
+Hypotheses::Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image,
                        std::uint32_t image_id, std::span<const PooledSupport> pooled,
                        const DepthPrecision& precision)
-    : measured_inverse_depth_(InverseDepth(measured)) {
+    : measured_inverse_depth_(InverseDepth(measured, IsEvidence)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
   options.formulas = formulas;
@@ -48,7 +54,7 @@ Hypotheses::Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayIm
     for (int x = 0; x < width; ++x) supports(x, y) = MakeSupport(inverse_depth, x, y, options);
   });
   const Array2D<Support>& const_supports = supports;
-  const Array2D<float> start = StartHypotheses(measured, const_supports);
+  const Array2D<float> start = StartHypotheses(measured_inverse_depth_, const_supports);
   for (int direction = 0; direction < kNumDirections; ++direction) {
     inverse_depth_[direction] = Transformed(start, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {

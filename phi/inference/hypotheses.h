@@ -8,6 +8,7 @@
 #include "phi/base/images.h"
 #include "phi/inference/region_planes.h"
 #include "phi/inference/upsample.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -16,7 +17,7 @@ class Hypotheses {
   // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
   // `pooled`: what else the planes rest on. `precision`: of the image's view.
-  Hypotheses(const PlaneMap& measured, Formulas formulas, const GrayImage* image = nullptr,
+  Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image = nullptr,
              std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {},
              const DepthPrecision& precision = {});
 

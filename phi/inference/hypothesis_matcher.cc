@@ -17,7 +17,7 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
     sources_.push_back({input.sources[j].image->view()});
     views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));
     const bool has_depths = j < input.source_depths.size() && input.source_depths[j] != nullptr;
-    source_depths_.push_back(has_depths ? input.source_depths[j]->view() : ArrayView2D<const float>{});
+    source_depths_.push_back(has_depths ? input.source_depths[j]->view() : MeasuredDepthsView{});
   }
   const int n = window_.samples_per_side = stereo.SamplesPerSide();
   window_.step = static_cast<float>(stereo.window_radius / n);

@@ -39,7 +39,7 @@ class HypothesisMatcher {
   GraySampler reference_;
   std::vector<GraySampler> sources_;
   std::vector<RelativeView> views_;
-  std::vector<ArrayView2D<const float>> source_depths_;  // parallel to views_; no data: unknown
+  std::vector<MeasuredDepthsView> source_depths_;  // parallel to views_; no data: unknown
   MatchingWindow window_;
   std::vector<float> offset_u_, offset_v_;  // of the samples from the window's centre, pixels
   const Hypotheses& hypotheses_;

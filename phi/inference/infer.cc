@@ -7,7 +7,6 @@
 
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
@@ -70,44 +69,44 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
   return Upsample(hypotheses, field.ChosenInverseDepth(solution.labels), options.formulas);
 }
 
-// What becomes of an inferred depth: the value in the filled mask, 0 where another view sees through it.
-std::uint8_t FilledValue(const HypothesisMatcher& matcher, Formulas formulas, int x, int y, float w) {
-  if (formulas == Formulas::kPaper) return kInferredConfirmed;
-  return matcher.Evidence(x, y, w).FilledValue();
+// What becomes of an inferred depth; kNone where another view sees through it.
+PixelState InferredState(const HypothesisMatcher& matcher, Formulas formulas, int x, int y, float w) {
+  if (formulas == Formulas::kPaper) return PixelState::kInferredConfirmed;
+  return matcher.Evidence(x, y, w).State();
 }
 
-// Drops the inferred depths that other views see through, and marks the others.
-Mask MarkInferred(const HypothesisMatcher& matcher, Formulas formulas, InverseDepthMap* inferred) {
-  Mask filled = Mask::Uninitialized(inferred->width(), inferred->height());
-  tbb::parallel_for(0, filled.height(), [&](int y) {
-    for (int x = 0; x < filled.width(); ++x) {
-      filled(x, y) = 0;
+// The states of the new map. Drops the inferred depths that other views see through.
+StateMap JudgeInferred(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, Formulas formulas,
+                       InverseDepthMap* inferred) {
+  auto states = StateMap::Uninitialized(inferred->width(), inferred->height());
+  tbb::parallel_for(0, states.height(), [&](int y) {
+    for (int x = 0; x < states.width(); ++x) {
+      states(x, y) = hypotheses.measured(x, y) ? PixelState::kMeasured : PixelState::kNone;
       float& w = (*inferred)(x, y);
       if (!(w > 0)) continue;
-      filled(x, y) = FilledValue(matcher, formulas, x, y, w);
-      if (filled(x, y) == 0) w = 0;
+      states(x, y) = InferredState(matcher, formulas, x, y, w);
+      if (states(x, y) == PixelState::kNone) w = 0;
     }
   });
-  return filled;
+  return states;
 }
 
-// The measured map with the inferred depths and their normals.
-PlaneMap Compose(const PlaneMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
+// The planes of what is evidence, and of the inferred depths with their normals.
+PlaneMap Compose(const MeasurementMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
                  Formulas formulas) {
   const int width = measured.width(), height = measured.height();
   auto all = InverseDepthMap::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      const float depth = measured(x, y).depth;
-      all(x, y) = depth > 0 ? 1 / depth : inferred(x, y);
+      all(x, y) = IsEvidence(measured.states(x, y)) ? 1 / measured.planes(x, y).depth : inferred(x, y);
     }
   });
   const ArrayView2D<const float> all_view = std::as_const(all).view();
   auto result = PlaneMap::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
-      PlaneHypothesis& h = result(x, y) = measured(x, y);
-      if (!(h.depth > 0)) h = {};
+      PlaneHypothesis& h = result(x, y) = {};
+      if (IsEvidence(measured.states(x, y))) h = measured.planes(x, y);
       const float w = inferred(x, y);
       if (!(w > 0)) continue;
       h.normal = FilledNormal(rays, all_view, x, y, formulas);
@@ -139,9 +138,8 @@ void CheckInput(const InferenceInput& input) {
 InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo,
                             const InferenceOptions& options) {
   CheckInput(input);
-  const PlaneMap& measured = *input.measured;
-  if (options.mode == InferenceMode::kOff)
-    return {measured, Mask(measured.width(), measured.height(), 0), {}};
+  const MeasurementMap& measured = *input.measured;
+  if (options.mode == InferenceMode::kOff) return {measured, {}};
   const Hypotheses hypotheses = MakeHypotheses(input, options.formulas);
   ThrowIfCancelled();
   const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
@@ -150,12 +148,10 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
                                  ? ChooseMinCost(hypotheses, matcher)
                                  : ChooseByField(hypotheses, matcher, options, &result.statistics);
   ThrowIfCancelled();
-  result.filled = MarkInferred(matcher, options.formulas, &inferred);
+  result.map.states = JudgeInferred(hypotheses, matcher, options.formulas, &inferred);
   const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
-  result.map = Compose(measured, inferred, rays, options.formulas);
-  if (hypotheses.region_planes() != nullptr) {
-    SetRegionNormals(*hypotheses.region_planes(), rays, result.filled, &result.map);
-  }
+  result.map.planes = Compose(measured, inferred, rays, options.formulas);
+  if (hypotheses.region_planes() != nullptr) SetRegionNormals(*hypotheses.region_planes(), rays, &result.map);
   return result;
 }
 

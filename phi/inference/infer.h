@@ -6,7 +6,7 @@
 
 namespace phi {
 
-// Measured pixels (depth > 0) come out unchanged. Holes are filled where a hypothesis was chosen.
+// What is evidence comes out unchanged. All else is filled where a hypothesis was chosen.
 InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo,
                             const InferenceOptions& options);
 

@@ -1,29 +1,30 @@
 #include "phi/inference/infer_holes.h"
 
-#include <memory>
-#include <utility>
+#include <cstddef>
 
-#include "phi/base/image_mask.h"
 #include "phi/base/whole_array.h"
-#include "phi/filtering/few_witnesses.h"
 
 namespace phi {
+namespace {
 
-InferenceResult InferHoles(Backend& backend, InferenceInput input, const Mask& few_witnesses, const StereoOptions& stereo,
+// In the place of what was inferred there.
+void RestoreFewWitnesses(const MeasurementMap& measured, MeasurementMap* inferred) {
+  ForParts(measured.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (measured.states.data()[i] != PixelState::kUnsure) continue;
+      inferred->planes.data()[i] = measured.planes.data()[i];
+      inferred->states.data()[i] = PixelState::kMeasured;
+    }
+  });
+}
+
+}  // namespace
+
+InferenceResult InferHoles(Backend& backend, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options) {
-  const std::shared_ptr<const PlaneMap> measured = input.measured;
-  const bool has_few = CountIf(few_witnesses, [](std::uint8_t v) { return v != 0; }) > 0;
-  if (has_few) {
-    auto evidence = std::make_shared<PlaneMap>(*measured);
-    HideFewWitnesses(few_witnesses, evidence.get());
-    input.measured = std::move(evidence);
-  }
   InferenceResult inferred = backend.Infer(input, stereo, options);
-  if (has_few) RestoreFewWitnesses(*measured, few_witnesses, &inferred);
-  if (input.mask != nullptr) {
-    DropMasked(*input.mask, &inferred.map);
-    DropMasked(*input.mask, &inferred.filled);
-  }
+  RestoreFewWitnesses(*input.measured, &inferred.map);
+  if (input.mask != nullptr) DropMasked(*input.mask, &inferred.map);
   return inferred;
 }
 

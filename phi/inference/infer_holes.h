@@ -5,9 +5,10 @@
 
 namespace phi {
 
-// `input.measured` holds every pixel that was judged; those marked in `few_witnesses` are hidden from the backend and come
-// back as measured. Pixels of `input.mask` end without depth. Throws as Backend::Infer.
-InferenceResult InferHoles(Backend& backend, InferenceInput input, const Mask& few_witnesses, const StereoOptions& stereo,
+// As Backend::Infer, but pixels of `input.measured` with few witnesses come back as measured, and those of `input.mask` end
+// without depth. A surface that only one other image shows cannot be confirmed twice; but two views may share an error, and a
+// plane that rests on it would carry it far. Throws as Backend::Infer.
+InferenceResult InferHoles(Backend& backend, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options);
 
 }  // namespace phi

@@ -197,11 +197,10 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   return value > 0.5f * model.min_value && value < 2 * model.max_value ? value : 0;
 }
 
-// The inverse depth that a hypothesis map holds before the lines, 0 in gaps. A doubtful pixel's own depth competes with what
-// else may be there.
-PHI_HD float StartHypothesis(float depth, const Support& support) {
-  if (depth > 0) return 1 / depth;
-  return IsDoubtful(depth) && support.value > 0 ? support.value : 0;
+// The inverse depth that a hypothesis map holds before the lines, 0 in gaps. `evidence`: the pixel's inverse depth where that is
+// evidence, else 0. The support of a doubtful pixel competes with what else may be there.
+PHI_HD float StartHypothesis(float evidence, const Support& support) {
+  return evidence > 0 ? evidence : fmaxf(support.value, 0.0f);
 }
 
 // Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;

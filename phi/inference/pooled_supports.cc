@@ -41,7 +41,7 @@ int SamplingStep(int width, int height) {
 class SourcePool {
  public:
   SourcePool(const InferenceInput& input, const Surroundings& surroundings, const ViewImage& source,
-             const DepthMap& depths)
+             const MeasuredDepths& depths)
       : measured_(*input.measured),
         surroundings_(surroundings),
         mask_(input.mask.get()),
@@ -80,8 +80,8 @@ class SourcePool {
  private:
   // The source's pixel as a support of the reference, without its hash; nullopt where it has no depth or lands outside.
   std::optional<PooledSupport> Project(int x, int y) const {
-    const float depth = std::abs(depths_(x, y));  // doubtful ones carry planes too
-    if (!(depth > 0)) return std::nullopt;
+    if (!CarriesPlanes(depths_.states(x, y))) return std::nullopt;
+    const float depth = depths_.depths(x, y);
     const RelativeView& view = reference_from_source_;
     const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
                                                                   static_cast<float>(y) + 0.5f)) +
@@ -99,7 +99,7 @@ class SourcePool {
     if (!support) return;
     const int px = support->PixelX(), py = support->PixelY();
     // The reference's own measurement knows better what is there.
-    if (measured_(px, py).depth != 0) return;
+    if (CarriesPlanes(measured_.states(px, py))) return;
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
@@ -112,7 +112,8 @@ class SourcePool {
     const std::optional<PooledSupport> support = Project(x, y);
     if (!support) return;
     const int px = support->PixelX(), py = support->PixelY();
-    const float there = std::abs(measured_(px, py).depth);
+    if (!CarriesPlanes(measured_.states(px, py))) return;
+    const float there = measured_.planes(px, py).depth;
     if (!(std::abs(there * support->inverse_depth - 1) <= kSameDepth)) return;
     const int reference = reference_image_(px, py), source = source_image_(x, y);
     if (std::min(reference, source) < kMinGainBrightness || std::max(reference, source) > kMaxGainBrightness)
@@ -124,12 +125,12 @@ class SourcePool {
     return Philox({0, source_id_}, static_cast<std::uint64_t>(y) * depths_.width() + x, 0, 0).v[0];
   }
 
-  const PlaneMap& measured_;
+  const MeasurementMap& measured_;
   const Surroundings& surroundings_;
   const ImageMask* mask_;  // null: nothing is left out
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
-  const DepthMap& depths_;
+  const MeasuredDepths& depths_;
   int step_;
   float gain_ = 1;
   std::uint32_t source_id_;

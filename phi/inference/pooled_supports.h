@@ -25,7 +25,7 @@ struct PooledSupport {
   int PixelY() const { return static_cast<int>(y + 0.5f); }
 };
 
-// Measured pixels of the source views that land on a pixel without depth that is about as bright, but those that something
+// Measured and doubtful pixels of the source views that land on a pixel without depth that is about as bright, but those that something
 // nearer hides (support_visibility.h). Same order for any number of threads. Views without a map take no part.
 std::vector<PooledSupport> PoolSupports(const InferenceInput& input);
 

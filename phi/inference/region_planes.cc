@@ -8,11 +8,11 @@
 #include <tuple>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/plane_normal.h"
 
@@ -347,11 +347,11 @@ const std::array<RegionPlane, kPlanesPerRegion>& RegionPlanes::At(int x, int y) 
   return region < 0 ? kNone : planes_[region];
 }
 
-void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, const Mask& filled, PlaneMap* map) {
+void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map) {
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
-      if (filled(x, y) == kMeasuredPixel) continue;
-      PlaneHypothesis& h = (*map)(x, y);
+      if (!IsInferred(map->states(x, y))) continue;
+      PlaneHypothesis& h = map->planes(x, y);
       for (const RegionPlane& plane : planes.At(x, y)) {
         const float w = plane.At(x, y);
         // To the bit: a hypothesis is copied, never blended.

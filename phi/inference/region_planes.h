@@ -67,7 +67,8 @@ class RegionPlanes {
 };
 
 // Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the
-// plane would bend it. `filled`, `map`: as InferenceResult's.
-void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, const Mask& filled, PlaneMap* map);
+// plane would bend it. `map`: as
+// InferenceResult's.
+void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map);
 
 }  // namespace phi

@@ -59,10 +59,10 @@ Surroundings::Surroundings(const InferenceInput& input)
 
 // At (x, y) of the plane of the nearest measured pixel in direction (dx, dy); 0: there is none within reach.
 float Surroundings::ContinuedDepth(int x, int y, int dx, int dy) const {
-  const ArrayView2D<const PlaneHypothesis> map = measured_.view();
-  for (int i = 1; i <= kReachPixels && map.Contains(x + i * dx, y + i * dy); ++i) {
-    const PlaneHypothesis& h = map(x + i * dx, y + i * dy);
-    if (h.depth > 0) {
+  const ArrayView2D<const PixelState> states = measured_.states.view();
+  for (int i = 1; i <= kReachPixels && states.Contains(x + i * dx, y + i * dy); ++i) {
+    if (IsEvidence(states(x + i * dx, y + i * dy))) {
+      const PlaneHypothesis& h = measured_.planes(x + i * dx, y + i * dy);
       return PlaneDepthAt(rays_, h, x + i * dx + 0.5f, y + i * dy + 0.5f, x + 0.5f, y + 0.5f);
     }
   }

@@ -26,9 +26,9 @@ class Surroundings {
   bool IsSeenThrough(int x, int y, float inverse_depth) const;
 
   RayModel rays_;
-  const PlaneMap& measured_;
+  const MeasurementMap& measured_;
   std::vector<RelativeView> views_;
-  std::vector<ArrayView2D<const float>> source_depths_;  // parallel to views_
+  std::vector<MeasuredDepthsView> source_depths_;  // parallel to views_
 };
 
 // Takes away the points that others hide: of those that land in the same few pixels, all beyond a gap in depth that at least

@@ -50,13 +50,13 @@ phi::DepthPrecision Precision() {
 void NeighborAgreement(benchmark::State& state) {
   const phi::DepthPrecision precision = Precision();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const phi::PlaneMap map = NoisyPlane();
+  const phi::MeasurementMap map = phi::AllMeasured(NoisyPlane());
   for (auto _ : state) {
     state.PauseTiming();
-    phi::PlaneMap judged = map;
+    phi::MeasurementMap judged = map;
     state.ResumeTiming();
     phi::JudgeByNeighbors(precision, &judged);
-    benchmark::DoNotOptimize(judged.data());
+    benchmark::DoNotOptimize(judged.planes.data());
   }
 }
 BENCHMARK(NeighborAgreement)->Unit(benchmark::kMillisecond);
@@ -64,7 +64,7 @@ BENCHMARK(NeighborAgreement)->Unit(benchmark::kMillisecond);
 // Every pixel has depth; the image is noise, plain in its right half.
 void OwnTexture(benchmark::State& state) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const phi::PlaneMap map(kWidth, kHeight, {{0, 0, -1}, 3});
+  const phi::MeasurementMap map = phi::AllMeasured(phi::PlaneMap(kWidth, kHeight, {{0, 0, -1}, 3}));
   phi::GrayImage image(kWidth, kHeight, 128);
   std::mt19937 random(1);
   for (int y = 0; y < kHeight; ++y) {
@@ -72,10 +72,10 @@ void OwnTexture(benchmark::State& state) {
   }
   for (auto _ : state) {
     state.PauseTiming();
-    phi::PlaneMap kept = map;
+    phi::MeasurementMap kept = map;
     state.ResumeTiming();
     phi::DropPlainPixels(image, phi::NoiseDeviation(image.view()), &kept);
-    benchmark::DoNotOptimize(kept.data());
+    benchmark::DoNotOptimize(kept.planes.data());
   }
 }
 BENCHMARK(OwnTexture)->Unit(benchmark::kMillisecond);

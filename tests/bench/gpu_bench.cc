@@ -144,9 +144,12 @@ void BM_Filter(benchmark::State& state) {
   if (!device) return;
   const Wall& wall = TheWall();
   FilterInput input;
-  input.reference = {&wall.views[0], wall.truth};
+  const auto estimate = [&] {
+    return std::make_shared<const MeasurementMap>(MeasurementMap{*wall.truth, {}});
+  };
+  input.reference = {&wall.views[0], estimate()};
   for (int i = 1; i < kNumViews; ++i) {
-    const auto map = std::make_shared<const PlaneMap>(*wall.truth);
+    const auto map = estimate();
     input.sources.push_back({&wall.views[i], [map] { return map; }});
   }
   Measure(&state, device.get(), DeviceTimes::kFilter,
@@ -159,12 +162,13 @@ void BM_Inference(benchmark::State& state) {
   const auto device = Device(&state);
   if (!device) return;
   const Wall& wall = TheWall();
-  auto measured = std::make_shared<PlaneMap>(*wall.truth);
+  PlaneMap holes = *wall.truth;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      if (x / 96 % 3 == 0) (*measured)(x, y).depth = 0;
+      if (x / 96 % 3 == 0) holes(x, y).depth = 0;
     }
   }
+  const auto measured = std::make_shared<const MeasurementMap>(AllMeasured(holes));
   const InferenceInput input = {{&wall.views[0], wall.images[0]}, wall.Sources(), measured, {}};
   Measure(&state, device.get(), DeviceTimes::kInference,
           [&] { InferOnGpu(device.get(), input, StereoOptions(), InferenceOptions()); });

@@ -55,7 +55,7 @@ EstimationInput InputOf(const RenderedScene& scene) { return MakeInput(scene, 0,
 
 FilterInput FilterInputOf(const RenderedScene& scene, const PlaneMap& map) {
   FilterInput input;
-  input.reference = {&scene.views[0], std::make_shared<const PlaneMap>(map)};
+  input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{map, {}})};
   input.sources = scene.SourceTruth(0);
   return input;
 }
@@ -132,7 +132,7 @@ TEST_P(BackendTest, FilterKeepsTheTruthAndDropsWhatContradictsIt) {
       if (is_wrong(x, y)) map(x, y).depth *= 1.2f;
     }
   }
-  const PlaneMap kept = backend_->Filter(FilterInputOf(scene, map), FilterOptions()).map;
+  const PlaneMap kept = backend_->Filter(FilterInputOf(scene, map), FilterOptions()).planes;
   for (int y = 20; y < 60; ++y) {
     for (int x = 30; x < 70; ++x) (is_wrong(x, y) ? num_kept_false : num_kept_true) += kept(x, y).depth > 0;
   }
@@ -149,28 +149,29 @@ PlaneMap TruthWithHole(const RenderedScene& scene) {
   return map;
 }
 
-InferenceInput InferenceInputOf(const RenderedScene& scene, const PlaneMap& measured) {
+InferenceInput InferenceInputOf(const RenderedScene& scene, const MeasurementMap& measured) {
   InferenceInput input;
   input.reference = scene.Image(0);
   input.sources = scene.SourceImages(0);
-  input.measured = std::make_shared<const PlaneMap>(measured);
+  input.measured = std::make_shared<const MeasurementMap>(measured);
   return input;
 }
 
 TEST_P(BackendTest, InfersThePlaneAcrossAHole) {
   const RenderedScene scene = test_support::PlaneScene(SmallScene());
-  const PlaneMap measured = TruthWithHole(scene);
+  const MeasurementMap measured = AllMeasured(TruthWithHole(scene));
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
     options.mode = mode;
     const InferenceResult result =
         backend_->Infer(InferenceInputOf(scene, measured), StereoOptions(), options);
-    EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 1e-3), 99);
+    EXPECT_GT(PercentCorrect(result.map.planes, *scene.truth[0], 1e-3), 99);
     std::size_t num_wrong_masks = 0, num_tilted = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
-      const bool hole = !(measured.data()[i].depth > 0), filled = result.map.data()[i].depth > 0 && hole;
-      num_wrong_masks += (result.filled.data()[i] != 0) != filled;
-      num_tilted += filled && Dot(result.map.data()[i].normal, scene.truth[0]->data()[i].normal) < 0.999f;
+      const PlaneHypothesis& h = result.map.planes.data()[i];
+      const bool hole = measured.states.data()[i] == PixelState::kNone, filled = h.depth > 0 && hole;
+      num_wrong_masks += IsInferred(result.map.states.data()[i]) != filled;
+      num_tilted += filled && Dot(h.normal, scene.truth[0]->data()[i].normal) < 0.999f;
     }
     EXPECT_EQ(num_wrong_masks, 0u);
     EXPECT_EQ(num_tilted, 0u);
@@ -214,7 +215,7 @@ std::size_t NumKeptWithMasks(const FilterInput& whole, const FilterOptions& opti
   auto mask = std::make_shared<Mask>(whole.reference.map->width(), whole.reference.map->height(), 255);
   std::fill(mask->data(), mask->data() + mask->size() / 2, std::uint8_t{0});
   for (SourceMap& source : input.sources) source.load_mask = [mask] { return mask; };
-  const PlaneMap kept = backend->Filter(input, options).map;
+  const PlaneMap kept = backend->Filter(input, options).planes;
   return static_cast<std::size_t>(
       std::count_if(kept.begin(), kept.end(), [](const PlaneHypothesis& h) { return h.depth > 0; }));
 }
@@ -224,41 +225,59 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
   const EstimationResult estimate = MakeBackend("cpu")->Estimate(InputOf(scene), Iterations(3));
   FilterInput input = FilterInputOf(scene, estimate.map);
   input.cost = std::make_shared<const CostMap>(estimate.cost);
-  auto filled = std::make_shared<Mask>(estimate.map.width(), estimate.map.height());
-  for (int x = 0; x < filled->width(); ++x) (*filled)(x, 40) = 255;
+  StateMap states(estimate.map.width(), estimate.map.height(), PixelState::kMeasured);
+  for (int x = 0; x < states.width(); ++x) states(x, 40) = PixelState::kInferredConfirmed;
   FilterOptions options;
   options.min_ncc = 0.5;
   options.min_triangulation_angle = 1;
   for (const bool after_inference : {false, true}) {
-    input.filled = after_inference ? filled : nullptr;
-    const FilterResult gpu = MakeBackend("cuda")->Filter(input, options);
-    const FilterResult cpu = MakeBackend("cpu")->Filter(input, options);
+    MeasurementMap map{estimate.map, {}};
+    if (after_inference) map.states = states;
+    input.reference.map = std::make_shared<const MeasurementMap>(std::move(map));
+    const MeasurementMap gpu = MakeBackend("cuda")->Filter(input, options);
+    const MeasurementMap cpu = MakeBackend("cpu")->Filter(input, options);
     std::size_t num_different = 0, num_kept = 0;
-    for (std::size_t i = 0; i < gpu.map.size(); ++i) {
-      num_different += std::memcmp(&gpu.map.data()[i], &cpu.map.data()[i], sizeof(PlaneHypothesis)) != 0 ||
-                       gpu.few_witnesses.data()[i] != cpu.few_witnesses.data()[i];
-      num_kept += cpu.map.data()[i].depth > 0;
+    for (std::size_t i = 0; i < gpu.size(); ++i) {
+      num_different +=
+          std::memcmp(&gpu.planes.data()[i], &cpu.planes.data()[i], sizeof(PlaneHypothesis)) != 0 ||
+          gpu.states.data()[i] != cpu.states.data()[i];
+      num_kept += cpu.states.data()[i] != PixelState::kNone;
     }
-    EXPECT_GT(num_kept, cpu.map.size() / 4);
-    EXPECT_LE(num_different, cpu.map.size() / 2000);  // thresholds met within rounding
+    EXPECT_GT(num_kept, cpu.size() / 4);
+    EXPECT_LE(num_different, cpu.size() / 2000);  // thresholds met within rounding
+    ASSERT_EQ(gpu.testimonies.size(), after_inference ? 0 : cpu.size());
+    ASSERT_EQ(cpu.testimonies.size(), gpu.testimonies.size());
+    const auto num_unlike = [&](auto count) {
+      std::size_t sum = 0;
+      for (std::size_t i = 0; i < cpu.testimonies.size(); ++i) {
+        sum += gpu.testimonies.data()[i].*count != cpu.testimonies.data()[i].*count;
+      }
+      return sum;
+    };
+    EXPECT_LE(num_unlike(&Testimonies::num_confirming), cpu.size() / 1000);
+    EXPECT_LE(num_unlike(&Testimonies::num_close), cpu.size() / 1000);
+    EXPECT_LE(num_unlike(&Testimonies::num_contradicting), cpu.size() / 1000);
     const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
     // After inference measured pixels are not asked again.
     if (!after_inference) {
       EXPECT_LT(with_masks, num_kept * 3 / 4);
     }
     EXPECT_NEAR(NumKeptWithMasks(input, options, MakeBackend("cuda").get()), with_masks,
-                cpu.map.size() / 2000.0);
+                static_cast<double>(cpu.size()) / 2000);
   }
 }
 
 // Energies are integers, so a field solved on the GPU is the CPU's field; costs differ by what the texture units round.
 TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
   const RenderedScene scene = test_support::SphereScene();
-  PlaneMap measured = *scene.truth[0];
+  MeasurementMap measured = AllMeasured(*scene.truth[0]);
   for (int y = 0; y < measured.height(); ++y) {
     for (int x = 0; x < measured.width(); ++x) {
-      if ((x / 14 + y / 10) % 2 == 1) measured(x, y).depth = 0;
-      if (x / 14 % 3 == 1) measured(x, y).depth *= -1;  // doubtful
+      PixelState& state = measured.states(x, y);
+      if (state == PixelState::kNone) continue;
+      if (x / 14 % 3 == 1) state = PixelState::kClue;
+      if (y / 10 % 5 == 4) state = PixelState::kUnsure;
+      if ((x / 14 + y / 10) % 2 == 1) measured.Drop(static_cast<std::size_t>(y) * measured.width() + x);
     }
   }
   const InferenceInput input = InferenceInputOf(scene, measured);
@@ -282,9 +301,10 @@ TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
                 5e-3 * cpu.statistics.num_nodes);
     std::size_t num_different = 0, num_filled = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
-      const float depth = cpu.map.data()[i].depth;
-      num_filled += cpu.filled.data()[i] != 0;
-      num_different += std::abs(gpu.map.data()[i].depth - depth) > 1e-3f * depth;
+      const float depth = cpu.map.planes.data()[i].depth;
+      num_filled += IsInferred(cpu.map.states.data()[i]);
+      num_different += std::abs(gpu.map.planes.data()[i].depth - depth) > 1e-3f * depth ||
+                       IsInferred(gpu.map.states.data()[i]) != IsInferred(cpu.map.states.data()[i]);
     }
     EXPECT_GT(num_filled, measured.size() / 4);
     EXPECT_LE(num_different, measured.size() / 200);

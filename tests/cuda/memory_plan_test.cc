@@ -217,19 +217,18 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth *= 1 + 0.002f * static_cast<float>(x);
   }
   FilterInput input;
-  input.reference = {&scene.views[0], std::make_shared<const PlaneMap>(map)};
+  StateMap states(kWidth, kHeight, PixelState::kMeasured);
+  for (int x = 0; x < kWidth; ++x) states(x, 50) = PixelState::kInferredConfirmed;
+  input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{map, states})};
   input.sources = scene.SourceTruth(0);
-  auto filled = std::make_shared<Mask>(kWidth, kHeight);
-  for (int x = 0; x < kWidth; ++x) (*filled)(x, 50) = 255;
-  input.filled = filled;
   FilterOptions options;
   options.min_num_consistent = 3;
   options.min_num_consistent_inferred = 2;
-  // The map and two of the others, a mask of what is filled, a pixel's state and its verdict.
+  // The map and two of the others, the map's states, a pixel's state between turns and its verdict.
   const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 4);
   EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
   DeviceResources ample(QueryDevice(0), 0);
-  const PlaneMap whole = FilterOnGpu(&ample, input, options).map;
+  const PlaneMap whole = FilterOnGpu(&ample, input, options).planes;
   std::size_t num_kept = 0;
   for (const PlaneHypothesis& h : whole) num_kept += h.depth > 0;
   EXPECT_GT(num_kept, whole.size() / 4);
@@ -238,7 +237,7 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
     const std::int64_t budget = smallest + (num_sources - 1) * std::int64_t{kWidth} * kHeight * 16;
     EXPECT_EQ(PlanFilter(input, budget, TestTask()).num_sources_at_once, num_sources);
     DeviceResources scarce(QueryDevice(0), budget);
-    const PlaneMap parts = FilterOnGpu(&scarce, input, options).map;
+    const PlaneMap parts = FilterOnGpu(&scarce, input, options).planes;
     EXPECT_EQ(std::memcmp(whole.data(), parts.data(), whole.bytes()), 0) << num_sources << " at once";
   }
 }

@@ -57,26 +57,31 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
   for (int y = 0; y < holes.height(); ++y) {
     for (int x = 0; x < holes.width(); ++x) {
       if ((x / 14 + y / 10) % 2 == 1) holes(x, y).depth = 0;
-      if (x / 14 % 3 == 1) holes(x, y).depth *= -1;  // doubtful: no support here
     }
   }
   FilterInput filter_input;
-  filter_input.reference = {&scene.views[0], std::make_shared<const PlaneMap>(holes)};
+  filter_input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{holes, {}})};
   filter_input.sources = scene.SourceTruth(0);
   FilterOptions filter;
   filter.formulas = Formulas::kPaper;
   filter.max_depth_error = 0.02;
-  const PlaneMap measured = cpu_->Filter(filter_input, filter).map, on_gpu = gpu_->Filter(filter_input, filter).map;
+  MeasurementMap measured = cpu_->Filter(filter_input, filter);
+  const PlaneMap on_gpu = gpu_->Filter(filter_input, filter).planes;
   std::size_t num_different = 0;
   for (std::size_t i = 0; i < measured.size(); ++i) {
-    num_different += std::memcmp(&measured.data()[i], &on_gpu.data()[i], sizeof(PlaneHypothesis)) != 0;
+    num_different += std::memcmp(&measured.planes.data()[i], &on_gpu.data()[i], sizeof(PlaneHypothesis)) != 0;
   }
   EXPECT_LE(num_different, measured.size() / 2000);  // thresholds met within rounding
 
+  for (int y = 0; y < holes.height(); ++y) {
+    for (int x = 0; x < holes.width(); ++x) {  // doubtful pixels are no supports here
+      if (x / 14 % 3 == 1 && IsMeasured(measured.states(x, y))) measured.states(x, y) = PixelState::kClue;
+    }
+  }
   InferenceInput input;
   input.reference = scene.Image(0);
   input.sources = scene.SourceImages(0);
-  input.measured = std::make_shared<const PlaneMap>(measured);
+  input.measured = std::make_shared<const MeasurementMap>(measured);
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
     options.formulas = Formulas::kPaper;
@@ -87,9 +92,9 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
     std::size_t num_filled = 0;
     num_different = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
-      const float depth = cpu.map.data()[i].depth;
-      num_filled += cpu.filled.data()[i] != 0;
-      num_different += std::abs(gpu.map.data()[i].depth - depth) > 1e-3f * depth;
+      const float depth = cpu.map.planes.data()[i].depth;
+      num_filled += IsInferred(cpu.map.states.data()[i]);
+      num_different += std::abs(gpu.map.planes.data()[i].depth - depth) > 1e-3f * depth;
     }
     EXPECT_GT(num_filled, measured.size() / 4);
     EXPECT_LE(num_different, measured.size() / 100);

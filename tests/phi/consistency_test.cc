@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "phi/cpu/cpu_filter.h"
-#include "phi/filtering/filled_value.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
 
@@ -114,18 +113,30 @@ TEST_F(ConsistencyTest, ALengthTakesThePlaceOfTheRelativeError) {
 class FilterTest : public ConsistencyTest {
  protected:
   FilterTest() {
-    input_.reference = {&reference_view_, std::make_shared<PlaneMap>(map_)};
+    SetStates({});
     AddSource();
+  }
+  // Of the reference's map; empty: an estimate.
+  void SetStates(const StateMap& states) {
+    input_.reference = {&reference_view_,
+                        std::make_shared<const MeasurementMap>(MeasurementMap{map_, states})};
   }
   void AddSource() { AddMap(2); }
   void AddContradictingSource() { AddMap(2.4f); }
   // Another source view at the same place, whose map is a plane at this depth.
   void AddMap(float depth) {
     input_.sources.push_back(
-        {&source_view_,
-         [map = std::make_shared<PlaneMap>(80, 60, PlaneHypothesis{{0, 0, -1}, depth})] { return map; }});
+        {&source_view_, [map = Estimate(PlaneMap(80, 60, {{0, 0, -1}, depth}))] { return map; }});
   }
-  bool Keeps(int x, int y) const { return FilterOnCpu(input_, options_).map(x, y).depth > 0; }
+  static std::shared_ptr<const MeasurementMap> Estimate(const PlaneMap& map) {
+    return std::make_shared<const MeasurementMap>(MeasurementMap{map, {}});
+  }
+  PixelState StateAt(int x, int y) const {
+    const MeasurementMap kept = FilterOnCpu(input_, options_);
+    EXPECT_EQ(kept.planes(x, y).depth > 0, kept.states(x, y) != PixelState::kNone);
+    return kept.states(x, y);
+  }
+  bool Keeps(int x, int y) const { return StateAt(x, y) != PixelState::kNone; }
 
   const SceneView reference_view_{"a", 1, reference_}, source_view_{"b", 2, source_};
   FilterInput input_;
@@ -142,28 +153,23 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   input_.cost = std::make_shared<CostMap>(80, 60, 1.0f);
   options_.min_ncc = 0.1;
   EXPECT_FALSE(Keeps(60, 30));
-  input_.filled = std::make_shared<Mask>(80, 60, kInferredConfirmed);
+  SetStates(StateMap(80, 60, PixelState::kInferredConfirmed));
   EXPECT_TRUE(Keeps(60, 30));
 }
 
 // One view confirms, and no other one could: the pixel is kept, and said to have few witnesses.
 TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
-  const auto verdict = [&] {
-    const FilterResult result = FilterOnCpu(input_, options_);
-    if (!(result.map(60, 30).depth > 0)) return FilterVerdict::kDropped;
-    return result.few_witnesses(60, 30) != 0 ? FilterVerdict::kFewWitnesses : FilterVerdict::kKept;
-  };
-  EXPECT_EQ(verdict(), FilterVerdict::kFewWitnesses);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
   AddSource();
-  EXPECT_EQ(verdict(), FilterVerdict::kKept);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
   input_.sources.pop_back();
   AddContradictingSource();  // it sees another surface behind
-  EXPECT_EQ(verdict(), FilterVerdict::kDropped);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
   input_.sources.pop_back();
   AddMap(1.9f);  // 5 % before the point: hidden from this one
-  EXPECT_EQ(verdict(), FilterVerdict::kFewWitnesses);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
   options_.formulas = Formulas::kPaper;
-  EXPECT_EQ(verdict(), FilterVerdict::kDropped);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
 }
 
 // The pixel's depth falls on the sources' pixel (35, 30): 25 pixels to the left of its own. Its mask may have taken away what
@@ -218,7 +224,7 @@ TEST_F(FilterTest, ViewsThatCannotSeeAreNoWitnesses) {
 TEST_F(FilterTest, MeasuredPixelsAreNotAskedForAgain) {
   AddContradictingSource();
   EXPECT_FALSE(Keeps(60, 30));
-  input_.filled = std::make_shared<Mask>(80, 60, kMeasuredPixel);
+  SetStates(StateMap(80, 60, PixelState::kMeasured));
   EXPECT_TRUE(Keeps(60, 30));
   options_.formulas = Formulas::kPaper;
   EXPECT_FALSE(Keeps(60, 30));
@@ -228,9 +234,9 @@ TEST_F(FilterTest, InferredPixelsHaveTheirOwnNumberOfViews) {
   AddContradictingSource();
   options_.min_num_consistent_inferred = 1;
   EXPECT_FALSE(Keeps(60, 30));
-  for (const std::uint8_t value : {kInferredConfirmed, kInferredAlone}) {
-    input_.filled = std::make_shared<Mask>(80, 60, value);
-    EXPECT_TRUE(Keeps(60, 30));
+  for (const PixelState state : {PixelState::kInferredConfirmed, PixelState::kInferredAlone}) {
+    SetStates(StateMap(80, 60, state));
+    EXPECT_EQ(StateAt(60, 30), PixelState::kInferredConfirmed) << "the filter found a view that agrees";
   }
 }
 
@@ -272,10 +278,11 @@ TEST_F(FilterTest, HoldsOneSourceMapAtATime) {
     input_.sources.push_back({&source_view_, [&] {
                                 ++num_loads;
                                 most_held = std::max(most_held, ++num_held);
-                                return std::shared_ptr<PlaneMap>(new PlaneMap(map_), [&](PlaneMap* map) {
-                                  --num_held;
-                                  delete map;
-                                });
+                                return std::shared_ptr<MeasurementMap>(new MeasurementMap{map_, {}},
+                                                                       [&](MeasurementMap* map) {
+                                                                         --num_held;
+                                                                         delete map;
+                                                                       });
                               }});
   }
   options_.min_num_consistent = 20;
@@ -288,43 +295,44 @@ TEST_F(FilterTest, HoldsOneSourceMapAtATime) {
 // Sources of which every pixel has another number that confirm it, from none to all.
 TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
   constexpr int kNumSources = 7;
-  std::vector<std::shared_ptr<PlaneMap>> maps;
+  std::vector<std::shared_ptr<MeasurementMap>> maps;
   input_.sources.clear();
   for (int j = 0; j < kNumSources; ++j) {
-    maps.push_back(std::make_shared<PlaneMap>(map_));
+    maps.push_back(std::make_shared<MeasurementMap>(MeasurementMap{map_, {}}));
     for (int y = 0; y < 60; ++y) {
-      for (int x = 0; x < 80; ++x) (*maps[j])(x, y).depth *= (x + 3 * y) % (kNumSources + 1) > j ? 1 : 1.2f;
+      for (int x = 0; x < 80; ++x)
+        maps[j]->planes(x, y).depth *= (x + 3 * y) % (kNumSources + 1) > j ? 1 : 1.2f;
     }
     input_.sources.push_back({&source_view_, [map = maps[j]] { return map; }});
   }
-  auto filled = std::make_shared<Mask>(80, 60, kInferredAlone);
-  for (int x = 0; x < 80; ++x) (*filled)(x, 20) = kMeasuredPixel;
-  input_.filled = filled;
+  StateMap reference_states(80, 60, PixelState::kInferredAlone);
+  for (int x = 0; x < 80; ++x) reference_states(x, 20) = PixelState::kMeasured;
+  SetStates(reference_states);
   options_.min_num_consistent = 3;
   options_.min_num_consistent_inferred = 5;
-  const PlaneMap whole = FilterOnCpu(input_, options_).map;
+  const PlaneMap whole = FilterOnCpu(input_, options_).planes;
   const auto num_kept = std::count_if(whole.begin(), whole.end(), [](const auto& h) { return h.depth > 0; });
   EXPECT_GT(num_kept, 80 * 60 / 4);
   EXPECT_LT(num_kept, 80 * 60 * 3 / 4);
 
   const FilterReference reference = MakeFilterReference(input_, options_);
   for (const int turn_size : {1, 2, 3, kNumSources}) {
-    Array2D<FilterState> states(80, 60);
+    Array2D<Testimonies> testimonies(80, 60);
     for (int begin = 0; begin < kNumSources; begin += turn_size) {
       std::vector<FilterSource> sources;
       for (int j = begin; j < std::min(begin + turn_size, kNumSources); ++j) {
-        sources.push_back({view_, maps[j]->view()});
+        sources.push_back({view_, maps[j]->planes.view()});
       }
       const FilterTurn turn{sources.data(), static_cast<int>(sources.size())};
       for (int y = 0; y < 60; ++y) {
-        for (int x = 0; x < 80; ++x) AskSources(reference, turn, x, y, &states(x, y));
+        for (int x = 0; x < 80; ++x) AskSources(reference, turn, x, y, &testimonies(x, y));
       }
     }
     Array2D<FilterVerdict> verdicts(80, 60);
     for (int y = 0; y < 60; ++y) {
-      for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, states(x, y));
+      for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
     }
-    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data()).map;
+    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data(), testimonies.data()).planes;
     EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
 }

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "phi/geometry/plane_hypothesis.h"
+
 namespace phi {
 namespace {
 

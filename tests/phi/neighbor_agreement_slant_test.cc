@@ -2,6 +2,7 @@
 // by up to a fifth from pixel to pixel. Expected values come from the plane's equation.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "phi/filtering/neighbor_agreement.h"
@@ -27,19 +28,22 @@ PlaneMap Plane(const Vec3f& n, double offset) {
   return map;
 }
 
-int CountDepths(const PlaneMap& map) {
-  int count = 0;
-  for (const PlaneHypothesis& h : map) count += h.depth > 0;
-  return count;
+StateMap Judged(const PlaneMap& planes) {
+  MeasurementMap map = AllMeasured(planes);
+  JudgeByNeighbors(kPrecision, &map);
+  return map.states;
+}
+
+int CountMeasured(const PlaneMap& map) {
+  const StateMap states = Judged(map);
+  return static_cast<int>(std::count(states.begin(), states.end(), PixelState::kMeasured));
 }
 
 // The steepest pixels see their plane at 82 degrees from its normal.
 TEST(NeighborAgreementOnASlant, EveryPixelOfThePlaneStays) {
   for (const Vec3f n : {Vec3f{0.83f, 0, -0.5577634f}, Vec3f{0, 0.83f, -0.5577634f},
                         Vec3f{-0.83f, 0, -0.5577634f}, Vec3f{0, -0.83f, -0.5577634f}}) {
-    PlaneMap map = Plane(n, -2);
-    JudgeByNeighbors(kPrecision, &map);
-    EXPECT_EQ(CountDepths(map), kSide * kSide) << n.x << ", " << n.y;
+    EXPECT_EQ(CountMeasured(Plane(n, -2)), kSide * kSide) << n.x << ", " << n.y;
   }
 }
 
@@ -50,8 +54,7 @@ TEST(NeighborAgreementOnASlant, ThreeThousandthsOffThePlaneIsTheLimit) {
     for (const float error : {-0.0028f, 0.0028f, -0.0032f, 0.0032f}) {
       PlaneMap map = Plane(n, -2);
       map(x, 9).depth *= 1 + error;
-      JudgeByNeighbors(kPrecision, &map);
-      EXPECT_EQ(map(x, 9).depth > 0, std::abs(error) < 0.003f) << x << ", " << error;
+      EXPECT_EQ(Judged(map)(x, 9) == PixelState::kMeasured, std::abs(error) < 0.003f) << x << ", " << error;
     }
   }
 }
@@ -65,8 +68,7 @@ TEST(NeighborAgreementOnASlant, AThinBarInFrontGoesAndAWideOneStays) {
     for (int y = 0; y < kSide; ++y) {
       for (int x = 9; x < 9 + width; ++x) map(x, y).depth = DepthAt(n, -1.98, x, y);
     }
-    JudgeByNeighbors(kPrecision, &map);
-    EXPECT_EQ(CountDepths(map), kSide * (width == 1 ? kSide - 1 : kSide)) << width;
+    EXPECT_EQ(CountMeasured(map), kSide * (width == 1 ? kSide - 1 : kSide)) << width;
   }
 }
 

@@ -1,5 +1,7 @@
 #include "phi/filtering/neighbor_agreement.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "phi/geometry/camera.h"
@@ -24,16 +26,16 @@ PlaneMap Plane(Vec3f normal, float offset) {
 
 PlaneMap Wall(float depth) { return Plane({0, 0, -1}, -depth); }
 
-int CountDepths(const PlaneMap& map) {
-  int count = 0;
-  for (const PlaneHypothesis& h : map) count += h.depth > 0;
-  return count;
+MeasurementMap Judged(const PlaneMap& planes, const DepthPrecision& precision = kPrecision) {
+  MeasurementMap map = AllMeasured(planes);
+  DropLonelyPixels(precision, &map);
+  return map;
 }
 
-int CountKept(PlaneMap map) {
-  JudgeByNeighbors(kPrecision, &map);
-  return CountDepths(map);
+int CountMeasured(const MeasurementMap& map) {
+  return static_cast<int>(std::count(map.states.begin(), map.states.end(), PixelState::kMeasured));
 }
+int CountKept(const PlaneMap& map) { return CountMeasured(Judged(map)); }
 
 // Along x the depth changes by 7.5 % in 10 pixels: neighbours 2 pixels away differ by 1.5 %, but lie on one plane.
 TEST(NeighborAgreement, ASlantedPlaneStays) {
@@ -44,10 +46,11 @@ TEST(NeighborAgreement, APixelOffItsSurfaceGoesAndItsNeighboursStay) {
   for (const float error : {-0.0031f, 0.0032f}) {
     PlaneMap map = Wall(3);
     map(8, 12).depth *= 1 + error;
-    JudgeByNeighbors(kPrecision, &map);
-    EXPECT_EQ(map(8, 12).depth, 0);
-    EXPECT_EQ(map(8, 12).normal.z, 0);
-    EXPECT_EQ(CountDepths(map), kSide * kSide - 1);
+    const MeasurementMap judged = Judged(map);
+    EXPECT_EQ(judged.states(8, 12), PixelState::kNone);
+    EXPECT_EQ(judged.planes(8, 12).depth, 0);
+    EXPECT_EQ(judged.planes(8, 12).normal.z, 0);
+    EXPECT_EQ(CountMeasured(judged), kSide * kSide - 1);
   }
   PlaneMap map = Wall(3);
   map(8, 12).depth *= 1.0025f;
@@ -72,9 +75,9 @@ TEST(NeighborAgreement, ASquareLosesItsCornerPixel) {
   for (int y = 10; y < kSide; ++y) {
     for (int x = 10; x < kSide; ++x) map(x, y).depth = 2.7f;
   }
-  JudgeByNeighbors(kPrecision, &map);
-  EXPECT_EQ(map(10, 10).depth, 0);
-  EXPECT_EQ(CountDepths(map), kSide * kSide - 1);
+  const MeasurementMap judged = Judged(map);
+  EXPECT_EQ(judged.planes(10, 10).depth, 0);
+  EXPECT_EQ(CountMeasured(judged), kSide * kSide - 1);
 }
 
 // All depths are the wall's, but planes of all others fall by 45 degrees: 1 % a pixel, so that only those in the pixel's own
@@ -82,74 +85,42 @@ TEST(NeighborAgreement, ASquareLosesItsCornerPixel) {
 TEST(NeighborAgreement, APlaneCountsAndNotItsDepthAlone) {
   const float s = 0.70710678f;
   PlaneMap map(kSide, kSide, {{s, 0, -s}, 3});
-  JudgeByNeighbors(kPrecision, &map);
+  const MeasurementMap judged = Judged(map);
   for (int y = 2; y < kSide - 2; ++y) {
-    for (int x = 2; x < kSide - 2; ++x) EXPECT_EQ(map(x, y).depth, 0) << x << ", " << y;
+    for (int x = 2; x < kSide - 2; ++x) EXPECT_EQ(judged.planes(x, y).depth, 0) << x << ", " << y;
   }
 }
 
-// Twelve neighbours contradict; eleven are too few for that, and leave a doubt.
-TEST(NeighborAgreement, FewNeighboursDoNotContradict) {
-  for (const int num_neighbors : {11, 12}) {
+// Eight neighbours agree. Of 20 that are eight 40 %, of 21 less.
+TEST(NeighborAgreement, FourOfTenNeighboursAreEnough) {
+  for (const int num_others : {12, 13}) {
     PlaneMap map(kSide, kSide);
-    map(10, 10) = {{0, 0, -1}, 2.7f};
-    for (int i = 0; i < num_neighbors; ++i) map(8 + i % 5, i < 10 ? 8 + i / 5 : 12) = {{0, 0, -1}, 3};
-    JudgeByNeighbors(kPrecision, &map);
-    EXPECT_EQ(map(10, 10).depth, num_neighbors < 12 ? -2.7f : 0) << num_neighbors;
-    EXPECT_EQ(map(10, 10).normal.z, num_neighbors < 12 ? -1 : 0) << num_neighbors;
-  }
-}
-
-// A patch of a wall: the corner pixel of three by three has its eight neighbours and stays, of two by four all are doubtful.
-TEST(NeighborAgreement, WhatStandsAloneIsDoubtful) {
-  for (const int width : {3, 2}) {
-    PlaneMap map(kSide, kSide);
-    for (int y = 8; y < (width == 3 ? 11 : 12); ++y) {
-      for (int x = 8; x < 8 + width; ++x) map(x, y) = {{0, 0, -1}, 3};
+    map(10, 10) = {{0, 0, -1}, 3};
+    int placed = 0;
+    for (int y = 8; y <= 12; ++y) {
+      for (int x = 8; x <= 12; ++x) {
+        if ((x == 10 && y == 10) || placed == 8 + num_others) continue;
+        map(x, y) = {{0, 0, -1}, placed < 8 ? 3.0f : 2.7f};
+        ++placed;
+      }
     }
-    JudgeByNeighbors(kPrecision, &map);
-    EXPECT_EQ(CountDepths(map), width == 3 ? 9 : 0);
-    EXPECT_EQ(map(8, 8).depth, width == 3 ? 3 : -3);
+    EXPECT_EQ(Judged(map).states(10, 10), num_others == 12 ? PixelState::kMeasured : PixelState::kNone) << num_others;
   }
 }
 
-// A checkerboard of two depths: at a pixel 12 of 24 neighbours are of its own. All are judged by the map as it was.
-TEST(NeighborAgreement, JudgesTheMapAsItWas) {
-  PlaneMap map = Wall(3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = (y % 2); x < kSide; x += 2) map(x, y).depth = 2.7f;
-  }
-  JudgeByNeighbors(kPrecision, &map);
-  for (int y = 2; y < kSide - 2; ++y) {
-    for (int x = 2; x < kSide - 2; ++x) EXPECT_GT(map(x, y).depth, 0);
-  }
-  // Three columns of four at 3, one at 2.7: the latter has 4 of 24 on its side in 5 columns, and goes whole.
-  map = Wall(3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; x += 4) map(x, y).depth = 2.7f;
-  }
-  JudgeByNeighbors(kPrecision, &map);
-  for (int x = 4; x < kSide - 2; ++x) EXPECT_EQ(map(x, 10).depth > 0, x % 4 != 0) << x;
-}
-
-// Depths that differ by 0.6 % from row to row. A match of 0.15 pixels tells them to 0.09 % with a baseline of 5, where they
-// contradict each other, and to 0.9 % with one of 0.5, where they do not.
-TEST(NeighborAgreement, ShortBaselinesTellLess) {
-  for (const double baseline : {5.0, 0.5}) {
-    Camera reference;
-    reference.pinhole = {kSide, kSide, 100, 100, 10.5, 10.5};
-    Camera source = reference;
-    source.pinhole.width = 800;  // sees all
-    source.pinhole.cx = 400;
-    source.pose.translation = {-baseline, 0, 0};
-    const DepthPrecision precision(kRays, {MakeRelativeView(reference, source)});
-    PlaneMap map = Wall(3);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) map(x, y).depth *= y % 3 == 0 ? 1.012f : y % 3 == 1 ? 1.006f : 1;
-    }
-    JudgeByNeighbors(precision, &map);
-    const bool all_agree = CountDepths(map) == kSide * kSide;
-    EXPECT_EQ(all_agree, baseline == 0.5) << CountDepths(map);
+// Seven agree and nobody contradicts; eight are a third of all.
+TEST(NeighborAgreement, WhatStandsAloneGoesAndOthersKeepTheirState) {
+  for (const int num_neighbors : {7, 8}) {
+    MeasurementMap map = AllMeasured(PlaneMap(kSide, kSide));
+    const auto put = [&](int x, int y) {
+      map.planes(x, y) = {{0, 0, -1}, 3};
+      map.states(x, y) = PixelState::kUnsure;
+    };
+    put(10, 10);
+    for (int i = 0; i < num_neighbors; ++i) put(8 + i % 5, 8 + i / 5);
+    DropLonelyPixels(kPrecision, &map);
+    EXPECT_EQ(map.states(10, 10), num_neighbors == 8 ? PixelState::kUnsure : PixelState::kNone) << num_neighbors;
+    EXPECT_EQ(map.planes(10, 10).depth, num_neighbors == 8 ? 3 : 0) << num_neighbors;
   }
 }
 

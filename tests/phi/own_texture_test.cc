@@ -24,10 +24,10 @@ GrayImage Stripes(std::uint8_t bright) {
 }
 
 double KeptShare(const GrayImage& image) {
-  PlaneMap map(image.width(), image.height(), {{0, 0, -1}, 3});
+  MeasurementMap map = AllMeasured(PlaneMap(image.width(), image.height(), {{0, 0, -1}, 3}));
   DropPlainPixels(image, NoiseDeviation(image.view()), &map);
   int kept = 0;
-  for (const PlaneHypothesis& h : map) kept += h.depth > 0;
+  for (const PlaneHypothesis& h : map.planes) kept += h.depth > 0;
   return static_cast<double>(kept) / static_cast<double>(map.size());
 }
 
@@ -77,13 +77,13 @@ TEST(OwnTexture, TextureStaysWhereNoiseIs) {
   for (int y = 0; y < 200; ++y) {
     for (int x = 100; x < 200; ++x) image(x, y) = x / 3 % 2 == 0 ? 108 : 148;
   }
-  PlaneMap map(200, 200, {{0, 0, -1}, 3});
+  MeasurementMap map = AllMeasured(PlaneMap(200, 200, {{0, 0, -1}, 3}));
   const GrayImage noisy = AddNoise(image, 8);
   DropPlainPixels(noisy, NoiseDeviation(noisy.view()), &map);
   int num_plain = 0;
   for (int y = 0; y < 200; ++y) {
-    for (int x = 0; x < 95; ++x) num_plain += map(x, y).depth > 0;
-    for (int x = 100; x < 200; ++x) EXPECT_GT(map(x, y).depth, 0) << x << ", " << y;
+    for (int x = 0; x < 95; ++x) num_plain += map.planes(x, y).depth > 0;
+    for (int x = 100; x < 200; ++x) EXPECT_GT(map.planes(x, y).depth, 0) << x << ", " << y;
   }
   EXPECT_LT(num_plain, 0.3 * 95 * 200);
 }
@@ -94,9 +94,9 @@ TEST(OwnTexture, AnEdgeBelongsToThePixelsBesideIt) {
   for (int y = 0; y < kSide; ++y) {
     for (int x = 20; x < kSide; ++x) image(x, y) = 255;
   }
-  PlaneMap map(kSide, kSide, {{0, 0, -1}, 3});
+  MeasurementMap map = AllMeasured(PlaneMap(kSide, kSide, {{0, 0, -1}, 3}));
   DropPlainPixels(image, NoiseDeviation(image.view()), &map);
-  for (int x = 0; x < kSide; ++x) EXPECT_EQ(map(x, 7).depth > 0, x >= 17 && x <= 22) << x;
+  for (int x = 0; x < kSide; ++x) EXPECT_EQ(map.planes(x, 7).depth > 0, x >= 17 && x <= 22) << x;
 }
 
 TEST(OwnTexture, DropsDepthAndNormalOfPlainPixelsOnly) {
@@ -104,14 +104,15 @@ TEST(OwnTexture, DropsDepthAndNormalOfPlainPixelsOnly) {
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < 20; ++x) image(x, y) = 90;
   }
-  PlaneMap map(kSide, kSide, {{0, 0, -1}, 3});
-  map(30, 15).depth = 0;
+  PlaneMap planes(kSide, kSide, {{0, 0, -1}, 3});
+  planes(30, 15).depth = 0;
+  MeasurementMap map = AllMeasured(planes);
   DropPlainPixels(image, NoiseDeviation(image.view()), &map);
-  EXPECT_EQ(map(5, 5).depth, 0);
-  EXPECT_EQ(map(5, 5).normal.z, 0);
-  EXPECT_EQ(map(30, 5).depth, 3);
-  EXPECT_EQ(map(30, 5).normal.z, -1);
-  EXPECT_EQ(map(30, 15).depth, 0);
+  EXPECT_EQ(map.planes(5, 5).depth, 0);
+  EXPECT_EQ(map.planes(5, 5).normal.z, 0);
+  EXPECT_EQ(map.planes(30, 5).depth, 3);
+  EXPECT_EQ(map.planes(30, 5).normal.z, -1);
+  EXPECT_EQ(map.planes(30, 15).depth, 0);
 }
 
 }  // namespace

@@ -59,38 +59,43 @@ class FakeBackend : public phi::Backend {
   }
 
   // Depth of the reference plus a share of the sources' depths: shows which maps a filter has read.
-  phi::FilterResult Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
+  phi::MeasurementMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
     const Call call(this, "filter", *input.reference.view);
     ++calls_.filters;
     if (calls_.on_filter) calls_.on_filter(input);
-    std::vector<std::shared_ptr<const phi::PlaneMap>> maps;
+    std::vector<std::shared_ptr<const phi::MeasurementMap>> maps;
     for (const phi::SourceMap& source : input.sources) {
       maps.push_back(source.load != nullptr ? source.load() : nullptr);
     }
-    phi::PlaneMap map = *input.reference.map;
-    const phi::Mask few_witnesses(map.width(), map.height());
+    const phi::MeasurementMap& reference = *input.reference.map;
+    phi::PlaneMap map = reference.planes;
     if (input.reference.view->name == calls_.emptied) {
-      return {phi::PlaneMap(map.width(), map.height()), few_witnesses};
+      return phi::AllMeasured(phi::PlaneMap(map.width(), map.height()));
     }
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
       if (!(depth > 0)) continue;
-      for (const auto& source : maps) depth += source ? 0.1f * source->data()[i].depth : 3;
+      for (const auto& source : maps) depth += source ? 0.1f * source->planes.data()[i].depth : 3;
       if (i % 7 == 0) map.data()[i] = {};
     }
-    return {std::move(map), few_witnesses};
+    phi::MeasurementMap kept = phi::AllMeasured(std::move(map));
+    for (std::size_t i = 0; i < kept.size() && !reference.states.empty(); ++i) {
+      const phi::PixelState state = reference.states.data()[i];
+      if (kept.states.data()[i] != phi::PixelState::kNone && phi::IsInferred(state))
+        kept.states.data()[i] = state;
+    }
+    return kept;
   }
 
   phi::InferenceResult Infer(const phi::InferenceInput& input, const phi::StereoOptions&,
                              const phi::InferenceOptions&) override {
     const Call call(this, "infer", *input.reference.view);
     ++calls_.inferences;
-    phi::InferenceResult result{
-        *input.measured, phi::Mask(input.measured->width(), input.measured->height()), {}};
+    phi::InferenceResult result{*input.measured, {}};
     for (std::size_t i = 0; i < result.map.size(); ++i) {
-      if (result.map.data()[i].depth > 0) continue;
-      result.map.data()[i] = {{0, 0, -1}, 1000};
-      result.filled.data()[i] = 255;
+      if (phi::IsEvidence(result.map.states.data()[i])) continue;
+      result.map.planes.data()[i] = {{0, 0, -1}, 1000};
+      result.map.states.data()[i] = phi::PixelState::kInferredConfirmed;
     }
     return result;
   }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "colmap_ext/map_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "tests/support/run_on_workspace.h"
 
 namespace test_support {
@@ -43,7 +43,7 @@ ProgramResult RoomRun::RunStereo(const std::vector<std::string>& options) const 
 
 phi::Array2D<float> RoomRun::Depth(int view, const std::string& kind) const {
   const std::string file = room_.scene.views[view].name + "." + kind + ".bin";
-  return colmap_ext::ReadDepthMap(dense() / "stereo/depth_maps" / file);
+  return colmap_ext::ReadPublishedDepths(dense() / "stereo/depth_maps" / file);
 }
 
 RoomScore ScoreRoom(const RoomRun& run) {

@@ -34,7 +34,7 @@ class DyingBackend : public FakeBackend {
     TakeCall();
     return FakeBackend::Estimate(input, options);
   }
-  phi::FilterResult Filter(const phi::FilterInput& input, const phi::FilterOptions& options) override {
+  phi::MeasurementMap Filter(const phi::FilterInput& input, const phi::FilterOptions& options) override {
     TakeCall();
     return FakeBackend::Filter(input, options);
   }

@@ -1,5 +1,5 @@
-#include "colmap_ext/byte_count.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
+#include "colmap_ext/byte_count.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +16,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
@@ -239,11 +240,11 @@ TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   const RunSummary summary = Run();
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
   EXPECT_LE(summary.peak_cache_bytes, (3 + 5) * map_bytes);
-  // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths,
-  // images, and masks of what is filled and of what few views see.
+  // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths, the
+  // states of these three, and images.
   options_.cache_gigabytes = 1;
   options_.stereo.seed = 1;
-  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 3 * map_bytes / 16));
+  EXPECT_EQ(Run().peak_cache_bytes, kNumImages * (2 * map_bytes + map_bytes / 4 + 4 * map_bytes / 16));
 }
 
 TEST_F(StereoPipelineTest, SecondRunMakesNothing) {
@@ -510,11 +511,9 @@ TEST_F(StereoPipelineTest, WithoutInferenceTheGeometricMapsAreTheMeasuredOnes) {
   options_.inference.mode = phi::InferenceMode::kOff;
   Run();
   EXPECT_EQ(calls_.inferences, 0);
-  const phi::DepthMap measured = ReadDepthMap(DepthPath(0, "measured"));
+  const phi::DepthMap measured = ReadPublishedDepths(DepthPath(0, "measured"));  // without the doubtful ones
   const phi::DepthMap geometric = ReadDepthMap(DepthPath(0, "geometric"));
-  for (std::size_t i = 0; i < measured.size(); ++i) {
-    ASSERT_EQ(geometric.data()[i], std::max(measured.data()[i], 0.0f));  // without the doubtful ones
-  }
+  for (std::size_t i = 0; i < measured.size(); ++i) ASSERT_EQ(geometric.data()[i], measured.data()[i]);
 }
 
 // A plain image measures nothing, whatever comes after.

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "phi/filtering/filled_value.h"
 #include "phi/geometry/camera.h"
 
 namespace phi {
@@ -23,64 +22,65 @@ struct TwoCameras {
   }
 
   // Of the point 2 m away that the source sees at (source_u, 20.5).
-  std::uint8_t FilledValue(std::initializer_list<const DepthMap*> measured, float source_u) const {
+  PixelState State(std::initializer_list<const MeasuredDepths*> measured, float source_u) const {
     DepthEvidence evidence;
-    for (const DepthMap* depths : measured) {
+    for (const MeasuredDepths* depths : measured) {
       AddEvidence(view, depths->view(), source_u + 25, 20.5f, 0.5f, &evidence);
     }
-    return evidence.FilledValue();
+    return evidence.State();
   }
 };
 
-DepthMap Depths(float left, float right) {
+MeasuredDepths Depths(float left, float right) {
   DepthMap depths(120, 40);
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 120; ++x) depths(x, y) = x < 50 ? left : right;
   }
-  return depths;
+  return AllMeasured(depths);
 }
 
 // A thing 2 m away covers the pixels left of column 50; what is behind is 4 m away.
 TEST(FreeSpace, APixelBesideASilhouetteIsNotSeenThrough) {
-  const DepthMap silhouette = Depths(2, 4);
+  const MeasuredDepths silhouette = Depths(2, 4);
   for (const float u : {48.5f, 49.9f, 50.1f, 50.6f, 50.9f}) {
-    EXPECT_EQ(TwoCameras().FilledValue({&silhouette}, u), kInferredConfirmed) << u;
+    EXPECT_EQ(TwoCameras().State({&silhouette}, u), PixelState::kInferredConfirmed) << u;
   }
-  for (const float u : {51.1f, 53.0f}) EXPECT_EQ(TwoCameras().FilledValue({&silhouette}, u), 0) << u;
+  for (const float u : {51.1f, 53.0f})
+    EXPECT_EQ(TwoCameras().State({&silhouette}, u), PixelState::kNone) << u;
 }
 
 // What is there is hidden, whatever the background beside says.
 TEST(FreeSpace, APixelBesideSomethingNearerIsNotSeenThrough) {
-  const DepthMap silhouette = Depths(1, 4);
-  EXPECT_EQ(TwoCameras().FilledValue({&silhouette}, 50.6f), kInferredAlone);
-  EXPECT_EQ(TwoCameras().FilledValue({&silhouette}, 51.1f), 0);
+  const MeasuredDepths silhouette = Depths(1, 4);
+  EXPECT_EQ(TwoCameras().State({&silhouette}, 50.6f), PixelState::kInferredAlone);
+  EXPECT_EQ(TwoCameras().State({&silhouette}, 51.1f), PixelState::kNone);
 }
 
 // Pixels without depth beside it say nothing: the pixel's own measurement stands.
 TEST(FreeSpace, HolesAroundAPixelSayNothing) {
-  const DepthMap behind = Depths(0, 4), alike = Depths(0, 2);
-  EXPECT_EQ(TwoCameras().FilledValue({&behind}, 50.6f), 0);
-  EXPECT_EQ(TwoCameras().FilledValue({&alike}, 50.6f), kInferredConfirmed);
-  EXPECT_EQ(TwoCameras().FilledValue({&alike}, 49.9f), kInferredAlone);
+  const MeasuredDepths behind = Depths(0, 4), alike = Depths(0, 2);
+  EXPECT_EQ(TwoCameras().State({&behind}, 50.6f), PixelState::kNone);
+  EXPECT_EQ(TwoCameras().State({&alike}, 50.6f), PixelState::kInferredConfirmed);
+  EXPECT_EQ(TwoCameras().State({&alike}, 49.9f), PixelState::kInferredAlone);
 }
 
 TEST(FreeSpace, OneViewDoesNotOutweighOthers) {
-  const DepthMap behind = Depths(4, 4), alike = Depths(2, 2), nearer = Depths(1, 1);
+  const MeasuredDepths behind = Depths(4, 4), alike = Depths(2, 2), nearer = Depths(1, 1);
   const TwoCameras cameras;
-  EXPECT_EQ(cameras.FilledValue({&behind, &alike, &alike}, 20), kInferredConfirmed);
-  EXPECT_EQ(cameras.FilledValue({&alike, &behind}, 20), kInferredConfirmed);
-  EXPECT_EQ(cameras.FilledValue({&behind, &alike, &behind}, 20), 0);
-  EXPECT_EQ(cameras.FilledValue({&behind, &nearer}, 20), 0);  // which says nothing of what it hides
+  EXPECT_EQ(cameras.State({&behind, &alike, &alike}, 20), PixelState::kInferredConfirmed);
+  EXPECT_EQ(cameras.State({&alike, &behind}, 20), PixelState::kInferredConfirmed);
+  EXPECT_EQ(cameras.State({&behind, &alike, &behind}, 20), PixelState::kNone);
+  EXPECT_EQ(cameras.State({&behind, &nearer}, 20), PixelState::kNone);  // which says nothing of what it hides
 }
 
 // 2 % behind is behind, 1 % is alike.
 TEST(FreeSpace, TolerancesAreRelative) {
   const TwoCameras cameras;
-  const DepthMap behind = Depths(2.045f, 2.045f), between = Depths(2.03f, 2.03f),
-                 alike = Depths(2.015f, 2.015f);
-  EXPECT_EQ(cameras.FilledValue({&behind}, 20), 0);
-  EXPECT_EQ(cameras.FilledValue({&between}, 20), kInferredAlone);
-  EXPECT_EQ(cameras.FilledValue({&alike}, 20), kInferredConfirmed);
+  const MeasuredDepths behind = Depths(2.045f, 2.045f), between = Depths(2.03f, 2.03f),
+                       alike = Depths(2.015f, 2.015f);
+  EXPECT_EQ(cameras.State({&behind}, 20), PixelState::kNone);
+  EXPECT_EQ(cameras.State({&between}, 20), PixelState::kInferredAlone);
+  EXPECT_EQ(cameras.State({&alike}, 20), PixelState::kInferredConfirmed);
 }
 
 }  // namespace

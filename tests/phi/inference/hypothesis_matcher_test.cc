@@ -86,7 +86,7 @@ class HypothesisMatcherTest : public ::testing::Test {
 };
 
 TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
-  const Hypotheses hypotheses(measured_, Formulas::kPaper);
+  const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
   const HypothesisMatcher robust(input_, hypotheses, StereoOptions(), Formulas::kRobust);
   const HypothesisMatcher paper(input_, hypotheses, StereoOptions(), Formulas::kPaper);
   HypothesisMatcher::Scratch scratch;
@@ -106,7 +106,7 @@ TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
 // The window reaches 7 pixels from the centre, and the first source shows it 100 * 0.21 * w = 4 to 5 pixels further left.
 TEST_F(HypothesisMatcherTest, AWindowThatLeavesTheSourceImageHasNoCost) {
   input_.sources.resize(1);
-  const Hypotheses hypotheses(measured_, Formulas::kPaper);
+  const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
   const HypothesisMatcher matcher(input_, hypotheses, StereoOptions(), Formulas::kPaper);
   HypothesisMatcher::Scratch scratch;
   for (int x = 7; x < 20; ++x) {
@@ -129,8 +129,8 @@ TEST_F(HypothesisMatcherTest, EvidenceComesFromThePixelThatThePointFallsInto) {
   const double depth = 4;
   auto depths = std::make_shared<DepthMap>(kWidth, kHeight, 0.0f);
   (*depths)(12, 9) = static_cast<float>(depth);
-  input_.source_depths = {depths};
-  const Hypotheses hypotheses(measured_, Formulas::kPaper);
+  input_.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(*depths))};
+  const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
   for (const double into : {0.1, 0.4, 0.6, 0.9}) {
     // Reference pixel 20 falls to 12 + into; row 4 to 9 + into.
     views_[1].camera.pose.translation = {(12 + into - 20.5) * depth / kFx, (9 + into - 4.5) * depth / kFy, 0};

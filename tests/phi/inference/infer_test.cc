@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "phi/filtering/filled_value.h"
+#include "phi/inference/infer_holes.h"
 
 namespace phi {
 namespace {
@@ -39,11 +39,11 @@ struct PlainScene {
   SceneView reference = MakeView("reference", 0), source = MakeView("source", 0.5);
   std::shared_ptr<const GrayImage> plain = std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{128});
 
-  InferenceInput Input(const PlaneMap& measured) const {
+  InferenceInput Input(const MeasurementMap& measured) const {
     InferenceInput input;
     input.reference = {&reference, plain};
     input.sources = {{&source, plain}};
-    input.measured = std::make_shared<PlaneMap>(measured);
+    input.measured = std::make_shared<const MeasurementMap>(measured);
     return input;
   }
 };
@@ -51,7 +51,7 @@ struct PlainScene {
 bool InHole(int x, int y) { return x >= 50 && x < 110 && y >= 40 && y < 80; }
 
 // disparity_noise: standard deviation in pixels for a baseline of 0.5 m.
-PlaneMap MakeMeasured(double disparity_noise) {
+MeasurementMap MakeMeasured(double disparity_noise) {
   const Wall wall;
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, disparity_noise);
@@ -65,23 +65,26 @@ PlaneMap MakeMeasured(double disparity_noise) {
       map(x, y).depth = static_cast<float>(1 / w);
     }
   }
-  return map;
+  return AllMeasured(map);
 }
 
 // What the source view of PlainScene measured: the wall `factor` times as far as it is.
-std::shared_ptr<const DepthMap> SourceDepths(double factor) {
-  auto depths = std::make_shared<DepthMap>(kWidth, kHeight);
+std::shared_ptr<const MeasuredDepths> SourceDepths(double factor) {
+  DepthMap depths(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      (*depths)(x, y) = static_cast<float>(factor / Wall().InverseDepth(x, y, 0.5));
+      depths(x, y) = static_cast<float>(factor / Wall().InverseDepth(x, y, 0.5));
     }
   }
-  return depths;
+  return std::make_shared<const MeasuredDepths>(AllMeasured(depths));
 }
 
-std::int64_t NumFilled(const InferenceResult& result, int value = -1) {
-  return std::count_if(result.filled.begin(), result.filled.end(),
-                       [&](std::uint8_t v) { return value < 0 ? v != 0 : v == value; });
+std::int64_t NumFilled(const InferenceResult& result) {
+  return std::count_if(result.map.states.begin(), result.map.states.end(), IsInferred);
+}
+
+std::int64_t NumOf(PixelState state, const InferenceResult& result) {
+  return std::count(result.map.states.begin(), result.map.states.end(), state);
 }
 
 bool SameBits(const PlaneHypothesis& a, const PlaneHypothesis& b) {
@@ -90,7 +93,7 @@ bool SameBits(const PlaneHypothesis& a, const PlaneHypothesis& b) {
 }
 
 // All that is not measured is inferred on the wall; what is measured stays.
-void ExpectTheWholeWall(const PlaneMap& measured) {
+void ExpectTheWholeWall(const MeasurementMap& measured) {
   const Wall wall;
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
@@ -98,48 +101,52 @@ void ExpectTheWholeWall(const PlaneMap& measured) {
     const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
-        const bool is_measured = measured(x, y).depth > 0;
-        ASSERT_EQ(result.filled(x, y), is_measured ? kMeasuredPixel : kInferredAlone) << x << ", " << y;
-        ASSERT_NEAR(result.map(x, y).depth * wall.InverseDepth(x, y), 1, 3e-6) << x << ", " << y;
-        ASSERT_TRUE(!is_measured || SameBits(result.map(x, y), measured(x, y)));
-        EXPECT_GT(Dot(result.map(x, y).normal, wall.normal), 1 - 1e-5f);
+        const bool is_measured = measured.states(x, y) == PixelState::kMeasured;
+        ASSERT_EQ(result.map.states(x, y), is_measured ? PixelState::kMeasured : PixelState::kInferredAlone)
+            << x << ", " << y;
+        ASSERT_NEAR(result.map.planes(x, y).depth * wall.InverseDepth(x, y), 1, 3e-6) << x << ", " << y;
+        ASSERT_TRUE(!is_measured || SameBits(result.map.planes(x, y), measured.planes(x, y)));
+        EXPECT_GT(Dot(result.map.planes(x, y).normal, wall.normal), 1 - 1e-5f);
       }
     }
   }
 }
 
 TEST(Infer, APlaneWithAHoleComesBack) {
-  const PlaneMap measured = MakeMeasured(0);
+  const MeasurementMap measured = MakeMeasured(0);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) ASSERT_EQ(measured(x, y).depth > 0, !InHole(x, y));
+    for (int x = 0; x < kWidth; ++x) ASSERT_EQ(measured.planes(x, y).depth > 0, !InHole(x, y));
   }
   ExpectTheWholeWall(measured);
 }
 
 // The left third is doubtful: it comes back on the wall, as inferred depth. A doubtful speck 10 % before the wall does too.
 TEST(Infer, DoubtfulPixelsCarryTheWallAndAreInferred) {
-  PlaneMap measured = MakeMeasured(0);
+  MeasurementMap measured = MakeMeasured(0);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < 50; ++x) measured(x, y).depth *= -1;
+    for (int x = 0; x < 50; ++x) measured.states(x, y) = PixelState::kClue;
   }
-  measured(140, 20).depth *= -0.9f;
+  measured.planes(140, 20).depth *= 0.9f;
+  measured.states(140, 20) = PixelState::kClue;
   ExpectTheWholeWall(measured);
 }
 
 TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
-  PlaneMap measured(kWidth, kHeight);
-  measured(80, 60) = {{0, 0, -1}, -3};
+  PlaneMap planes(kWidth, kHeight);
+  planes(80, 60) = {{0, 0, -1}, 3};
+  MeasurementMap measured = AllMeasured(planes);
+  measured.states(80, 60) = PixelState::kClue;
   const InferenceResult result =
       InferPlanes(PlainScene().Input(measured), StereoOptions(), InferenceOptions());
-  EXPECT_EQ(result.map(80, 60).depth, 0);
-  EXPECT_EQ(result.map(80, 60).normal.z, 0);
+  EXPECT_EQ(result.map.planes(80, 60).depth, 0);
+  EXPECT_EQ(result.map.planes(80, 60).normal.z, 0);
   EXPECT_EQ(NumFilled(result), 0);
 }
 
 // In the paper's form they are holes.
 TEST(Infer, DoubtfulPixelsSupportNothingInThePapersForm) {
-  PlaneMap measured = MakeMeasured(0);
-  for (PlaneHypothesis& h : measured) h.depth *= -1;
+  MeasurementMap measured = MakeMeasured(0);
+  std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kClue);
   InferenceOptions options;
   options.formulas = Formulas::kPaper;
   EXPECT_EQ(NumFilled(InferPlanes(PlainScene().Input(measured), StereoOptions(), options)), 0);
@@ -150,10 +157,10 @@ TEST(Infer, NormalsOfFilledPixelsWithstandNoise) {
   int filled = 0, close = 0;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      if (result.filled(x, y) == 0) continue;
+      if (!IsInferred(result.map.states(x, y))) continue;
       ++filled;
-      EXPECT_NEAR(Norm(result.map(x, y).normal), 1, 1e-5f);
-      close += Dot(result.map(x, y).normal, Wall().normal) > std::cos(10 * M_PI / 180);
+      EXPECT_NEAR(Norm(result.map.planes(x, y).normal), 1, 1e-5f);
+      close += Dot(result.map.planes(x, y).normal, Wall().normal) > std::cos(10 * M_PI / 180);
     }
   }
   EXPECT_EQ(filled, 60 * 40);
@@ -167,8 +174,8 @@ TEST(Infer, FilledPixelsOfARegionHaveItsPlanesNormal) {
   int filled = 0, close = 0;
   for (int y = 40; y < 80; ++y) {
     for (int x = 50; x < 110; ++x) {
-      filled += result.filled(x, y) != 0;
-      close += Dot(result.map(x, y).normal, Wall().normal) > std::cos(1 * M_PI / 180);
+      filled += IsInferred(result.map.states(x, y));
+      close += Dot(result.map.planes(x, y).normal, Wall().normal) > std::cos(1 * M_PI / 180);
     }
   }
   EXPECT_EQ(filled, 60 * 40);
@@ -180,12 +187,13 @@ TEST(Infer, AMeasurementOfAnotherViewConfirms) {
   InferenceInput input = scene.Input(MakeMeasured(0));
   for (const double factor : {1.0, 1.005}) {
     input.source_depths = {SourceDepths(factor)};
-    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredConfirmed), 60 * 40) << factor;
+    EXPECT_EQ(NumOf(PixelState::kInferredConfirmed, InferPlanes(input, StereoOptions(), {})), 60 * 40)
+        << factor;
   }
   // Too far to confirm and too near to contradict; nearer than the wall, it hides it.
   for (const double factor : {1.015, 0.9}) {
     input.source_depths = {SourceDepths(factor)};
-    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), {}), kInferredAlone), 60 * 40) << factor;
+    EXPECT_EQ(NumOf(PixelState::kInferredAlone, InferPlanes(input, StereoOptions(), {})), 60 * 40) << factor;
   }
 }
 
@@ -200,7 +208,7 @@ TEST(Infer, WhatAnotherViewSeesThroughStaysAHole) {
     input.sources[0].image = std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{150});
     EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options)), 0);
     options.formulas = Formulas::kPaper;
-    EXPECT_EQ(NumFilled(InferPlanes(input, StereoOptions(), options), kInferredConfirmed), 60 * 40);
+    EXPECT_EQ(NumOf(PixelState::kInferredConfirmed, InferPlanes(input, StereoOptions(), options)), 60 * 40);
   }
 }
 
@@ -210,15 +218,71 @@ TEST(Infer, AWindowShowsWhatAnotherViewMeasuredBehindIt) {
   InferenceInput input = scene.Input(MakeMeasured(0));
   input.source_depths = {SourceDepths(1.1)};
   const InferenceResult result = InferPlanes(input, StereoOptions(), {});
-  EXPECT_EQ(NumFilled(result), NumFilled(result, kInferredConfirmed));
+  EXPECT_EQ(NumFilled(result), NumOf(PixelState::kInferredConfirmed, result));
   EXPECT_GT(NumFilled(result), 0.9 * 60 * 40);
   // n . X = 1.1 * (3 n_z - 0.5 n_x) from the source camera, half a metre to the right.
   const Vec3f n = Wall().normal;
   const double factor = (1.1 * (3 * n.z - 0.5 * n.x) + 0.5 * n.x) / (3 * n.z);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      if (result.filled(x, y) == 0) continue;
-      ASSERT_NEAR(result.map(x, y).depth * Wall().InverseDepth(x, y), factor, 1e-5) << x << ", " << y;
+      if (!IsInferred(result.map.states(x, y))) continue;
+      ASSERT_NEAR(result.map.planes(x, y).depth * Wall().InverseDepth(x, y), factor, 1e-5) << x << ", " << y;
+    }
+  }
+}
+
+// Two views may share an error: what few saw carries no plane, tells nothing of other views, and comes back as it was.
+TEST(Infer, PixelsWithFewWitnessesAreNoEvidenceAndComeBack) {
+  const PlainScene scene;
+  const auto backend = MakeCpuBackend(2);
+  MeasurementMap measured = MakeMeasured(0);
+  auto mask = std::make_shared<Array2D<std::uint8_t>>(kWidth, kHeight, 255);
+  (*mask)(70, 55) = (*mask)(80, 70) = 0;
+  const auto fill = [&] {
+    InferenceInput input = scene.Input(measured);
+    input.mask = mask;
+    return InferHoles(*backend, input, StereoOptions(), {});
+  };
+  const InferenceResult without = fill();
+  for (int y = 50; y < 60; ++y) {
+    for (int x = 60; x < 100; ++x) {
+      measured.planes(x, y) = {{0, 0, -1}, 1.5f};
+      measured.states(x, y) = PixelState::kUnsure;
+    }
+  }
+  const InferenceResult with = fill();
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool is_masked = (*mask)(x, y) == 0;
+      const bool has_few = measured.states(x, y) == PixelState::kUnsure;
+      const PlaneHypothesis expected = is_masked ? PlaneHypothesis()
+                                       : has_few ? measured.planes(x, y)
+                                                 : without.map.planes(x, y);
+      const PixelState state = is_masked ? PixelState::kNone
+                               : has_few ? PixelState::kMeasured
+                                         : without.map.states(x, y);
+      ASSERT_EQ(with.map.states(x, y), state) << x << ", " << y;
+      ASSERT_TRUE(SameBits(with.map.planes(x, y), expected)) << x << ", " << y;
+    }
+  }
+}
+
+// Another view's doubtful pixels and those with few witnesses neither confirm nor see through.
+TEST(Infer, OnlyEvidenceOfAnotherViewConfirms) {
+  const PlainScene scene;
+  InferenceInput input = scene.Input(MakeMeasured(0));
+  for (const PixelState state : {PixelState::kMeasured, PixelState::kUnsure, PixelState::kClue}) {
+    for (const double factor : {1.0, 1.1}) {
+      auto depths = std::make_shared<MeasuredDepths>(*SourceDepths(factor));
+      std::fill(depths->states.begin(), depths->states.end(), state);
+      input.source_depths = {depths};
+      input.sources[0].image =
+          std::make_shared<GrayImage>(kWidth, kHeight, std::uint8_t{150});  // nothing is pooled
+      const InferenceResult result = InferPlanes(input, StereoOptions(), {});
+      const bool is_evidence = state == PixelState::kMeasured;
+      EXPECT_EQ(NumOf(PixelState::kInferredConfirmed, result), is_evidence && factor == 1 ? 60 * 40 : 0)
+          << factor;
+      EXPECT_EQ(NumOf(PixelState::kInferredAlone, result), is_evidence ? 0 : 60 * 40) << factor;
     }
   }
 }
@@ -226,16 +290,16 @@ TEST(Infer, AWindowShowsWhatAnotherViewMeasuredBehindIt) {
 TEST(Infer, OffFillsNothing) {
   InferenceOptions options;
   options.mode = InferenceMode::kOff;
-  const PlaneMap measured = MakeMeasured(0);
+  const MeasurementMap measured = MakeMeasured(0);
   const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
   EXPECT_EQ(NumFilled(result), 0);
   for (std::size_t i = 0; i < measured.size(); ++i)
-    ASSERT_TRUE(SameBits(result.map.data()[i], measured.data()[i]));
+    ASSERT_TRUE(SameBits(result.map.planes.data()[i], measured.planes.data()[i]));
 }
 
 TEST(Infer, WithoutAnyMeasurementEverythingStaysAHole) {
   const InferenceResult result =
-      InferPlanes(PlainScene().Input(PlaneMap(kWidth, kHeight)), StereoOptions(), {});
+      InferPlanes(PlainScene().Input(AllMeasured(PlaneMap(kWidth, kHeight))), StereoOptions(), {});
   EXPECT_EQ(NumFilled(result), 0);
   EXPECT_EQ(result.statistics.num_nodes, 0);
 }
@@ -251,7 +315,7 @@ TEST(Infer, GivesTheSameBytesForAnyNumberOfThreads) {
   }
   for (int i = 1; i < 3; ++i) {
     for (std::size_t p = 0; p < results[0].map.size(); ++p) {
-      ASSERT_TRUE(SameBits(results[i].map.data()[p], results[0].map.data()[p]));
+      ASSERT_TRUE(SameBits(results[i].map.planes.data()[p], results[0].map.planes.data()[p]));
     }
   }
 }

@@ -29,7 +29,7 @@ PlaneMap MakeMap(const InverseDepth& inverse_depth) {
 }
 
 float ValueAt(const PlaneMap& map, Formulas formulas, int direction, int x, int y) {
-  return Hypotheses(map, formulas).maps().inverse_depth[direction](x, y);
+  return Hypotheses(AllMeasured(map), formulas).maps().inverse_depth[direction](x, y);
 }
 
 TEST(Scanline, EveryDirectionCoversEachPixelOnce) {
@@ -53,7 +53,7 @@ TEST(Scanline, EveryDirectionCoversEachPixelOnce) {
 TEST(LineHypothesis, IsExactOnAnObliquePlaneInAllDirections) {
   const auto hole = [](int x, int y) { return x >= 40 && x < 80 && y >= 30 && y < 60; };
   const PlaneMap map = MakeMap([&](int x, int y) { return hole(x, y) ? 0.0f : ObliquePlane(x, y); });
-  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   for (int direction = 0; direction < kNumDirections; ++direction) {
     for (int y = 30; y < 60; ++y) {
       for (int x = 40; x < 80; ++x) {
@@ -81,7 +81,7 @@ TEST(LineHypothesis, ThePapersLinesFitDepthAndBendOnAnObliquePlane) {
 TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
   // A wall at 2 m on the left, one at 3 m on the right, nothing measured between x = 30 and x = 90.
   const PlaneMap map = MakeMap([](int x, int) { return x < 30 ? 0.5f : x >= 90 ? 1 / 3.0f : 0.0f; });
-  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   const int reach = LineOptions().max_extrapolation;
   for (int x = 30; x < 90; ++x) {
     const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
@@ -97,7 +97,7 @@ TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
 
 TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
   const PlaneMap map = MakeMap([](int x, int y) { return x >= 60 ? ObliquePlane(x, y) : 0.0f; });
-  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   const int reach = LineOptions().max_extrapolation;
   for (int x = 0; x < 60; ++x) {
     const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
@@ -140,7 +140,7 @@ TEST(LineHypothesis, IgnoresIsolatedSpecks) {
     if (speck(x, y)) return 2 * ObliquePlane(x, y);
     return x >= 40 && x < 80 ? 0.0f : ObliquePlane(x, y);
   });
-  const Hypotheses hypotheses(map, Formulas::kRobust);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   for (int x = 40; x < 80; ++x) {
     const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
     // The speck is a measured pixel and keeps its depth; it does not change its surroundings.

@@ -10,7 +10,6 @@
 #include <tbb/global_control.h>
 #include <Eigen/Geometry>
 
-#include "phi/filtering/filled_value.h"
 #include "phi/inference/infer.h"
 #include "phi/inference/region_planes.h"
 
@@ -69,8 +68,8 @@ struct WallScene {
     InferenceInput input;
     input.reference = {&reference, reference_image};
     input.sources = {{&source, source_image}};
-    input.measured = measured;
-    input.source_depths = {source_depths};
+    input.measured = std::make_shared<const MeasurementMap>(AllMeasured(*measured));
+    input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(*source_depths))};
     return input;
   }
 
@@ -95,20 +94,29 @@ struct WallScene {
 struct OnePointScene {
   SceneView reference = MakeView(1, 160, 120, 150), source = MakeView(2, 320, 240, 300);
   GrayImage reference_image = GrayImage(160, 120, 128), source_image = GrayImage(320, 240, 128);
-  PlaneMap measured = PlaneMap(160, 120);
-  DepthMap source_depths = DepthMap(320, 240);
+  MeasurementMap measured = AllMeasured(PlaneMap(160, 120));
+  MeasuredDepths source_depths = AllMeasured(DepthMap(320, 240));
 
   OnePointScene() {
     source.camera.pose.translation = {-0.5, 0, 0};
-    source_depths(100, 90) = 3;
+    PutSource(3, PixelState::kMeasured);
+  }
+
+  void PutSource(float depth, PixelState state) {
+    source_depths.depths(100, 90) = depth;
+    source_depths.states(100, 90) = state;
+  }
+  void Put(int x, int y, float depth, PixelState state) {
+    measured.planes(x, y) = {{0, 0, -1}, depth};
+    measured.states(x, y) = state;
   }
 
   InferenceInput Input() const {
     InferenceInput input;
     input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
-    input.measured = std::make_shared<PlaneMap>(measured);
-    input.source_depths = {std::make_shared<DepthMap>(source_depths)};
+    input.measured = std::make_shared<const MeasurementMap>(measured);
+    input.source_depths = {std::make_shared<const MeasuredDepths>(source_depths)};
     return input;
   }
 
@@ -156,17 +164,27 @@ TEST(PooledSupports, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
 
 TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
   OnePointScene scene;
-  scene.measured(74, 45).depth = scene.measured(75, 44).depth = 3;
+  scene.Put(74, 45, 3, PixelState::kMeasured);
+  scene.Put(75, 44, 3, PixelState::kMeasured);
   EXPECT_EQ(scene.NumPooled(), 1u);
-  scene.measured(75, 45).depth = 2;
+  scene.Put(75, 45, 2, PixelState::kMeasured);
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
 TEST(PooledSupports, DoubtfulPixelsCountAsMeasured) {
   OnePointScene scene;
-  scene.source_depths(100, 90) = -3;
+  scene.PutSource(3, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 1u);
-  scene.measured(75, 45).depth = -2;
+  scene.Put(75, 45, 2, PixelState::kClue);
+  EXPECT_EQ(scene.NumPooled(), 0u);
+}
+
+// Neither the source's pixels with few witnesses carry planes, nor do the reference's stand in the way.
+TEST(PooledSupports, PixelsWithFewWitnessesCountAsHoles) {
+  OnePointScene scene;
+  scene.Put(75, 45, 2, PixelState::kUnsure);
+  EXPECT_EQ(scene.NumPooled(), 1u);
+  scene.PutSource(3, PixelState::kUnsure);
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
@@ -253,8 +271,9 @@ TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
     InferenceInput input;
     input.reference = {&reference, std::make_shared<GrayImage>(210, 140, std::uint8_t{128})};
     input.sources = {{&source, std::make_shared<GrayImage>(210 * scale, 140 * scale, std::uint8_t{128})}};
-    input.measured = std::make_shared<PlaneMap>(210, 140);
-    input.source_depths = {std::make_shared<DepthMap>(210 * scale, 140 * scale, 2.0f)};
+    input.measured = std::make_shared<const MeasurementMap>(AllMeasured(PlaneMap(210, 140)));
+    input.source_depths = {
+        std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(210 * scale, 140 * scale, 2.0f)))};
     return static_cast<std::int64_t>(PoolSupports(input).size());
   };
   EXPECT_EQ(num_pooled(1), 105 * 70);
@@ -273,9 +292,9 @@ TEST(PooledSupports, FillWhatOneViewCouldNot) {
   for (int y = 40; y < 100; ++y) {
     for (int x = 60; x < 140; ++x) {
       const double truth = 1 / WallInverseDepth(scene.reference.camera, x + 0.5, y + 0.5);
-      ASSERT_EQ(together.filled(x, y), kInferredConfirmed) << x << ", " << y;
-      ASSERT_NEAR(together.map(x, y).depth / truth, 1, 0.001) << x << ", " << y;
-      num_alone += alone.filled(x, y) != kMeasuredPixel;
+      ASSERT_EQ(together.map.states(x, y), PixelState::kInferredConfirmed) << x << ", " << y;
+      ASSERT_NEAR(together.map.planes(x, y).depth / truth, 1, 0.001) << x << ", " << y;
+      num_alone += IsInferred(alone.map.states(x, y));
     }
   }
   EXPECT_EQ(num_alone, 0);
@@ -285,7 +304,7 @@ TEST(PooledSupports, FillWhatOneViewCouldNot) {
   const InferenceResult paper_alone = InferPlanes(input, StereoOptions(), paper);
   const InferenceResult paper_together = InferPlanes(scene.Input(), StereoOptions(), paper);
   for (std::size_t i = 0; i < alone.map.size(); ++i) {
-    ASSERT_EQ(paper_alone.map.data()[i].depth, paper_together.map.data()[i].depth);
+    ASSERT_EQ(paper_alone.map.planes.data()[i].depth, paper_together.map.planes.data()[i].depth);
   }
 }
 

@@ -70,7 +70,7 @@ TEST(RegionPlanes, SupportsMayErrByWhatMatchingCanTell) {
 
 TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(RimOf(LeftWall), Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &plain);
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
       EXPECT_NEAR(hypotheses.maps().inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
@@ -80,7 +80,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
 
 TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(RimOf(Walls), Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Formulas::kRobust, &plain);
   for (int y = 20; y < kHeight - 20; y += 5) {
     for (const int x : {20, 40, 60, 100, 120, 140}) {
       EXPECT_LT(BestError(hypotheses, x, y, Walls(x, y)), 0.003f) << x << ", " << y;
@@ -123,7 +123,7 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
       map(x, y).depth = 0;
     }
   }
-  const Hypotheses hypotheses(map, Formulas::kRobust, &image);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
   EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](60, 60), 0);
   const int reach = LineOptions().max_extrapolation + 8;  // lines may go on from the rims above and below
   for (int x = 80 + reach; x < kWidth; ++x) {
@@ -139,7 +139,7 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   }
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
-  const Hypotheses hypotheses(map, Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &plain);
   EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](58, 58), 0);
   for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](63, 63), 0);
 }
@@ -152,7 +152,7 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
-  const Hypotheses hypotheses(map, Formulas::kRobust, &sky);
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &sky);
   EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.maps().inverse_depth[k](80, kHeight - 16 - 20), 0);
@@ -190,7 +190,7 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   for (int y = 50; y < 70; ++y) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
-  const Hypotheses hypotheses(RimOf(LeftWall), Formulas::kRobust, &image);
+  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &image);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.maps().inverse_depth[k](40, 60), 0);
@@ -200,7 +200,8 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
 TEST(RegionPlanes, PaperFormulasHaveNone) {
   const GrayImage plain(kWidth, kHeight, 255);
   const PlaneMap map = RimOf(LeftWall);
-  const Hypotheses with_image(map, Formulas::kPaper, &plain), without(map, Formulas::kPaper);
+  const Hypotheses with_image(AllMeasured(map), Formulas::kPaper, &plain),
+      without(AllMeasured(map), Formulas::kPaper);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(with_image.maps().inverse_depth[k](60, 60), without.maps().inverse_depth[k](60, 60));
   }

@@ -61,11 +61,11 @@ struct PlateBeforeAWall {
     InferenceInput input;
     input.reference = {&reference, reference_image};
     input.sources = {{&source, source_image}};
-    input.measured = measured;
-    input.source_depths = {source_depths};
+    input.measured = std::make_shared<const MeasurementMap>(AllMeasured(*measured));
+    input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(*source_depths))};
     if (plate_depths != nullptr) {
       input.sources.push_back({&beside, source_image});
-      input.source_depths.push_back(plate_depths);
+      input.source_depths.push_back(std::make_shared<const MeasuredDepths>(AllMeasured(*plate_depths)));
     }
     return input;
   }
@@ -179,14 +179,14 @@ TEST(SupportVisibility, ACornerIsNotHiddenByItsWalls) {
 TEST(SupportVisibility, AFrameThatAnotherViewLooksThroughHidesNothing) {
   PlateBeforeAWall scene;
   scene.MeasureRim(2);
-  InferenceInput input = scene.Input();
-  EXPECT_TRUE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
+  const auto is_hidden = [&] { return Surroundings(scene.Input()).Hide(80, 60, 1 / 3.0f); };
+  EXPECT_TRUE(is_hidden());
   // (80.5, 60.5) at 2 m is at (0.5 / 150 * 2 - 1.5) / 2 * 240 + 160 = -19.2 there: the view must look further left.
   scene.source.camera.pinhole.cx += 60;
   std::fill_n(scene.source_depths->data(), scene.source_depths->size(), 3.0f);
-  EXPECT_FALSE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
+  EXPECT_FALSE(is_hidden());
   std::fill_n(scene.source_depths->data(), scene.source_depths->size(), 2.0f);
-  EXPECT_TRUE(Surroundings(input).Hide(80, 60, 1 / 3.0f));
+  EXPECT_TRUE(is_hidden());
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Holes where the images have texture: matching says there what the planes around them are worth.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -75,14 +76,12 @@ struct WallWithAHole {
         if (!InHole(x, y)) (*measured)(x, y) = {{0, 0, -1}, static_cast<float>(kDepth)};
       }
     }
-    input.measured = measured;
+    input.measured = std::make_shared<const MeasurementMap>(AllMeasured(*measured));
   }
 };
 
 std::int64_t NumFilled(const InferenceResult& result) {
-  std::int64_t count = 0;
-  for (const std::uint8_t value : result.filled) count += value != 0;
-  return count;
+  return std::count_if(result.map.states.begin(), result.map.states.end(), IsInferred);
 }
 
 InferenceResult Infer(const InferenceInput& input, InferenceMode mode) {
@@ -114,9 +113,9 @@ TEST(TexturedHoles, WhatTextureRefusedAtANodeStays) {
   int num_refused = 0;
   for (int y = 40; y < 80; ++y) {
     for (int x = 60; x < 100; ++x) {
-      if (asked.filled(x - x % 2, y - y % 2) != 0) continue;
+      if (IsInferred(asked.map.states(x - x % 2, y - y % 2))) continue;
       ++num_refused;
-      EXPECT_EQ(field.filled(x, y), 0) << x << " " << y;
+      EXPECT_EQ(field.map.states(x, y), PixelState::kNone) << x << " " << y;
     }
   }
   EXPECT_GT(num_refused, 18 * 18);

@@ -1,0 +1,32 @@
+// Measurement maps on the disk: a depth map, a normal map, and a mask in stereo/filled_masks that says what their pixels are.
+//   <image>.measured.png: 128 = doubtful, 255 = few witnesses, 0 = measured or empty.
+//   <image>.png, of the geometric map: 255 = inferred, 0 = measured or empty; of what inference hands to the last filter also
+//   128 = inferred, and no view confirms it.
+// Earlier versions marked doubtful pixels by negative depths in the measured map; they are read as what they are.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "colmap_ext/workspace.h"
+#include "phi/base/images.h"
+#include "phi/measurement.h"
+
+namespace colmap_ext {
+
+// The mask that goes with a map.
+phi::Mask MaskOfStates(const phi::StateMap& states);
+
+// A map of kind `kind`; without states where it is an estimate, which has no mask. Throws phi::InputError naming the file that is
+// missing, damaged or not of the others' size.
+phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std::string_view kind);
+// Of the same map, without its normals.
+phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, std::string_view kind);
+
+// The depth map for all who take depths > 0 for depths: without what the mask beside a measured map calls doubtful.
+phi::DepthMap ReadPublishedDepths(const std::filesystem::path& depth_path);
+
+// The value of a doubtful pixel in <image>.measured.png.
+inline constexpr std::uint8_t kDoubtfulValue = 128;
+
+}  // namespace colmap_ext
