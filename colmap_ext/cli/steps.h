@@ -18,7 +18,7 @@ int EstimateMaps(const StereoCommandOptions& options,
 // output: resolved. Returns the exit code.
 int FuseMaps(FusionCommandOptions options, const CloudOutput& output);
 
-// Of the options of both, for the report.
+// Of all options of `dense` but places of files, for the report.
 std::map<std::string, std::string> DefaultOptions();
 
 }  // namespace colmap_ext
