@@ -36,8 +36,8 @@ std::optional<int> NumberOf(const char* variable) {
 
 Shard MakeShard(int index, int count, const std::string& origin) {
   if (count < 1 || index >= count) {
-    throw phi::UsageError(origin + ": there is no shard " + std::to_string(index) + " of " + std::to_string(count) +
-                          "; they count from 0");
+    throw phi::UsageError(origin + ": there is no shard " + std::to_string(index) + " of " +
+                          std::to_string(count) + "; they count from 0");
   }
   return {.index = index, .count = count, .only_stage = {}};
 }
@@ -56,14 +56,19 @@ Shard FromWholeArray(const ArrayVariables& array, int index) {
   const std::string name = array.index;
   const std::optional<int> count = NumberOf(array.count);
   if (!count) {
-    phi::LogWarning(name + " is set, but nothing says how many shards there are: all images are done here; for a part "
-                           "of them add --num_shards");
+    phi::LogWarning(
+        name +
+        " is set, but nothing says how many shards there are: all images are done here; for a part "
+        "of them add --num_shards");
     return {};
   }
-  const int least = NumberOf(array.least).value_or(0), most = NumberOf(array.most).value_or(least + *count - 1);
+  const int least = NumberOf(array.least).value_or(0),
+            most = NumberOf(array.most).value_or(least + *count - 1);
   if (most - least + 1 != *count) {
-    throw phi::UsageError(name + ": the job array has gaps, so that its tasks are not all shards; say how many there are "
-                                 "with --num_shards");
+    throw phi::UsageError(
+        name +
+        ": the job array has gaps, so that its tasks are not all shards; say how many there are "
+        "with --num_shards");
   }
   const Shard shard = MakeShard(index - least, *count, name);
   phi::LogInfo("shard " + shard.Name() + ", for " + name + " is " + std::to_string(index) +
@@ -75,8 +80,10 @@ Shard FromWholeArray(const ArrayVariables& array, int index) {
 
 phi::OptionList ShardOptions::List() {
   phi::OptionList list;
-  list.Add("shard", &shard, "K/N: the part K, from 0, of N of the images; default: as the job array says, else all");
-  list.Add("num_shards", &num_shards, "Parts of the images, where the job array's index is the part; 0 = as it says")
+  list.Add("shard", &shard,
+           "K/N: the part K, from 0, of N of the images; default: as the job array says, else all");
+  list.Add("num_shards", &num_shards,
+           "Parts of the images, where the job array's index is the part; 0 = as it says")
       .AtLeast(0);
   return list;
 }

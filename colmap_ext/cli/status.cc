@@ -11,7 +11,8 @@ namespace colmap_ext {
 
 int RunStatusCommand(int argc, char** argv) {
   std::filesystem::path path;
-  OptionParser parser("status", "How far the stereo of a workspace is: images done, failed and waiting by stage");
+  OptionParser parser("status",
+                      "How far the stereo of a workspace is: images done, failed and waiting by stage");
   parser.Add("workspace_path", &path, "The undistorted workspace").Required();
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   const std::filesystem::path stereo = FindWorkspaceFolder(path) / "stereo";

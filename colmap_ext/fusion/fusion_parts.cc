@@ -13,8 +13,11 @@ constexpr int kOutside = -1;
 class Dissection {
  public:
   Dissection(const NeighborGraph& graph, int max_images)
-      : graph_(graph), max_images_(static_cast<std::size_t>(max_images)), owner_(graph.size(), kOutside),
-        level_(graph.size(), kOutside), is_done_(graph.size(), 0) {}
+      : graph_(graph),
+        max_images_(static_cast<std::size_t>(max_images)),
+        owner_(graph.size(), kOutside),
+        level_(graph.size(), kOutside),
+        is_done_(graph.size(), 0) {}
 
   std::vector<FusionPart> Run() {
     std::vector<int> all(graph_.size());
@@ -77,10 +80,9 @@ class Dissection {
     for (const int image : images) {
       const int level = level_[Index(image)];
       const auto& neighbors = graph_[Index(image)];
-      const bool separates =
-          level == cut && std::any_of(neighbors.begin(), neighbors.end(), [&](int n) {
-            return owner_[Index(n)] == mark_ && level_[Index(n)] > cut;
-          });
+      const bool separates = level == cut && std::any_of(neighbors.begin(), neighbors.end(), [&](int n) {
+                               return owner_[Index(n)] == mark_ && level_[Index(n)] > cut;
+                             });
       (separates ? halves.separator : level <= cut ? halves.before : halves.after).push_back(image);
     }
     return halves;
@@ -94,7 +96,8 @@ class Dissection {
       const std::size_t reached = before + sizes[level];
       const bool in_middle = 4 * reached > num_images && 4 * before < 3 * num_images;
       const std::size_t after = num_images - reached;
-      const std::pair<std::size_t, std::size_t> cost{sizes[level], std::max(before, after) - std::min(before, after)};
+      const std::pair<std::size_t, std::size_t> cost{sizes[level],
+                                                     std::max(before, after) - std::min(before, after)};
       if (in_middle && cost < least) {
         least = cost;
         best = static_cast<int>(level);
@@ -157,7 +160,8 @@ class Dissection {
   const NeighborGraph& graph_;
   const std::size_t max_images_;
   int mark_ = 0;
-  std::vector<int> owner_, level_;  // by position: of the last Mark that had it, and steps from the start of a walk
+  std::vector<int> owner_,
+      level_;  // by position: of the last Mark that had it, and steps from the start of a walk
   std::vector<char> is_done_;
   std::vector<FusionPart> parts_;
 };
@@ -168,7 +172,8 @@ std::vector<FusionPart> DissectImages(const NeighborGraph& graph, int max_images
   return Dissection(graph, max_images).Run();
 }
 
-std::vector<std::vector<int>> FindEarlierParts(const NeighborGraph& graph, const std::vector<FusionPart>& parts) {
+std::vector<std::vector<int>> FindEarlierParts(const NeighborGraph& graph,
+                                               const std::vector<FusionPart>& parts) {
   std::vector<int> part_of(graph.size(), 0);
   for (std::size_t k = 0; k < parts.size(); ++k) {
     for (const int image : parts[k]) part_of[static_cast<std::size_t>(image)] = static_cast<int>(k);

@@ -26,7 +26,9 @@ constexpr char kSuffix[] = ".part";
 void AddFile(const fs::path& path, ResultKey* key) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) status = {};
-  key->Add(std::int64_t{status.st_size}).Add(std::int64_t{status.st_mtim.tv_sec}).Add(std::int64_t{status.st_mtim.tv_nsec});
+  key->Add(std::int64_t{status.st_size})
+      .Add(std::int64_t{status.st_mtim.tv_sec})
+      .Add(std::int64_t{status.st_mtim.tv_nsec});
 }
 
 // What the cloud follows from beside the images.
@@ -129,7 +131,8 @@ class PartedFusion {
     const phi::Camera& camera = fuser_.cameras()[Index(position)];
     ResultKey key;
     key.Add(workspace_.views()[Index(image)].name);
-    for (const double value : {camera.pinhole.fx, camera.pinhole.fy, camera.pinhole.cx, camera.pinhole.cy}) key.Add(value);
+    for (const double value : {camera.pinhole.fx, camera.pinhole.fy, camera.pinhole.cx, camera.pinhole.cy})
+      key.Add(value);
     for (const double value : camera.pose.rotation.reshaped()) key.Add(value);
     for (const double value : camera.pose.translation) key.Add(value);
     const std::string& kind = options_.input.kind;
@@ -179,9 +182,10 @@ ShardFusionReport MakeShardParts(PartedFusion* fusion, const Shard& shard) {
     missing = earlier;
   }
   if (report.num_waiting > 0) {
-    phi::LogWarning("fusion: " + std::to_string(report.num_waiting) +
-                    " parts wait for others that other shards have not made yet: " + std::to_string(first_waiting) +
-                    " for " + std::to_string(missing) + "; run this shard again later");
+    phi::LogWarning(
+        "fusion: " + std::to_string(report.num_waiting) +
+        " parts wait for others that other shards have not made yet: " + std::to_string(first_waiting) +
+        " for " + std::to_string(missing) + "; run this shard again later");
   }
   return report;
 }
@@ -190,10 +194,11 @@ ShardFusionReport MakeShardParts(PartedFusion* fusion, const Shard& shard) {
 
 fs::path PartsFolder(const fs::path& cloud) { return fs::path(cloud) += ".parts"; }
 
-ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions& options, const fs::path& parts_folder,
-                            const Shard& shard) {
+ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions& options,
+                            const fs::path& parts_folder, const Shard& shard) {
   if (options.rule.formulas == phi::Formulas::kPaper) {
-    throw phi::UsageError("--shard is not for --PhiFusion.formulas paper, in which every image waits for all before it");
+    throw phi::UsageError(
+        "--shard is not for --PhiFusion.formulas paper, in which every image waits for all before it");
   }
   return WithThreads(options, [&] {
     PartedFusion fusion(workspace, options, parts_folder);
@@ -201,8 +206,8 @@ ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions
   });
 }
 
-SceneFusionReport JoinParts(const Workspace& workspace, const SceneFusionOptions& options, const fs::path& parts_folder,
-                            CloudWriter* writer) {
+SceneFusionReport JoinParts(const Workspace& workspace, const SceneFusionOptions& options,
+                            const fs::path& parts_folder, CloudWriter* writer) {
   return WithThreads(options, [&] { return PartedFusion(workspace, options, parts_folder).Join(writer); });
 }
 

@@ -21,7 +21,8 @@ using Json = nlohmann::json;
 
 constexpr std::string_view kMagic = "phimvsF1";
 constexpr std::size_t kKeyBytes = 16;
-constexpr std::size_t kNumbersOffset = kMagic.size() + kKeyBytes, kHeaderBytes = kNumbersOffset + 2 * sizeof(std::uint64_t);
+constexpr std::size_t kNumbersOffset = kMagic.size() + kKeyBytes,
+                      kHeaderBytes = kNumbersOffset + 2 * sizeof(std::uint64_t);
 
 static_assert(std::is_trivially_copyable_v<phi::FusedPoint> && sizeof(phi::FusedPoint) == 40);  // no gaps
 
@@ -42,7 +43,8 @@ class PartFileReader {
     std::error_code missing;
     num_bytes_ = fs::file_size(path, missing);
     std::string header(kMagic.size() + kKeyBytes, '\0');
-    if (missing || num_bytes_ < kHeaderBytes || !file_.read(header.data(), static_cast<std::streamsize>(header.size())) ||
+    if (missing || num_bytes_ < kHeaderBytes ||
+        !file_.read(header.data(), static_cast<std::streamsize>(header.size())) ||
         !header.starts_with(kMagic)) {
       Fail();
     }
@@ -65,12 +67,14 @@ class PartFileReader {
   std::vector<T> Values(std::uint64_t count) {
     if (count > num_bytes_ / sizeof(T)) Fail();
     std::vector<T> values(count);
-    if (!file_.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T)))) Fail();
+    if (!file_.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T))))
+      Fail();
     return values;
   }
 
   [[noreturn]] void Fail() const {
-    throw phi::InputError(path_.string() + ": this part of the fusion is damaged; remove it and run the command again");
+    throw phi::InputError(path_.string() +
+                          ": this part of the fusion is damaged; remove it and run the command again");
   }
 
  private:
@@ -87,9 +91,12 @@ Json ToJson(const PartSummary& summary) {
     outcomes.push_back(summary.findings.outcomes[static_cast<phi::PixelOutcome>(i)]);
   for (const auto& [position, message] : summary.findings.failures) failures.push_back({position, message});
   for (const auto& [position, value] : summary.findings.noise) noise.push_back({position, value});
-  return {{"images", images},     {"outcomes", outcomes},
-          {"failures", failures}, {"noise", noise},
-          {"reads", summary.findings.num_map_reads}, {"points", summary.findings.num_points}};
+  return {{"images", images},
+          {"outcomes", outcomes},
+          {"failures", failures},
+          {"noise", noise},
+          {"reads", summary.findings.num_map_reads},
+          {"points", summary.findings.num_points}};
 }
 
 PartSummary FromJson(const Json& json, PartFileReader* reader) {
@@ -102,7 +109,8 @@ PartSummary FromJson(const Json& json, PartFileReader* reader) {
   for (const Json& failure : json.at("failures")) findings.failures[failure.at(0)] = failure.at(1);
   for (const Json& noise : json.at("noise")) findings.noise[noise.at(0)] = noise.at(1);
   for (const Json& image : json.at("images"))
-    summary.images.push_back({image.at(0).get<int>(), reader->Values<std::uint8_t>(image.at(1).get<std::uint64_t>())});
+    summary.images.push_back(
+        {image.at(0).get<int>(), reader->Values<std::uint8_t>(image.at(1).get<std::uint64_t>())});
   return summary;
 }
 

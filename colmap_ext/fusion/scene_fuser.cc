@@ -46,7 +46,8 @@ std::vector<int> ImagesToFuse(const Workspace& workspace) {
 
 }  // namespace
 
-SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps, const SceneFusionOptions& options)
+SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
+                       const SceneFusionOptions& options)
     : options_(options), reader_(maps) {
   FindImages(workspace);
   flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
@@ -127,15 +128,14 @@ void SceneFuser::FindImages(const Workspace& workspace) {
   known_.num_images = static_cast<int>(images_.size());
   const std::string kind = options_.input.kind;
   if (images_.empty()) {
-    throw phi::InputError(
-        "fusion: " + workspace.StereoFolder().string() + " has no " + kind +
-        " depth and normal maps of the images in fusion.cfg; run patch_match_stereo first" +
-        (kind == kGeometric ? ", or choose --input_type photometric" : ""));
+    throw phi::InputError("fusion: " + workspace.StereoFolder().string() + " has no " + kind +
+                          " depth and normal maps of the images in fusion.cfg; run patch_match_stereo first" +
+                          (kind == kGeometric ? ", or choose --input_type photometric" : ""));
   }
   if (known_.num_images_without_maps > 0) {
     phi::LogWarning("fusion: " + std::to_string(known_.num_images_without_maps) + " of " +
-                    std::to_string(known_.num_images_without_maps + known_.num_images) +
-                    " images have no " + kind + " depth and normal maps and are left out");
+                    std::to_string(known_.num_images_without_maps + known_.num_images) + " images have no " +
+                    kind + " depth and normal maps and are left out");
   }
   ReadCameras();
   const auto has_mask = [&](int image) { return reader_.HasMask(image); };

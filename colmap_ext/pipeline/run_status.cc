@@ -17,22 +17,25 @@ using KindOfRecords = std::map<std::string, TaskRecord>;  // by kind of result
 // As the latest shard says; without shards those of the records.
 std::vector<std::string> StageNames(const std::vector<ShardProcess>& shards,
                                     const std::map<std::string, KindOfRecords>& images) {
-  const auto latest =
-      std::max_element(shards.begin(), shards.end(),
-                       [](const ShardProcess& a, const ShardProcess& b) { return a.generation < b.generation; });
+  const auto latest = std::max_element(
+      shards.begin(), shards.end(),
+      [](const ShardProcess& a, const ShardProcess& b) { return a.generation < b.generation; });
   if (latest != shards.end()) return latest->stages;
   std::vector<std::string> names;
   for (const std::string_view kind : {kPhotometric, kMeasured, kGeometric}) {
-    const bool is_there = std::any_of(images.begin(), images.end(),
-                                      [&](const auto& image) { return image.second.contains(std::string(kind)); });
+    const bool is_there = std::any_of(images.begin(), images.end(), [&](const auto& image) {
+      return image.second.contains(std::string(kind));
+    });
     if (is_there) names.emplace_back(kind);
   }
   return names;
 }
 
 // Whether the image gets no map of this stage any more.
-bool Count(const TaskRecord* record, const std::string& options_hash, bool has_failed, StageStatus* stage, double* seconds) {
-  const bool is_current = record != nullptr && (record->options_hash.empty() || record->options_hash == options_hash);
+bool Count(const TaskRecord* record, const std::string& options_hash, bool has_failed, StageStatus* stage,
+           double* seconds) {
+  const bool is_current =
+      record != nullptr && (record->options_hash.empty() || record->options_hash == options_hash);
   if (is_current && record->state == "done") {
     ++stage->num_done;
     *seconds += record->seconds;
@@ -74,7 +77,8 @@ RunStatus FindStatus(const RunRecord& record) {
   const std::vector<ShardProcess> shards = record.Shards();
   RunStatus status;
   status.num_images = static_cast<int>(images.size());
-  for (const ShardProcess& process : shards) status.num_images = std::max(status.num_images, process.num_images);
+  for (const ShardProcess& process : shards)
+    status.num_images = std::max(status.num_images, process.num_images);
   std::set<std::string> failed;
   for (const std::string& name : StageNames(shards, images)) {
     StageStatus stage{.name = name};
@@ -86,7 +90,8 @@ RunStatus FindStatus(const RunRecord& record) {
       if (!failed.insert(image).second) continue;
       status.failures.push_back({image, name, known->warnings.empty() ? "" : known->warnings.front()});
     }
-    stage.num_waiting += status.num_images - static_cast<int>(images.size());  // of which there is no record at all
+    stage.num_waiting +=
+        status.num_images - static_cast<int>(images.size());  // of which there is no record at all
     if (stage.num_done > 0) stage.seconds_per_image = seconds / stage.num_done;
     status.stages.push_back(stage);
   }
@@ -97,12 +102,13 @@ RunStatus FindStatus(const RunRecord& record) {
 
 std::string StatusText(const RunStatus& status) {
   char line[256];
-  std::snprintf(line, sizeof(line), "%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting", "s/image");
+  std::snprintf(line, sizeof(line), "%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting",
+                "s/image");
   std::string text = std::to_string(status.num_images) + " images\n" + line;
   int num_waiting = 0;
   for (const StageStatus& stage : status.stages) {
-    std::snprintf(line, sizeof(line), "%-14s %8d %8d %8d %10.3f\n", stage.name.c_str(), stage.num_done, stage.num_failed,
-                  stage.num_waiting, stage.seconds_per_image);
+    std::snprintf(line, sizeof(line), "%-14s %8d %8d %8d %10.3f\n", stage.name.c_str(), stage.num_done,
+                  stage.num_failed, stage.num_waiting, stage.seconds_per_image);
     text += line;
     num_waiting += stage.num_waiting;
   }
@@ -112,7 +118,8 @@ std::string StatusText(const RunStatus& status) {
     text += "\n";
   }
   if (num_waiting > 0) {
-    text += "time left: " + (status.seconds_left < 0 ? "not known yet" : "about " + FormatDuration(status.seconds_left)) +
+    text += "time left: " +
+            (status.seconds_left < 0 ? "not known yet" : "about " + FormatDuration(status.seconds_left)) +
             "\n";
   }
   for (const FailedTask& failure : status.failures)

@@ -13,8 +13,9 @@ using ::testing::HasSubstr;
 
 TEST(ScaleScript, TimesPlanShardStatusAndFusionOfAFewImages) {
   const test_support::TemporaryFolder folder;
-  const auto result = test_support::RunProgram({PHIMVS_SOURCE_DIR "/scripts/scale", PHIMVS_BINARY, "--images", "16", "--finish",
-                                                "--fuse", "--json", (folder / "rows.json").string()});
+  const auto result =
+      test_support::RunProgram({PHIMVS_SOURCE_DIR "/scripts/scale", PHIMVS_BINARY, "--images", "16",
+                                "--finish", "--fuse", "--json", (folder / "rows.json").string()});
   ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
   const std::string rows = test_support::ReadBytes(folder / "rows.json");
   for (const char* row : {"plan of all images", "start of shard 4/8", "finished run found finished", "status",

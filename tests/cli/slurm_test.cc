@@ -36,23 +36,30 @@ class Slurm : public ::testing::Test {
   void TearDown() override { Cluster("stop"); }
 
   ProgramResult Cluster(const std::string& action) const {
-    return RunProgram({(kRoot / "tests/support/loopback_slurm").string(), (folder_ / "slurm").string(), action});
+    return RunProgram(
+        {(kRoot / "tests/support/loopback_slurm").string(), (folder_ / "slurm").string(), action});
   }
   ProgramResult Run(const std::vector<std::string>& command) const {
-    return RunProgram(command, {"SLURM_CONF=" + (folder_ / "slurm/slurm.conf").string(), "PHIMVS_WAIT_SECONDS=1"});
+    return RunProgram(command,
+                      {"SLURM_CONF=" + (folder_ / "slurm/slurm.conf").string(), "PHIMVS_WAIT_SECONDS=1"});
   }
 
   // The program, but the first time that shard 1 estimates it is killed when it has begun, and its job queued again.
   fs::path WriteKiller(const fs::path& workspace) const {
     const fs::path path = folder_ / "killer";
-    test_support::WriteBytes(path, "#!/bin/bash\n"
-                                   "if [[ \"$*\" == *'--shard 1/4 --stage photometric'* && -z \"${SLURM_RESTART_COUNT:-}\" ]]; then\n"
-                                   "  '" PHIMVS_BINARY "' \"$@\" & pid=$!\n"
-                                   "  until compgen -G '" + workspace.string() + "/stereo/phimvs.shards/1-of-4.*' >/dev/null; do sleep 0.01; done\n"
-                                   "  kill -9 $pid; wait $pid; echo killed\n"
-                                   "  scontrol requeue \"${SLURM_ARRAY_JOB_ID}_1\"; sleep 60\n"
-                                   "fi\n"
-                                   "exec '" PHIMVS_BINARY "' \"$@\"\n");
+    test_support::WriteBytes(
+        path,
+        "#!/bin/bash\n"
+        "if [[ \"$*\" == *'--shard 1/4 --stage photometric'* && -z \"${SLURM_RESTART_COUNT:-}\" ]]; then\n"
+        "  '" PHIMVS_BINARY
+        "' \"$@\" & pid=$!\n"
+        "  until compgen -G '" +
+            workspace.string() +
+            "/stereo/phimvs.shards/1-of-4.*' >/dev/null; do sleep 0.01; done\n"
+            "  kill -9 $pid; wait $pid; echo killed\n"
+            "  scontrol requeue \"${SLURM_ARRAY_JOB_ID}_1\"; sleep 60\n"
+            "fi\n"
+            "exec '" PHIMVS_BINARY "' \"$@\"\n");
     fs::permissions(path, fs::perms::owner_all);
     return path;
   }
@@ -83,18 +90,21 @@ std::vector<std::string> HashFiles(const fs::path& folder) {
 
 std::string AllLogs(const fs::path& folder) {
   std::string text;
-  for (const auto& entry : fs::directory_iterator(folder)) text += entry.path().string() + ":\n" + ReadBytes(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder))
+    text += entry.path().string() + ":\n" + ReadBytes(entry.path());
   return text;
 }
 
 TEST_F(Slurm, FourShardsOneOfThemKilledLeaveTheBytesOfOneRun) {
-  const fs::path sharded = folder_ / "sharded/dense", whole = folder_ / "whole/dense", logs = folder_ / "logs";
-  ASSERT_EQ(RunProgram({PHIMVS_BINARY, "make_scene", "--output_path", (folder_ / "sharded").string(), "--width", "96",
-                        "--height", "64", "--num_views", "8"})
+  const fs::path sharded = folder_ / "sharded/dense", whole = folder_ / "whole/dense",
+                 logs = folder_ / "logs";
+  ASSERT_EQ(RunProgram({PHIMVS_BINARY, "make_scene", "--output_path", (folder_ / "sharded").string(),
+                        "--width", "96", "--height", "64", "--num_views", "8"})
                 .exit_code,
             0);
   fs::copy(folder_ / "sharded", folder_ / "whole", fs::copy_options::recursive);
-  const std::vector<std::string> cpu = {"--PhiStereo.backend", "cpu", "--PatchMatchStereo.num_iterations", "3"};
+  const std::vector<std::string> cpu = {"--PhiStereo.backend", "cpu", "--PatchMatchStereo.num_iterations",
+                                        "3"};
   std::vector<std::string> stereo = {PHIMVS_BINARY, "patch_match_stereo", "--workspace_path", whole.string()};
   stereo.insert(stereo.end(), cpu.begin(), cpu.end());
   ASSERT_EQ(Run(stereo).exit_code, 0);
@@ -103,18 +113,28 @@ TEST_F(Slurm, FourShardsOneOfThemKilledLeaveTheBytesOfOneRun) {
                 .exit_code,
             0);
 
-  std::vector<std::string> submit = {(kRoot / "scripts/slurm/submit").string(), sharded.string(), "--shards", "4",
-                                     "--fusion-shards", "2", "--phimvs", WriteKiller(sharded).string(), "--logs",
-                                     logs.string(), "--"};
+  std::vector<std::string> submit = {(kRoot / "scripts/slurm/submit").string(),
+                                     sharded.string(),
+                                     "--shards",
+                                     "4",
+                                     "--fusion-shards",
+                                     "2",
+                                     "--phimvs",
+                                     WriteKiller(sharded).string(),
+                                     "--logs",
+                                     logs.string(),
+                                     "--"};
   submit.insert(submit.end(), cpu.begin(), cpu.end());
   const ProgramResult submitted = Run(submit);
   ASSERT_EQ(submitted.exit_code, 0) << submitted.output << submitted.errors;
-  for (const char* part : {"photometric: job ", "geometric: job ", "join: job ", "cloud: job ", "killer status --workspace_path"})
+  for (const char* part : {"photometric: job ", "geometric: job ", "join: job ", "cloud: job ",
+                           "killer status --workspace_path"})
     EXPECT_THAT(submitted.output, HasSubstr(part));
   ASSERT_TRUE(WaitForJobs()) << Run({"squeue"}).output << AllLogs(logs);
   EXPECT_THAT(AllLogs(logs), HasSubstr("killed\n"));
   EXPECT_EQ(HashFiles(sharded), HashFiles(whole)) << AllLogs(logs);
-  EXPECT_THAT(Run({PHIMVS_BINARY, "status", "--workspace_path", sharded.string()}).output, HasSubstr("8 images"));
+  EXPECT_THAT(Run({PHIMVS_BINARY, "status", "--workspace_path", sharded.string()}).output,
+              HasSubstr("8 images"));
 }
 
 }  // namespace

@@ -36,7 +36,9 @@ constexpr int kNumImages = 6;
 
 class ShardPipelineTest : public ::testing::Test {
  protected:
-  void SetUp() override { names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages}); }
+  void SetUp() override {
+    names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
+  }
 
   RunSummary Run(const fs::path& path, const Shard& shard = {}) {
     const Workspace workspace({.path = path});
@@ -100,7 +102,8 @@ TEST_F(ShardPipelineTest, AnyShardsInAnyOrderStoppedAnywhereEndInTheMapsOfOneRun
         if (calls_left-- == 0) throw std::runtime_error("killed");
       };
       try {
-        const phi::ExitCode code = Run(folder.path(), {.index = index, .count = count, .only_stage = ""}).Code();
+        const phi::ExitCode code =
+            Run(folder.path(), {.index = index, .count = count, .only_stage = ""}).Code();
         EXPECT_TRUE(code == phi::ExitCode::kOk || code == kRetryLater);
         num_ok += code == phi::ExitCode::kOk;
       } catch (const std::runtime_error& error) {
@@ -119,10 +122,11 @@ TEST_F(ShardPipelineTest, SaysForWhichMapItWaits) {
   EXPECT_EQ(RunShard(1, 3), kRetryLater);
   EXPECT_EQ(calls_.estimates, 2);
   EXPECT_EQ(calls_.filters, 0);
-  EXPECT_THAT(log.messages(),
-              ::testing::Contains(HasSubstr(
-                  "measured maps of 2 images wait for photometric maps that other shards have not made yet: " + names_[2] +
-                  " for that of ")));
+  EXPECT_THAT(
+      log.messages(),
+      ::testing::Contains(HasSubstr(
+          "measured maps of 2 images wait for photometric maps that other shards have not made yet: " +
+          names_[2] + " for that of ")));
 }
 
 // The image's failure is known, and the others do without its maps, as in one run.
@@ -156,7 +160,8 @@ TEST_F(ShardPipelineTest, MapsOfAnotherProgramAreNotReplaced) {
   const fs::path path = folder_ / "stereo/depth_maps" / (names_[0] + ".photometric.bin");
   WriteDepthMap(path, phi::DepthMap(24, 16, 5.0f));
   const auto run = [&](const Shard& shard) { return InputErrorOf([&] { Run(folder_.path(), shard); }); };
-  EXPECT_THAT(run({.index = 0, .count = 2, .only_stage = ""}), HasSubstr(path.string() + " was not made by phimvs"));
+  EXPECT_THAT(run({.index = 0, .count = 2, .only_stage = ""}),
+              HasSubstr(path.string() + " was not made by phimvs"));
   EXPECT_THAT(run({}), HasSubstr(path.string() + " was not made by phimvs"));
   EXPECT_EQ(RunShard(1, 2), kRetryLater) << "it waits for a map that is no longer ours";
 }
