@@ -56,10 +56,6 @@ TaskRecord RecordFromJson(const Json& json) {
   return record;
 }
 
-std::string DumpJson(const Json& json, int indent) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
 std::string NameToJson(const std::string& name) {
   if (name.find('\\') == std::string::npos && IsUtf8(name)) return name;
   constexpr char kDigits[] = "0123456789ABCDEF";

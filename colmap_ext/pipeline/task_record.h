@@ -36,9 +36,6 @@ TaskRecord RecordFromJson(const nlohmann::ordered_json& json);
 std::string NameToJson(const std::string& name);
 std::string NameFromJson(const std::string& text);
 
-// Text of other programs need not be valid UTF-8. indent -1: one line.
-std::string DumpJson(const nlohmann::ordered_json& json, int indent);
-
 // A line of a journal, with its end.
 std::string JournalLine(const RecordedTask& task, const TaskRecord& record);
 // Throws as RecordFromJson.

@@ -55,7 +55,7 @@ void NeighborAgreement(benchmark::State& state) {
     state.PauseTiming();
     phi::MeasurementMap judged = map;
     state.ResumeTiming();
-    phi::JudgeByNeighbors(precision, &judged);
+    phi::DropLonelyPixels(precision, &judged);
     benchmark::DoNotOptimize(judged.planes.data());
   }
 }
