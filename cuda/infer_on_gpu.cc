@@ -16,11 +16,10 @@
 #include "phi/inference/pooled_supports.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_planes.h"
+#include "phi/matching/matching_window.h"
 
 namespace phi::gpu {
 namespace {
-
-static_assert(kRegionMaps == kPlanesPerRegion && kRegionMaps == 2);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
 using DepthsHandle = std::shared_ptr<const DeviceMeasuredDepths>;
@@ -52,7 +51,7 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
     handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
-    if (launch->formulas == Formulas::kPaper) continue;
+    if (launch->parameters.formulas == Formulas::kPaper) continue;
     if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
     handles.depths.push_back(device->measured.Get(input.source_depths[j], stream, task));
     sources.back().measured = handles.depths.back()->View();
@@ -61,7 +60,7 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
   buffers.sources.Reserve(kMaxSourceViews, task);
   buffers.sources.Upload(sources.data(), static_cast<std::int64_t>(sources.size()), stream, task);
   launch->sources = buffers.sources.data();
-  launch->num_sources = static_cast<int>(sources.size());
+  launch->parameters.num_views = static_cast<int>(sources.size());
   return handles;
 }
 
@@ -75,7 +74,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->supports = buffers.supports.View(width, height);
   float* next = buffers.inverse_depths.data();
   const auto take = [&] { return ArrayView2D<float>{std::exchange(next, next + n), width, height}; };
-  launch->measured_inverse_depth = take();
+  launch->evidence = take();
   launch->inferred = take();
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
@@ -89,7 +88,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->states = scratch->states.View(width, height);
   // Needed after the measured states were read, until the field is set up; the new states come last.
   static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
-  if (launch->formulas == Formulas::kRobust)
+  if (launch->parameters.formulas == Formulas::kRobust)
     launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
 }
 
@@ -152,7 +151,7 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
                                            const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchSupports(launch, stream, task);
-  if (launch.formulas == Formulas::kPaper) {
+  if (launch.parameters.formulas == Formulas::kPaper) {
     LaunchScanlines(launch, stream, task);
     return std::nullopt;
   }
@@ -183,8 +182,8 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
   field.allowed = buffers.node_bytes.data();
   field.best_labels = field.allowed + n;
   field.inverse_depth = buffers.node_floats.data();
-  field.measured = {field.inverse_depth + kMaxLabels * n, field.view.width, field.view.height};
-  field.chosen = {field.measured.data + n, field.view.width, field.view.height};
+  field.evidence = {field.inverse_depth + kMaxLabels * n, field.view.width, field.view.height};
+  field.chosen = {field.evidence.data + n, field.view.width, field.view.height};
   field.unary = buffers.node_integers.data();
   field.totals = buffers.totals.data();
   field.view.potentials = {buffers.tables.data(), buffers.tables.data() + kUnaryTableSize};
@@ -226,10 +225,9 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   device->KeepOnly({.compact_images = num_images, .measured = num_images});
   scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
-  launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
-  launch.window.samples_per_side = stereo.SamplesPerSide();
-  launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
-  launch.formulas = options.formulas;
+  launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
+                       .window = MakeMatchingWindow(stereo),
+                       .formulas = options.formulas};
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);
@@ -261,7 +259,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
                          {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
-  if (region_planes) SetRegionNormals(*region_planes, launch.reference, &result.map);
+  if (region_planes) SetRegionNormals(*region_planes, launch.parameters.reference, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -17,6 +17,8 @@
 namespace phi {
 
 inline constexpr int kNumDirections = 4;
+// Planes of an even region of the image (region_planes.h), which take the diagonals' places among the hypotheses.
+inline constexpr int kPlanesPerRegion = 2;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
 
 struct LineOptions {
@@ -24,7 +26,7 @@ struct LineOptions {
   int max_extrapolation =
       12;              // pixels that a line reaches beyond its outermost support where only one side has any
   int max_reach = 16;  // pixels from the gap within which a side's supports are looked for
-  float max_jump = 0.05f;  // relative: a gap whose two sides miss each other by more is a depth edge
+  float max_jump = kDepthEdge;  // relative: a gap whose two sides miss each other by more is a depth edge
 };
 
 // A pixel that lines may rest on: value (inverse depth; paper: depth) and its slopes per pixel; value <= 0 = none.
@@ -127,7 +129,7 @@ PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> sup
     const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
     if (options.formulas == Formulas::kRobust && sums.n > 0) {
       const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
-      if (!(fabsf(s.value - predicted) < kSameSurfaceTolerance * sums.nearest_w)) break;
+      if (!(fabsf(s.value - predicted) < kSameSurface * sums.nearest_w)) break;
     }
     sums.Add(position, s.value, slope);
   }

@@ -10,6 +10,7 @@
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/support_visibility.h"
 #include "phi/matching/cost_aggregation.h"
@@ -25,7 +26,6 @@ constexpr int kGainStride = 4;
 constexpr std::size_t kMinGainSamples = 100;
 // Grey levels: darker ones are mostly noise, brighter ones may be clipped.
 constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
-constexpr float kSameDepth = 0.01f;  // relative: the two views measured the same spot
 // Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own supports.
 constexpr int kMinStep = 2;
 
@@ -87,8 +87,7 @@ class SourcePool {
                                                                   static_cast<float>(y) + 0.5f)) +
                         view.translation;
     if (!(point.z > 0)) return std::nullopt;
-    const float u = view.source.fx * point.x / point.z + view.source.cx;
-    const float v = view.source.fy * point.y / point.z + view.source.cy;
+    const auto [u, v] = view.source.Project(point);
     const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
     if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
     return PooledSupport{u - 0.5f, v - 0.5f, 1 / point.z};

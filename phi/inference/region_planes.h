@@ -20,8 +20,6 @@
 
 namespace phi {
 
-inline constexpr int kPlanesPerRegion = 2;
-
 // 1 / z = a + b * x + c * y at array indices (x, y), within an ellipse around what carries the plane: the sides of a
 // building carry one, and the sky that the building stands before is no part of it.
 struct RegionPlane {
@@ -67,8 +65,7 @@ class RegionPlanes {
 };
 
 // Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the
-// plane would bend it. `map`: as
-// InferenceResult's.
+// plane would bend it.
 void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map);
 
 }  // namespace phi

@@ -83,7 +83,7 @@ bool Surroundings::Hide(int x, int y, float inverse_depth) const {
   for (const auto& direction : kDirections) {
     const float depth = ContinuedDepth(x, y, direction[0], direction[1]);
     if (!(depth > 0)) continue;
-    const bool hides = depth * inverse_depth < 1 - kSeenThroughMargin && !IsSeenThrough(x, y, 1 / depth);
+    const bool hides = depth * inverse_depth < 1 - kDepthGap && !IsSeenThrough(x, y, 1 / depth);
     num_hiding += hides;
     num_others += !hides;
   }
@@ -101,7 +101,7 @@ void RemoveHidden(int width, int height, int step, std::vector<PooledSupport>* p
     });
     std::uint32_t* hidden = begin + kMinBefore;
     while (hidden != end &&
-           points[*hidden].inverse_depth > (1 - kSeenThroughMargin) * points[hidden[-1]].inverse_depth) {
+           points[*hidden].inverse_depth > (1 - kDepthGap) * points[hidden[-1]].inverse_depth) {
       ++hidden;
     }
     for (; hidden != end; ++hidden) points[*hidden].inverse_depth = 0;

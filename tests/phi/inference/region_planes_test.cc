@@ -35,7 +35,7 @@ PlaneMap RimOf(const InverseDepth& inverse_depth) {
 // Nearest of the hypotheses to the truth, as an error relative to it; large where there is none.
 float BestError(const Hypotheses& hypotheses, int x, int y, float truth) {
   float best = 1e9f;
-  for (const auto& map : hypotheses.maps().inverse_depth) {
+  for (const auto& map : hypotheses.state().maps.inverse_depth) {
     if (map(x, y) > 0) best = std::fmin(best, std::fabs(map(x, y) - truth) / truth);
   }
   return best;
@@ -73,7 +73,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &plain);
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
-      EXPECT_NEAR(hypotheses.maps().inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
+      EXPECT_NEAR(hypotheses.state().maps.inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
     }
   }
 }
@@ -124,10 +124,11 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
     }
   }
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](60, 60), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
   const int reach = LineOptions().max_extrapolation + 8;  // lines may go on from the rims above and below
   for (int x = 80 + reach; x < kWidth; ++x) {
-    for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](x, 60), 0) << x;
+    for (int k = 0; k < kNumDirections; ++k)
+      EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](x, 60), 0) << x;
   }
 }
 
@@ -140,8 +141,8 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &plain);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](58, 58), 0);
-  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](63, 63), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](58, 58), 0);
+  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](63, 63), 0);
 }
 
 // A roof's rim before an even sky: 16 rows carry a plane, standard deviation 16 / sqrt(12) = 4.6, that reaches 23 rows from
@@ -153,9 +154,9 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &sky);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(hypotheses.maps().inverse_depth[k](80, kHeight - 16 - 20), 0);
+    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](80, kHeight - 16 - 20), 0);
   }
 }
 
@@ -192,8 +193,8 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   }
   const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &image);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
-    EXPECT_GT(hypotheses.maps().inverse_depth[k](40, 60), 0);
+    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
+    EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
 }
 
@@ -203,7 +204,8 @@ TEST(RegionPlanes, PaperFormulasHaveNone) {
   const Hypotheses with_image(AllMeasured(map), Formulas::kPaper, &plain),
       without(AllMeasured(map), Formulas::kPaper);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(with_image.maps().inverse_depth[k](60, 60), without.maps().inverse_depth[k](60, 60));
+    EXPECT_EQ(with_image.state().maps.inverse_depth[k](60, 60),
+              without.state().maps.inverse_depth[k](60, 60));
   }
 }
 
