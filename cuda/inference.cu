@@ -51,31 +51,31 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const PixelState state = launch.states(x, y);
   const float depth = launch.measured(x, y).depth;
   launch.evidence(x, y) = EvidenceAt(state, depth);
-  launch.supporting(x, y) = SupportAt(state, depth, launch.parameters.formulas);
+  launch.carrying(x, y) = AnchorAt(state, depth, launch.parameters.formulas);
 }
 
-__global__ void SupportKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
+__global__ void AnchorKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
   const int x = ThreadX(), y = ThreadY();
-  if (!launch.supports.Contains(x, y)) return;
-  const Support support = MakeSupport(launch.supporting, x, y, options);
-  launch.supports(x, y) = support;
-  launch.support_values(x, y) = support.value;
-  const float start = StartHypothesis(launch.evidence(x, y), support);
+  if (!launch.anchors.Contains(x, y)) return;
+  const Anchor anchor = MakeAnchor(launch.carrying, x, y, options);
+  launch.anchors(x, y) = anchor;
+  launch.anchor_values(x, y) = anchor.value;
+  const float start = StartHypothesis(launch.evidence(x, y), anchor);
   for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = start;
 }
 
 // One thread a scanline; blockIdx.y is the direction.
 __global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
-  const int direction = blockIdx.y, width = launch.supports.width, height = launch.supports.height;
+  const int direction = blockIdx.y, width = launch.anchors.width, height = launch.anchors.height;
   const int index = ThreadX();
   if (index >= NumScanlines(direction, width, height)) return;
-  FillScanline(MakeScanline(direction, index, width, height), launch.supports, options,
+  FillScanline(MakeScanline(direction, index, width, height), launch.anchors, options,
                launch.hypotheses[direction]);
 }
 
 __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
-  if (!launch.supports.Contains(x, y)) return;
+  if (!launch.anchors.Contains(x, y)) return;
   std::uint8_t from_region = 0;
   if (!(launch.evidence(x, y) > 0)) {
     float planes[kPlanesPerRegion];
@@ -170,16 +170,16 @@ LineOptions Lines(const InferenceLaunch& launch) {
 
 }  // namespace
 
-void LaunchSupports(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  const int width = launch.supports.width, height = launch.supports.height;
+void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  const int width = launch.anchors.width, height = launch.anchors.height;
   InverseDepthKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
   CheckLaunch("InverseDepthKernel", task);
-  SupportKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, Lines(launch));
-  CheckLaunch("SupportKernel", task);
+  AnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, Lines(launch));
+  CheckLaunch("AnchorKernel", task);
 }
 
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  const int width = launch.supports.width, height = launch.supports.height;
+  const int width = launch.anchors.width, height = launch.anchors.height;
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
   ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, Lines(launch));
@@ -187,7 +187,7 @@ void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const T
 }
 
 void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  RegionPlaneKernel<<<Grid(launch.supports.width, launch.supports.height), kBlock, 0, stream>>>(launch);
+  RegionPlaneKernel<<<Grid(launch.anchors.width, launch.anchors.height), kBlock, 0, stream>>>(launch);
   CheckLaunch("RegionPlaneKernel", task);
 }
 

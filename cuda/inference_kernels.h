@@ -26,10 +26,10 @@ struct InferenceLaunch {
 
   ArrayView2D<const PlaneHypothesis> measured;
   ArrayView2D<PixelState> states;  // the measured map's; at last those of the result
-  ArrayView2D<Support> supports;
-  ArrayView2D<float> support_values;              // the supports' values alone, for the host
+  ArrayView2D<Anchor> anchors;
+  ArrayView2D<float> anchor_values;               // the anchors' values alone, for the host
   ArrayView2D<float> evidence;                    // inverse depth of what is evidence; 0 elsewhere, at holes
-  ArrayView2D<float> supporting;                  // inverse depth of what carries planes, 0 elsewhere
+  ArrayView2D<float> carrying;                    // inverse depth of what carries planes, 0 elsewhere
   ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; outside gaps the pixel's own
   ArrayView2D<float> region_planes[kPlanesPerRegion];  // inverse depth of the region's planes, 0 = none
   ArrayView2D<float> inferred;                         // inverse depth of filled pixels, 0 elsewhere
@@ -69,7 +69,7 @@ enum FieldTotal {
 
 // The points that lines and planes rest on; the four hypothesis maps from them; and the planes of evenly coloured
 // regions in the diagonals' places, with no hypothesis at overexposed holes.
-void LaunchSupports(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 

@@ -21,12 +21,12 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
   return inverse_depth;
 }
 
-// What is there before the lines: measured depth, and the support's at doubtful pixels, which belong to no gap.
-Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Support>& supports) {
+// What is there before the lines: measured depth, and the anchor's at doubtful pixels, which belong to no gap.
+Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Anchor>& anchors) {
   auto start = Array2D<float>::Uninitialized(evidence.width(), evidence.height());
   ForParts(start.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      start.data()[i] = StartHypothesis(evidence.data()[i], supports.data()[i]);
+      start.data()[i] = StartHypothesis(evidence.data()[i], anchors.data()[i]);
     }
   });
   return start;
@@ -35,30 +35,30 @@ Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Sup
 }  // namespace
 
 Hypotheses::Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image,
-                       std::uint32_t image_id, std::span<const PooledSupport> pooled,
+                       std::uint32_t image_id, std::span<const PooledAnchor> pooled,
                        const DepthPrecision& precision)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
   const int width = measured.width(), height = measured.height();
   LineOptions options;
   options.formulas = formulas;
-  const Array2D<float> supporting = InverseDepth(
-      measured, [formulas](PixelState state, float depth) { return SupportAt(state, depth, formulas); });
-  const ArrayView2D<const float> inverse_depth = supporting.view();
-  auto supports = Array2D<Support>::Uninitialized(width, height);
+  const Array2D<float> carrying = InverseDepth(
+      measured, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
+  const ArrayView2D<const float> inverse_depth = carrying.view();
+  auto anchors = Array2D<Anchor>::Uninitialized(width, height);
   tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) supports(x, y) = MakeSupport(inverse_depth, x, y, options);
+    for (int x = 0; x < width; ++x) anchors(x, y) = MakeAnchor(inverse_depth, x, y, options);
   });
-  const Array2D<Support>& const_supports = supports;
-  const Array2D<float> start = StartHypotheses(evidence_, const_supports);
+  const Array2D<Anchor>& const_anchors = anchors;
+  const Array2D<float> start = StartHypotheses(evidence_, const_anchors);
   for (int direction = 0; direction < kNumDirections; ++direction) {
     inverse_depth_[direction] = Transformed(start, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
-      FillScanline(MakeScanline(direction, index, width, height), const_supports.view(), options,
+      FillScanline(MakeScanline(direction, index, width, height), const_anchors.view(), options,
                    inverse_depth_[direction].view());
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    region_planes_.emplace(*image, ValuesOf(const_supports.view()), image_id, pooled, precision);
+    region_planes_.emplace(*image, ValuesOf(const_anchors.view()), image_id, pooled, precision);
     AddRegionPlanes(*image);
   }
 }

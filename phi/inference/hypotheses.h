@@ -18,7 +18,7 @@ class Hypotheses {
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
   // `pooled`: what else the planes rest on. `precision`: of the image's view.
   Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image = nullptr,
-             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {},
+             std::uint32_t image_id = 0, std::span<const PooledAnchor> pooled = {},
              const DepthPrecision& precision = {});
 
   // Views this.

@@ -10,7 +10,7 @@
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
 
@@ -80,8 +80,8 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
 }
 
 Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
-  std::vector<PooledSupport> pooled;
-  if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
+  std::vector<PooledAnchor> pooled;
+  if (formulas == Formulas::kRobust) pooled = PoolAnchors(input);
   return Hypotheses(*input.measured, formulas, RegionImage(input).get(), input.reference.view->image_id,
                     pooled, PrecisionOf(input));
 }

@@ -12,7 +12,7 @@ namespace phi {
 
 inline constexpr int kPlaneFitRadius = 3;  // 7 x 7 window
 // Inverse depth near pixel (x, y): value + slope_x * (x' - x) + slope_y * (y' - y), in 1 / world unit and
-// 1 / (world unit * pixel). `count` pixels support it; 0 = no fit.
+// 1 / (world unit * pixel). `count` pixels lie on it; 0 = no fit.
 struct InverseDepthPlane {
   float value = 0, slope_x = 0, slope_y = 0;
   int count = 0;

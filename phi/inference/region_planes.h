@@ -1,4 +1,4 @@
-// Plane hypotheses from larger supports than a scanline: an evenly coloured region of the image is likely to be one
+// Plane hypotheses from larger anchors than a scanline: an evenly coloured region of the image is likely to be one
 // surface, or a few, and its measured rim carries planes that lines through six pixels only guess.
 //
 // Regions are connected pixels whose smoothed brightness changes slowly. Each gets up to two planes in inverse depth
@@ -16,7 +16,7 @@
 #include "phi/geometry/depth_precision.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/line_hypothesis.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 
 namespace phi {
 
@@ -53,14 +53,14 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
 class RegionPlanes {
  public:
   // `precision`: of the image's view.
-  RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
-               std::span<const PooledSupport> pooled = {}, const DepthPrecision& precision = {});
+  RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
+               std::span<const PooledAnchor> pooled = {}, const DepthPrecision& precision = {});
 
-  // The planes of the pixel's region; those without support are 0 everywhere.
+  // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
 
  private:
-  Array2D<std::int32_t> region_;  // index into planes_, -1 = too little support
+  Array2D<std::int32_t> region_;  // index into planes_, -1 = too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
 };
 

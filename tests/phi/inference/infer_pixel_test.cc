@@ -66,10 +66,10 @@ TEST(InferPixel, OnlyEvidenceAndClaimsOfPlanesCount) {
   EXPECT_EQ(EvidenceAt(PixelState::kDoubtful, 4), 0);
   EXPECT_EQ(EvidenceAt(PixelState::kFewWitnesses, 4), 0);
   EXPECT_EQ(EvidenceAt(PixelState::kNone, 0), 0);
-  EXPECT_EQ(SupportAt(PixelState::kDoubtful, 4, Formulas::kRobust), 0.25f);
-  EXPECT_EQ(SupportAt(PixelState::kDoubtful, 4, Formulas::kPaper), 0);
-  EXPECT_EQ(SupportAt(PixelState::kMeasured, 4, Formulas::kPaper), 0.25f);
-  EXPECT_EQ(SupportAt(PixelState::kFewWitnesses, 4, Formulas::kRobust), 0);
+  EXPECT_EQ(AnchorAt(PixelState::kDoubtful, 4, Formulas::kRobust), 0.25f);
+  EXPECT_EQ(AnchorAt(PixelState::kDoubtful, 4, Formulas::kPaper), 0);
+  EXPECT_EQ(AnchorAt(PixelState::kMeasured, 4, Formulas::kPaper), 0.25f);
+  EXPECT_EQ(AnchorAt(PixelState::kFewWitnesses, 4, Formulas::kRobust), 0);
 }
 
 TEST(InferPixel, RegionPlanesTakeTheDiagonalsPlaces) {

@@ -110,7 +110,7 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
 }
 
 TEST(LineHypothesis, SingleSideUsesSixPixels) {
-  // The paper's supports are single pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
+  // The paper's anchors are single pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
   const PlaneMap map = MakeMap([](int x, int) { return x >= 60 ? 1.0f / (x - 59) : 0.0f; });
   // Three pixels would give the same line; a kink after the third tells six from three.
   PlaneMap kinked = map;
