@@ -14,7 +14,20 @@ target_include_directories(phimvs_compilation INTERFACE
   "$<BUILD_INTERFACE:${CMAKE_CURRENT_BINARY_DIR}/include>"
   "$<INSTALL_INTERFACE:include>" "$<INSTALL_INTERFACE:include/phimvs/detail>")
 
+option(PHIMVS_COMPILER_CACHE "Compile through ccache where it is installed" ON)
 find_program(PHIMVS_CCACHE ccache)
-if(PHIMVS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+if(PHIMVS_COMPILER_CACHE AND PHIMVS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${PHIMVS_CCACHE}")
 endif()
+# Headers that half of the files read. A compiler cache could not serve files that use them precompiled.
+set(phimvs_precompiled_default ON)
+if(CMAKE_CXX_COMPILER_LAUNCHER MATCHES ccache)
+  set(phimvs_precompiled_default OFF)
+endif()
+option(PHIMVS_PRECOMPILED_HEADERS "Precompile what half of the files include" ${phimvs_precompiled_default})
+function(phimvs_precompile_headers target)
+  if(PHIMVS_PRECOMPILED_HEADERS)
+    target_precompile_headers(${target} PRIVATE <algorithm> <filesystem> <functional> <fstream> <map> <memory> <mutex> <span>
+      <string> <vector> <Eigen/Core> <Eigen/Geometry> <tbb/parallel_for.h> ${ARGN})
+  endif()
+endfunction()

@@ -121,7 +121,7 @@ cv::Mat Decode(const fs::path& path, int flags, const CheckSize& check_size) {
 
 template <typename Pixel>
 cv::Mat Wrap(const phi::Array2D<Pixel>& image) {
-  const int type = sizeof(Pixel) == 1 ? CV_8UC1 : CV_8UC3;
+  const int type = sizeof(Pixel) == 1 ? CV_8UC1 : sizeof(Pixel) == 2 ? CV_16UC1 : CV_8UC3;
   return cv::Mat(image.height(), image.width(), type, const_cast<Pixel*>(image.data()));
 }
 
@@ -178,6 +178,16 @@ ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
   const cv::Mat decoded = Decode(path, cv::IMREAD_COLOR, check_size);
   ColorImage image(decoded.cols, decoded.rows);
   cv::cvtColor(decoded, Wrap(image), cv::COLOR_BGR2RGB);
+  return image;
+}
+
+phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
+  const cv::Mat decoded = Decode(path, cv::IMREAD_UNCHANGED, {});
+  if (decoded.type() != CV_16UC1) {
+    throw phi::InputError(path.string() + " is not a 16-bit gray image, as true depths in PNG files are");
+  }
+  phi::Array2D<std::uint16_t> image(decoded.cols, decoded.rows);
+  decoded.copyTo(Wrap(image));
   return image;
 }
 

@@ -31,6 +31,9 @@ using CheckSize = std::function<void(std::size_t width, std::size_t height)>;
 phi::GrayImage ReadGrayImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 
+// The 16-bit values as they are stored; refuses other pixels.
+phi::Array2D<std::uint16_t> ReadGray16Image(const std::filesystem::path& path);
+
 // Area average where it shrinks, bilinear where it grows.
 phi::GrayImage Resize(const phi::GrayImage& image, int width, int height);
 ColorImage Resize(const ColorImage& image, int width, int height);

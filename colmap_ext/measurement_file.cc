@@ -25,10 +25,10 @@ std::uint8_t ValueOf(PixelState state) {
     case PixelState::kNone:
     case PixelState::kMeasured:
       return 0;
-    case PixelState::kDoubtful:
+    case PixelState::kClue:
     case PixelState::kInferredAlone:
       return kDoubtfulValue;
-    case PixelState::kFewWitnesses:
+    case PixelState::kUnsure:
     case PixelState::kInferredConfirmed:
       return kMarkedValue;
   }
@@ -38,10 +38,10 @@ std::uint8_t ValueOf(PixelState state) {
 // Of a pixel whose depth file holds `depth`.
 PixelState StateOf(std::string_view kind, std::uint8_t value, float depth) {
   const bool is_measured = kind == kMeasured;
-  if (is_measured && depth < 0) return PixelState::kDoubtful;  // an earlier version's
+  if (is_measured && depth < 0) return PixelState::kClue;  // an earlier version's
   if (!(depth > 0)) return PixelState::kNone;
   if (value == 0) return PixelState::kMeasured;
-  if (is_measured) return value == kDoubtfulValue ? PixelState::kDoubtful : PixelState::kFewWitnesses;
+  if (is_measured) return value == kDoubtfulValue ? PixelState::kClue : PixelState::kUnsure;
   return value == kMarkedValue ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 
@@ -60,7 +60,7 @@ phi::StateMap ReadStates(const Workspace& workspace, int image, std::string_view
     for (std::size_t i = begin; i < end; ++i) {
       float& d = depth(i);
       states.data()[i] = StateOf(kind, mask.data()[i], d);
-      if (states.data()[i] == PixelState::kDoubtful && d < 0) d = -d;
+      if (states.data()[i] == PixelState::kClue && d < 0) d = -d;
     }
   });
   return states;

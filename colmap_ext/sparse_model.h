@@ -32,8 +32,8 @@ struct Observation {
 
 struct SparseImage {
   std::uint32_t image_id = 0;
-  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // cam_from_world
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();         // cam_from_world
+  Eigen::Quaterniond rotation{1, 0, 0, 0};  // cam_from_world
+  Eigen::Vector3d translation{0, 0, 0};     // cam_from_world
   std::uint32_t camera_id = 0;
   std::string name;  // relative to images/, UTF-8
   std::vector<Observation> observations;
@@ -45,7 +45,7 @@ struct TrackElement {
 
 struct SparsePoint {
   std::uint64_t point3D_id = 0;
-  Eigen::Vector3d xyz = Eigen::Vector3d::Zero();
+  Eigen::Vector3d xyz{0, 0, 0};
   std::array<std::uint8_t, 3> rgb{};
   double error = -1;  // mean reprojection error, pixels of the model's images; < 0 = unknown
   std::vector<TrackElement> track;

@@ -30,10 +30,18 @@ struct GuidanceSource {
   ArrayView2D<const float> depths;
 };
 
-// 1 << pyramid level, and a bit for the narrow window.
+// 1 << pyramid level, the range step, and a bit for the narrow window.
 inline constexpr std::uint8_t kNearWindowBit = 0x80;
+inline constexpr int kRangeStepShift = kMaxPyramidLevels;
+static_assert(kMaxRangeStep << kRangeStepShift < kNearWindowBit);
 PHI_HD std::uint8_t PackWindowScale(WindowScale scale) {
-  return static_cast<std::uint8_t>(1 << scale.level | (scale.near ? kNearWindowBit : 0));
+  return static_cast<std::uint8_t>(1 << scale.level | scale.range_step << kRangeStepShift |
+                                   (scale.near ? kNearWindowBit : 0));
+}
+// All but the level, which kernels take from the bit.
+PHI_HD WindowScale UnpackWindowScale(std::uint8_t packed) {
+  return {0, (packed & kNearWindowBit) != 0,
+          static_cast<std::uint8_t>(packed >> kRangeStepShift & kMaxRangeStep)};
 }
 
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.

@@ -80,11 +80,11 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream, task);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
-  scratch->filter_states.Reserve(num_pixels, task);
+  scratch->testimonies.Reserve(num_pixels, task);
   scratch->verdicts.Reserve(num_pixels, task);
-  const ArrayView2D<FilterState> states = scratch->filter_states.View(map.width(), map.height());
-  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(FilterState);
-  Check(cudaMemsetAsync(states.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
+  const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());
+  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(Testimonies);
+  Check(cudaMemsetAsync(testimonies.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
@@ -92,16 +92,17 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
     const TurnMaps handles =
         BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
-    LaunchAskSources(launch, states, stream, task);
+    LaunchAskSources(launch, testimonies, stream, task);
     if (end < sources.size()) scratch->stream.Synchronize(task);  // before the maps go
   }
-  LaunchJudge(launch.reference, states, scratch->verdicts.View(map.width(), map.height()), stream, task);
+  LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
   scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
+  scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
-  return KeptPixels(map, scratch->host_verdicts.data());
+  return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
 }
 
 }  // namespace phi::gpu

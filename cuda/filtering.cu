@@ -3,18 +3,18 @@
 namespace phi::gpu {
 namespace {
 
-__global__ void AskKernel(const __grid_constant__ FilterLaunch launch, ArrayView2D<FilterState> states) {
+__global__ void AskKernel(const __grid_constant__ FilterLaunch launch, ArrayView2D<Testimonies> testimonies) {
   const int x = blockIdx.x * blockDim.x + threadIdx.x, y = blockIdx.y * blockDim.y + threadIdx.y;
-  if (!states.Contains(x, y)) return;
-  FilterState state = states(x, y);
-  AskSources(launch.reference, launch.turn, x, y, &state);
-  states(x, y) = state;
+  if (!testimonies.Contains(x, y)) return;
+  Testimonies of_pixel = testimonies(x, y);
+  AskSources(launch.reference, launch.turn, x, y, &of_pixel);
+  testimonies(x, y) = of_pixel;
 }
 
 __global__ void JudgeKernel(const __grid_constant__ FilterReference reference,
-                            ArrayView2D<const FilterState> states, ArrayView2D<FilterVerdict> verdicts) {
+                            ArrayView2D<const Testimonies> testimonies, ArrayView2D<FilterVerdict> verdicts) {
   const int x = blockIdx.x * blockDim.x + threadIdx.x, y = blockIdx.y * blockDim.y + threadIdx.y;
-  if (verdicts.Contains(x, y)) verdicts(x, y) = JudgeByViews(reference, x, y, states(x, y));
+  if (verdicts.Contains(x, y)) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
 }
 
 constexpr dim3 kBlock(32, 8);
@@ -25,15 +25,15 @@ dim3 GridOf(int width, int height) {
 
 }  // namespace
 
-void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<FilterState> states, cudaStream_t stream,
+void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<Testimonies> testimonies, cudaStream_t stream,
                       const Task& task) {
-  AskKernel<<<GridOf(states.width, states.height), kBlock, 0, stream>>>(launch, states);
+  AskKernel<<<GridOf(testimonies.width, testimonies.height), kBlock, 0, stream>>>(launch, testimonies);
   CheckLaunch("AskKernel", task);
 }
 
-void LaunchJudge(const FilterReference& reference, ArrayView2D<const FilterState> states,
+void LaunchJudge(const FilterReference& reference, ArrayView2D<const Testimonies> testimonies,
                  ArrayView2D<FilterVerdict> verdicts, cudaStream_t stream, const Task& task) {
-  JudgeKernel<<<GridOf(states.width, states.height), kBlock, 0, stream>>>(reference, states, verdicts);
+  JudgeKernel<<<GridOf(testimonies.width, testimonies.height), kBlock, 0, stream>>>(reference, testimonies, verdicts);
   CheckLaunch("JudgeKernel", task);
 }
 

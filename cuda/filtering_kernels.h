@@ -16,12 +16,12 @@ struct FilterLaunch {
   FilterTurn turn;
 };
 
-// Asks the turn's sources about every pixel. Before the first turn all bytes of `states` are 0.
-void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<FilterState> states, cudaStream_t stream,
+// Asks the turn's sources about every pixel. Before the first turn all bytes of `testimonies` are 0.
+void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<Testimonies> testimonies, cudaStream_t stream,
                       const Task& task);
 
 // After the last turn.
-void LaunchJudge(const FilterReference& reference, ArrayView2D<const FilterState> states,
+void LaunchJudge(const FilterReference& reference, ArrayView2D<const Testimonies> testimonies,
                  ArrayView2D<FilterVerdict> verdicts, cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

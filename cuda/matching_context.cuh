@@ -266,8 +266,8 @@ struct GpuContext {
   __device__ __forceinline__ Patch LoadPatch(int x, int y) const {
     Patch patch;
     patch.level_bit = launch.window_scales(x, y);
-    const bool near = (patch.level_bit & kNearWindowBit) != 0;
-    const MatchingWindow window = near ? parameters.window.Near() : parameters.window;
+    const WindowScale scale_of_window = UnpackWindowScale(static_cast<std::uint8_t>(patch.level_bit));
+    const MatchingWindow window = WindowAtScale(parameters.window, scale_of_window);
     patch.step = window.step;
     ForLevel(patch.level_bit, [&](int level) {
       const float scale = 1.0f / (1 << level);

@@ -91,7 +91,7 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
            static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
   };
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->planes.bytes());
-  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(FilterState) + sizeof(FilterVerdict));
+  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(Testimonies) + sizeof(FilterVerdict));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   fixed += static_cast<std::int64_t>(input.reference.map->states.bytes());
   std::int64_t largest = reference_bytes;

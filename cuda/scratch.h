@@ -74,7 +74,7 @@ struct Scratch {
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
   DeviceBuffer<PixelState> states;
-  DeviceBuffer<FilterState> filter_states;
+  DeviceBuffer<Testimonies> testimonies;
   DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
   EstimationScratch estimation;
@@ -83,6 +83,7 @@ struct Scratch {
   PinnedBuffer<float> host_cost;
   PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
+  PinnedBuffer<Testimonies> host_testimonies;
 };
 
 // Lends scratch to concurrent calls; makes a new one when all are lent.

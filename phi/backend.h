@@ -22,6 +22,7 @@ struct EstimationInput {
   std::vector<ViewImage> sources;         // best first
   std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
   double noise = 0;                       // NoiseDeviation of the reference image, grey levels
+  bool is_reduced = false;                // images and views are reduced ones, of a coarse start
   // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
   // an earlier part stopped. end_iteration 0: to the last one.
   int first_iteration = 0, end_iteration = 0;
@@ -93,8 +94,7 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  // What is kept; the rest has no depth. Of pixels that were measured before, kFewWitnesses says that fewer views than were asked
-  // for could see them, and that all of those confirm them.
+  // What is kept; the rest has no depth. Unsure: fewer views than were asked for could see the pixel, and all of those confirm it.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;

@@ -13,33 +13,40 @@
 namespace phi {
 
 enum class PixelState : std::uint8_t {
-  kNone = 0,  // no depth
-  kMeasured,  // confirmed by other views and judged a measurement: evidence for other pixels
-  kFewWitnesses,  // measured as well, by fewer views than were asked for: published, but evidence for nothing else
-  kDoubtful,       // confirmed, but alone among its neighbours: a clue to where a plane is, and not published
-  kInferredAlone,  // given by a plane hypothesis; no view measured the same
+  kNone = 0,           // no depth
+  kMeasured,           // confirmed, judged a measurement and probably right: evidence for other pixels
+  kUnsure,             // measured as well, but less probably right: published, and evidence for nothing else
+  kClue,               // probably right, but plain, unconfirmed or alone: a clue to where a plane is, and not published
+  kInferredAlone,      // given by a plane hypothesis; no view measured the same
   kInferredConfirmed,  // given by a plane hypothesis, and some view confirms it
 };
 
 // Has the depth that the photos showed, whatever else is known: published as measured.
-PHI_HD bool IsMeasured(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kFewWitnesses; }
-PHI_HD bool IsInferred(PixelState s) {
-  return s == PixelState::kInferredAlone || s == PixelState::kInferredConfirmed;
-}
+PHI_HD bool IsMeasured(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kUnsure; }
+PHI_HD bool IsInferred(PixelState s) { return s == PixelState::kInferredAlone || s == PixelState::kInferredConfirmed; }
 // Has a depth in the finished map.
 PHI_HD bool IsPublished(PixelState s) { return IsMeasured(s) || IsInferred(s); }
 // Tells of other pixels: free space, confirmation of what is inferred.
 PHI_HD bool IsEvidence(PixelState s) { return s == PixelState::kMeasured; }
 // Lines and planes of hypotheses may rest on it.
-PHI_HD bool CarriesPlanes(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kDoubtful; }
+PHI_HD bool CarriesPlanes(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kClue; }
 
 using StateMap = Array2D<PixelState>;
+
+// How many source views say what of a pixel, of those that can see it; see phi/filtering/consistency.h.
+struct Testimonies {
+  std::uint8_t num_confirming = 0;     // theirs is the same surface
+  std::uint8_t num_close = 0;          // of these, closely
+  std::uint8_t num_contradicting = 0;  // theirs is another surface
+};
 
 // An image's pixels. Depths are > 0 where the state is not kNone; where it is, nothing else counts. What else is to be known
 // of a pixel, such as its precision, is one more map here, of the same size.
 struct MeasurementMap {
   PlaneMap planes;
   StateMap states;  // empty: an estimate that nothing has judged yet
+  // Of an estimate that was just filtered, of all its pixels; else empty.
+  Array2D<Testimonies> testimonies = {};
 
   int width() const { return planes.width(); }
   int height() const { return planes.height(); }

@@ -44,7 +44,7 @@ inline constexpr int kMaxRequiredViews = 255;  // the filter counts them in a by
 
 // Geometric consistency (paper section D).
 struct FilterOptions {
-  int min_num_consistent = 2;           // source views
+  int min_num_consistent = 1;           // source views
   int min_num_consistent_inferred = 1;  // the same for inferred pixels
   double max_reprojection_error = 1;    // pixels
   double max_relative_depth_error = 0.01;

@@ -20,9 +20,8 @@ struct ViewSample {
   float angle = 0;          // at the point, between the rays to both centres, radians
   float displacement = 0;   // Eq. 2's summand, pixels of the source view
   float log_scale = 0;      // log of pixels per surface length, source over reference
-  Eigen::Vector3f to_source =
-      Eigen::Vector3f::Zero();  // unit, world axes, from the point to the source's centre
-  float u = 0, v = 0;           // of the point in the reference image, as shares of its width and height
+  Eigen::Vector3f to_source{0, 0, 0};  // unit, world axes, from the point to the source's centre
+  float u = 0, v = 0;                  // of the point in the reference image, as shares of its width and height
 };
 
 // Measures points against pairs of views. Keeps references: all must outlive it.

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 #include <boost/program_options.hpp>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/json_file.h"
 #include "colmap_ext/terminal.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -70,6 +70,21 @@ std::string ListKeys(const std::vector<std::string>& keys) {
   for (std::size_t i = 0; i < std::min(keys.size(), kMaxListedKeys); ++i) text += (i ? ", " : "") + keys[i];
   if (keys.size() > kMaxListedKeys) text += " and " + std::to_string(keys.size() - kMaxListedKeys) + " more";
   return text;
+}
+
+// What is wrong with a command line, in a sentence of our own: Boost's what() never returns where an option's name holds one
+// of its placeholders, such as %canonical_option%.
+std::string WhyRefused(const po::error_with_option_name& error) {
+  const std::string option = error.get_option_name();
+  if (const auto* ambiguous = dynamic_cast<const po::ambiguous_option*>(&error)) {
+    std::string names;
+    for (const std::string& name : ambiguous->alternatives()) names += (names.empty() ? "--" : " or --") + name;
+    return option + " may be " + names;
+  }
+  if (dynamic_cast<const po::multiple_occurrences*>(&error) != nullptr) return option + " is given more than once";
+  const auto* syntax = dynamic_cast<const po::invalid_syntax*>(&error);
+  const bool has_too_much = syntax != nullptr && syntax->kind() == po::invalid_syntax::extra_parameter;
+  return option + (has_too_much ? " takes no value" : " needs a value");
 }
 
 }  // namespace
@@ -143,8 +158,8 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
     word.erase(0, word.find_first_not_of('-'));
     throw phi::UsageError("there is no option '--" + word + "'" + SuggestName(word, AllNames(), "--") +
                           "; see `phimvs " + command_ + " --help`");
-  } catch (const po::error& error) {
-    throw phi::UsageError(std::string(error.what()) + "; see `phimvs " + command_ + " --help`");
+  } catch (const po::error_with_option_name& error) {
+    throw phi::UsageError(WhyRefused(error) + "; see `phimvs " + command_ + " --help`");
   }
   return values;
 }
@@ -304,7 +319,7 @@ void OptionParser::PrintJson() const {
                        {"required", option.required()}});
   }
   const nlohmann::ordered_json json = {{"command", command_}, {"summary", summary_}, {"options", options}};
-  std::cout << json.dump(1) << std::endl;
+  std::cout << DumpJson(json, 1) << std::endl;
 }
 
 void OptionParser::PrintHelp() const {

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
@@ -45,7 +45,7 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
   };
   CropVolume volume;
   try {
-    const auto json = ParseJson<nlohmann::json>(stream);
+    const auto json = ParseJson(stream);
     const std::string axis = json.at("orthogonal_axis");
     volume.axis = axis == "X" || axis == "x" ? 0 : axis == "Y" || axis == "y" ? 1 : 2;
     volume.min = json.at("axis_min");

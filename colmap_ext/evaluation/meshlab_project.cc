@@ -1,6 +1,6 @@
 #include "colmap_ext/evaluation/meshlab_project.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <fstream>
 #include <iterator>

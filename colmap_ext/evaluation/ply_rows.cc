@@ -99,7 +99,6 @@ class PlyRows::Source {
  public:
   explicit Source(const PlyRows& rows) : rows_(rows), stream_(OpenRegularFile(rows.path_)) {
     stream_.seekg(static_cast<std::streamoff>(rows.data_offset_));
-    buffer_.resize(std::size_t{1} << 20);
   }
 
   double Next(int type) {
@@ -143,7 +142,7 @@ class PlyRows::Source {
   const PlyRows& rows_;
   std::ifstream stream_;
   std::uint64_t num_words_ = 0;
-  std::vector<char> buffer_;
+  std::vector<char> buffer_ = std::vector<char>(std::size_t{1} << 16);  // bytes
   std::size_t position_ = 0, end_ = 0;
 };
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/json_file.h"
 
 namespace colmap_ext {
 namespace {
@@ -207,7 +207,7 @@ void WriteScoresJson(const std::filesystem::path& path, const Evaluation& evalua
   }
   if (evaluation.depth) json["depth_maps"] = ToJson(*evaluation.depth);
   if (evaluation.normals) json["normal_maps"] = ToJson(*evaluation.normals);
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteFileAtomically(path, DumpJson(json, 2) + "\n");
 }
 
 }  // namespace colmap_ext

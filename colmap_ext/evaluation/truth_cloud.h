@@ -34,7 +34,7 @@ struct CloudPreparation {
 };
 
 struct LoadedClouds {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // world position of the clouds' (0, 0, 0)
+  Eigen::Vector3d origin{0, 0, 0};  // world position of the clouds' (0, 0, 0)
   CloudPair clouds;
 };
 

@@ -1,11 +1,8 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 
-#include <iterator>
-#include <opencv2/imgcodecs.hpp>
-#include <vector>
+#include <cstdint>
 
 #include "colmap_ext/image_file.h"
-#include "colmap_ext/input_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
@@ -38,20 +35,9 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {
   if (path.extension() == ".bin") return ReadPublishedDepths(path);
-  std::ifstream file = OpenRegularFile(path);
-  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  cv::Mat image;
-  if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  if (image.empty()) throw phi::InputError("cannot read " + path.string());
-  if (image.type() != CV_16UC1) {
-    throw phi::InputError(path.string() + " is not a 16-bit gray image, as true depths in PNG files are");
-  }
-  phi::Array2D<float> depth(image.cols, image.rows);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      depth(x, y) = static_cast<float>(image.at<std::uint16_t>(y, x) / values_per_unit);
-    }
-  }
+  const phi::Array2D<std::uint16_t> values = ReadGray16Image(path);
+  phi::Array2D<float> depth(values.width(), values.height());
+  for (std::size_t i = 0; i < values.size(); ++i) depth.data()[i] = static_cast<float>(values.data()[i] / values_per_unit);
   return depth;
 }
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include "colmap_ext/json_file.h"
 
 namespace colmap_ext {
 namespace {
@@ -84,7 +84,7 @@ std::string FusionJson(const SceneFusionReport& report, double seconds) {
                                        {"pixels", pixels},
                                        {"smoothing", DescribeSmoothing(report)},
                                        {"advice", ExplainFewPoints(report)}};
-  return json.dump(1) + "\n";
+  return DumpJson(json, 1) + "\n";
 }
 
 std::string DescribeSmoothing(const SceneFusionReport& report) {

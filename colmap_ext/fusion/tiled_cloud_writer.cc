@@ -5,10 +5,9 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -63,7 +62,7 @@ class TiledCloudWriter : public CloudWriter {
         {"tile_size", options_.size}, {"origin", options_.origin}, {"tiles", std::move(list)}};
     std::filesystem::path path = options_.path;
     path.replace_filename(path.stem().string() + ".tiles.json");
-    WriteFileAtomically(path, content.dump(1) + "\n");
+    WriteFileAtomically(path, DumpJson(content, 1) + "\n");
   }
 
  private:
@@ -75,7 +74,7 @@ class TiledCloudWriter : public CloudWriter {
     const auto found = tiles_.find(index);
     if (found != tiles_.end()) return found->second;
     if (tiles_.size() == kMaxTiles) {
-      throw phi::InputError("--tile_size " + nlohmann::json(options_.size).dump() + " gives more than " +
+      throw phi::InputError("--tile_size " + DumpJson(nlohmann::ordered_json(options_.size), -1) + " gives more than " +
                             std::to_string(kMaxTiles) +
                             " tiles; ask for larger ones, or for the part in --bbox_path alone");
     }

@@ -8,8 +8,6 @@
 #include <fstream>
 #include <system_error>
 
-#include <nlohmann/json.hpp>
-
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
@@ -57,20 +55,6 @@ TaskRecord FromJson(const Json& json) {
   record.files = FilesFromJson(json, "files");
   record.earlier = FilesFromJson(json, "earlier_files");
   return record;
-}
-
-// Text of other programs need not be valid UTF-8.
-std::string Dump(const Json& json, int indent) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
-bool IsUtf8(const std::string& text) {
-  try {
-    Json(text).dump();
-    return true;
-  } catch (const Json::type_error&) {
-    return false;
-  }
 }
 
 // Names of images are bytes, and JSON holds UTF-8 only. A name that JSON cannot hold, or that could be taken for
@@ -126,11 +110,11 @@ void RunRecord::ReadFile() {
   if (!std::filesystem::exists(path_)) return;
   try {
     std::ifstream file = OpenRegularFile(path_);
-    const Json json = ParseJson<Json>(file);
+    const Json json = ParseJson(file);
     options_hash_ = json.at("options_hash").get<std::string>();
     options_ = json.at("options").get<std::map<std::string, std::string>>();
     if (json.contains("runs")) {
-      for (const Json& run : json["runs"]) runs_.push_back(Dump(run, -1));
+      for (const Json& run : json["runs"]) runs_.push_back(DumpJson(run, -1));
     }
     for (const auto& [image, kinds] : json.at("images").items()) {
       for (const auto& [kind, record] : kinds.items()) tasks_[{NameFromJson(image), kind}] = FromJson(record);
@@ -150,7 +134,7 @@ void RunRecord::ReplayJournal() {
   changed_ = file.is_open();
   for (std::string line; std::getline(file, line);) {
     try {
-      const Json json = ParseJson<Json>(line);
+      const Json json = ParseJson(line);
       const Task task{NameFromJson(json.at("image").get<std::string>()), json.at("kind").get<std::string>()};
       TaskRecord record = FromJson(json);
       record.earlier = tasks_[task].earlier;
@@ -197,7 +181,7 @@ void RunRecord::Finish(const Task& task, const TaskRecord& record) {
   finished.options_hash = options_hash_;
   json.update(ToJson(finished));
   changed_ = true;
-  AppendLine(journal_path_, Dump(json, -1) + "\n");
+  AppendLine(journal_path_, DumpJson(json, -1) + "\n");
   TaskRecord& known = tasks_[task];
   std::vector<FileIdentity> earlier = std::move(known.earlier);
   known = std::move(finished);
@@ -245,7 +229,7 @@ void RunRecord::CompactLocked() {
                      {"runs", runs},
                      {"images", images}};
   AtomicFile file(path_);  // an empty record after a power cut would cost all maps
-  file.Write(Dump(json, 1) + "\n");
+  file.Write(DumpJson(json, 1) + "\n");
   file.Publish();
   std::filesystem::remove(journal_path_);
   changed_ = false;

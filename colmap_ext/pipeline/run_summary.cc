@@ -7,8 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include <nlohmann/json.hpp>
-
+#include "colmap_ext/json_file.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/log.h"
 
@@ -184,7 +183,7 @@ std::string SummaryJson(const RunSummary& summary, const std::string& finished) 
                {"bytes_per_second_and_writer",
                 summary.write_seconds > 0 ? summary.bytes_written / summary.write_seconds : 0.0}};
   if (summary.inference.num_holes > 0) json["inference"] = InferenceJson(summary.inference);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return DumpJson(json, -1);
 }
 
 }  // namespace colmap_ext

@@ -123,8 +123,9 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
     const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), &filtered);
+    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes, &filtered);
   }
+  filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
     const std::int64_t num_kept = phi::CountIf(filtered.states, phi::IsInferred);
     std::lock_guard<std::mutex> lock(mutex_);

@@ -4,7 +4,6 @@
 #include <array>
 #include <ctime>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/evaluation/truth_maps.h"
@@ -26,7 +25,7 @@ Json ReadJson(const std::filesystem::path& path) {
   std::ifstream stream = OpenRegularFile(path);
   if (!stream) throw phi::InputError("cannot read " + path.string());
   try {
-    return ParseJson<Json>(stream);
+    return ParseJson(stream);
   } catch (const Json::exception&) {
     throw phi::InputError(path.string() + " is not JSON");
   } catch (const phi::InputError& error) {
@@ -192,7 +191,7 @@ std::string Now() {
 
 // JSON inside a script element: "</script>" and "<!--" must not occur.
 std::string ForScript(const Json& json) {
-  std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace), safe;
+  std::string text = DumpJson(json, -1), safe;
   for (char c : text) {
     if (c == '<') {
       safe += "\\u003c";

@@ -33,7 +33,7 @@ phi::Array2D<int> CountOtherViews(const RenderedScene& scene, int reference);
 struct Similarity {
   double scale = 1;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Vector3d translation{0, 0, 0};
 
   Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
 };

@@ -32,7 +32,7 @@ struct Shape {
   ShapeKind kind = ShapeKind::kRectangle;
   Eigen::Vector3d half_size{1, 1, 1};  // world units
   Eigen::Matrix3d world_from_local = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of the local frame, in the world
+  Eigen::Vector3d center{0, 0, 0};  // of the local frame, in the world
   std::variant<Paint, SolidTexture> material;
   // Texture ends at this height along the local axis `paint_axis`: above it the surface bears `upper_paint`.
   struct PartialPaint {
@@ -49,10 +49,10 @@ struct Shape {
 
 struct Hit {
   double t = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // world frame, unit, facing the ray's origin
-  Eigen::Vector3d local = Eigen::Vector3d::Zero();   // the point in the shape's frame
-  int shape = -1;                                    // index into the scene's shapes; -1 = nothing was hit
-  int face = 0;                                      // which plane (or 6 = curved) of the shape
+  Eigen::Vector3d normal{0, 0, 0};  // world frame, unit, facing the ray's origin
+  Eigen::Vector3d local{0, 0, 0};   // the point in the shape's frame
+  int shape = -1;                   // index into the scene's shapes; -1 = nothing was hit
+  int face = 0;                     // which plane (or 6 = curved) of the shape
 
   bool valid() const { return shape >= 0; }
 };

@@ -31,7 +31,7 @@ class ScalarMatcher {
     const float u = x + 0.5f, v = y + 0.5f;
     const int level = patch.scale.level;
     const float scale = 1.0f / static_cast<float>(1 << level);
-    const MatchingWindow window = patch.scale.near ? parameters_.window.Near() : parameters_.window;
+    const MatchingWindow window = WindowAtScale(parameters_.window, patch.scale);
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);
     const GraySampler reference{reference_[level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {

@@ -7,7 +7,10 @@
 namespace phi {
 SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                          const std::vector<RelativeView>& views)
-    : rays_(parameters.reference), window_(parameters.window), near_window_(parameters.window.Near()) {
+    : rays_(parameters.reference),
+      matching_window_(parameters.window),
+      window_(parameters.window),
+      near_window_(parameters.window.Near()) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
   window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);

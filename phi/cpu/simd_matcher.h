@@ -27,7 +27,8 @@ class SimdMatcher {
     Patch patch;
     patch.scale = window_scales_(x, y);
     const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
-    LoadSimdPatch(levels_[patch.scale.level].reference, Window(patch.scale), scale * (x + 0.5f),
+    LoadSimdPatch(levels_[patch.scale.level].reference, Window(patch.scale),
+                  WindowAtScale(matching_window_, patch.scale).weight_decay, scale * (x + 0.5f),
                   scale * (y + 0.5f), &patch);
     return patch;
   }
@@ -46,6 +47,7 @@ class SimdMatcher {
   const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
 
   RayModel rays_;
+  MatchingWindow matching_window_;
   SimdWindow window_, near_window_;
   std::vector<Level> levels_;
   Array2D<WindowScale> window_scales_;

@@ -74,7 +74,8 @@ float SampleAt(const std::uint32_t* base, std::int64_t stride, float x, float y)
   return top + fy * (bottom - top);
 }
 
-void LoadPatch(const PackedImage& reference, const SimdWindow& window, float u, float v, SimdPatch* patch) {
+void LoadPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u, float v,
+               SimdPatch* patch) {
   const Floats df;
   const VF x_last = hn::Set(df, static_cast<float>(reference.width() - 1));
   const VF y_last = hn::Set(df, static_cast<float>(reference.height() - 1));
@@ -91,7 +92,7 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float u, 
     hn::Store(hn::Sub(Sample(reference.origin(), stride, x, y), shift), df, patch->samples + k);
   }
   for (int k = 0; k < window.num_samples; ++k) {
-    patch->weights[k] = std::exp2(-window.weight_decay * patch->samples[k] * patch->samples[k]);
+    patch->weights[k] = std::exp2(-weight_decay * patch->samples[k] * patch->samples[k]);
   }
   std::fill(patch->weights + window.num_samples, patch->weights + padded, 0.0f);
   Totals weight, sum, squares;
@@ -225,7 +226,7 @@ HWY_EXPORT(Costs);
 HWY_EXPORT(TargetName);
 
 SimdWindow::SimdWindow(const MatchingWindow& window)
-    : num_samples(window.NumSamples()), radius(window.Radius()), weight_decay(window.weight_decay) {
+    : num_samples(window.NumSamples()), radius(window.Radius()) {
   const int n = window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
@@ -246,9 +247,9 @@ SimdSource::SimdSource(const PackedImage& image, const RelativeView& view)
   b[2] = view.b.z;
 }
 
-void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float u, float v,
-                   SimdPatch* patch) {
-  HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, u, v, patch);
+void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
+                   float v, SimdPatch* patch) {
+  HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, weight_decay, u, v, patch);
 }
 
 void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,

@@ -25,7 +25,6 @@ struct SimdWindow {
   explicit SimdWindow(const MatchingWindow& window);
   int num_samples = 0;
   float radius = 0;
-  float weight_decay = 0;
   std::vector<float> dx, dy;
 };
 
@@ -51,9 +50,9 @@ struct PlaneAtPixel {
   double inverse_depth, per_column, per_row;
 };
 
-// (u, v): the window's centre in the reference, K's coordinates.
-void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float u, float v,
-                   SimdPatch* patch);
+// (u, v): the window's centre in the reference, K's coordinates. weight_decay: as MatchingWindow's.
+void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
+                   float v, SimdPatch* patch);
 void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
                    double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
 

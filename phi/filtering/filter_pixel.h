@@ -1,5 +1,5 @@
 // What the consistency filter does at one pixel. Source maps come in turns, so that no more of them need to be in memory at
-// once than fit: between turns a pixel is a FilterState.
+// once than fit: between turns of them the testimonies are kept.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,6 @@ enum class FilterVerdict : std::uint8_t {
   kKept = 1,
   // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.
   kFewWitnesses = 2,
-};
-
-// A pixel between turns: how many views confirm it, as many as it needs at most, how many could see it, and whether one
-// confirms it closely.
-struct FilterState {
-  std::uint8_t num_confirming = 0;
-  std::uint8_t num_seeing : 7 = 0;
-  std::uint8_t is_close : 1 = 0;
 };
 
 struct FilterReference {
@@ -59,34 +51,47 @@ PHI_HD int RequiredViews(const FilterReference& f, bool was_inferred) {
   return was_inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
 }
 
+// Whether all sources are asked: the confidence of an estimate rests on all that they say. Else as many as are required.
+PHI_HD bool CountsAll(const FilterReference& f) {
+  return f.states.data == nullptr && f.thresholds.formulas == Formulas::kRobust;
+}
+
 // Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
-PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, int y, FilterState* state) {
-  constexpr int kMostSeeing = 127;
+PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, int y, Testimonies* t) {
   const PlaneHypothesis h = f.map(x, y);
   if (!(h.depth > 0)) return;
-  const int required = RequiredViews(f, WasInferred(f, x, y));
-  for (int j = 0; j < turn.num_sources && state->num_confirming < required; ++j) {
+  constexpr int kMost = 255;
+  const int required = CountsAll(f) ? kMost : RequiredViews(f, WasInferred(f, x, y));
+  for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
-    const Testimony testimony =
-        Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask);
-    if (testimony == Testimony::kNone) continue;
-    if (state->num_seeing < kMostSeeing) ++state->num_seeing;
-    if (testimony == Testimony::kContradicts) continue;
-    ++state->num_confirming;
-    if (testimony == Testimony::kConfirmsClosely) state->is_close = 1;
+    switch (Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask)) {
+      case Testimony::kNone:
+        break;
+      case Testimony::kContradicts:
+        if (t->num_contradicting < kMost) ++t->num_contradicting;
+        break;
+      case Testimony::kConfirmsClosely:
+        ++t->num_close;
+        [[fallthrough]];
+      case Testimony::kConfirms:
+        ++t->num_confirming;
+        break;
+    }
   }
 }
 
 // After the last turn.
-PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const FilterState& state) {
+PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const Testimonies& t) {
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
   const bool was_inferred = WasInferred(f, x, y);
   // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
   if (f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !was_inferred)
     return FilterVerdict::kKept;
-  if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost) return FilterVerdict::kDropped;
-  if (state.num_confirming >= RequiredViews(f, was_inferred)) return FilterVerdict::kKept;
-  const bool all_confirm = state.num_seeing == state.num_confirming && state.is_close;
+  if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost)
+    return FilterVerdict::kDropped;
+  if (t.num_confirming >= RequiredViews(f, was_inferred))
+    return FilterVerdict::kKept;
+  const bool all_confirm = t.num_contradicting == 0 && t.num_close > 0;
   const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && !was_inferred;
   return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
 }

@@ -1,5 +1,6 @@
 #include "phi/filtering/filter_setup.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "phi/base/whole_array.h"
@@ -16,7 +17,7 @@ PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
     case FilterVerdict::kKept:
       return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
     case FilterVerdict::kFewWitnesses:
-      return PixelState::kFewWitnesses;
+      return PixelState::kUnsure;
   }
   return PixelState::kNone;
 }
@@ -57,7 +58,7 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
   return sources;
 }
 
-MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts) {
+MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies) {
   MeasurementMap kept{PlaneMap::Uninitialized(map.width(), map.height()),
                       StateMap::Uninitialized(map.width(), map.height())};
   ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
@@ -68,6 +69,10 @@ MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdic
       kept.states.data()[i] = StateAfter(verdicts[i], was_inferred);
     }
   });
+  if (map.states.empty()) {
+    kept.testimonies = Array2D<Testimonies>::Uninitialized(map.width(), map.height());
+    std::copy_n(testimonies, map.size(), kept.testimonies.data());
+  }
   return kept;
 }
 

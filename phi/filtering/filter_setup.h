@@ -18,7 +18,7 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
 // The source views that have a map.
 std::vector<SourceMap> SourcesWithMap(const FilterInput& input);
 
-// `map` without the dropped pixels, and the others' states. `verdicts`: one for each pixel.
-MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts);
+// `map` without the dropped pixels, and the others' states. One verdict and one testimony for each pixel.
+MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies);
 
 }  // namespace phi

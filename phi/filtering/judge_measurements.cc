@@ -1,13 +1,36 @@
 #include "phi/filtering/judge_measurements.h"
 
+#include <cstddef>
+#include <cstdint>
+
+#include "phi/base/whole_array.h"
+#include "phi/filtering/confidence.h"
 #include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
 
 namespace phi {
 
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, MeasurementMap* map) {
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
+                       MeasurementMap* map) {
+  Mask is_evidence(map->width(), map->height());
+  ForConfidenceTerms(estimate, map->testimonies, noise, precision, [&](int x, int y, const ConfidenceTerms& terms) {
+    is_evidence(x, y) = ConfidenceLogOdds(terms) >= kEvidenceLogOdds;
+  });
+  map->testimonies = {};
   DropPlainPixels(image, noise, map);
-  JudgeByNeighbors(precision, map);
+  DropLonelyPixels(precision, map);
+  ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      PixelState& state = map->states.data()[i];
+      const bool is_measured = state != PixelState::kNone;
+      if (is_evidence.data()[i] == 0) {
+        if (is_measured) state = PixelState::kUnsure;
+      } else {
+        map->planes.data()[i] = estimate.data()[i];
+        state = is_measured ? PixelState::kMeasured : PixelState::kClue;
+      }
+    }
+  });
 }
 
 }  // namespace phi

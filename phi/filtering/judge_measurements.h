@@ -1,5 +1,5 @@
-// What the filter kept of an image's estimate, judged as measurements: by the pixel's own texture, by its neighbours, and by
-// how many views could confirm it. Only what stands here is published as measured, and is evidence for anything else.
+// What the filter kept of an image's estimate, judged as measurements: by the pixel's own texture, by its neighbours, and by how
+// probable it is that the depth is right. Only what stands here is published as measured, and is evidence for anything else.
 #pragma once
 
 #include "phi/base/images.h"
@@ -8,8 +8,11 @@
 
 namespace phi {
 
-// Drops plain and contradicted pixels, and finds the doubtful ones (neighbor_agreement.h).
-//   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view.
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, MeasurementMap* map);
+// Drops plain and lonely pixels; of the rest, those that are not probable enough become unsure (confidence.h). What is dropped
+// here or was by the filter, though it is probable, becomes a clue.
+//   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
+//   estimate: what the filter was given; map: what it returned.
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
+                       MeasurementMap* map);
 
 }  // namespace phi

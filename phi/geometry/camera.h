@@ -21,12 +21,16 @@ struct Pinhole {
 };
 
 // cam_from_world: X_camera = rotation * X_world + translation. World units are the sparse model's.
+// Its arithmetic is in camera.cc: nearly every file reads this header, and Eigen's products cost a second to compile.
 struct Pose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rotation = Unrotated();
+  Eigen::Vector3d translation{0, 0, 0};
 
-  Eigen::Vector3d Center() const { return -rotation.transpose() * translation; }
-  Eigen::Vector3d operator*(const Eigen::Vector3d& world) const { return rotation * world + translation; }
+  Eigen::Vector3d Center() const;
+  Eigen::Vector3d operator*(const Eigen::Vector3d& world) const;
+
+ private:
+  static Eigen::Matrix3d Unrotated();
 };
 
 struct Camera {

@@ -21,7 +21,7 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
   return inverse_depth;
 }
 
-// What is there before the lines: measured depth, and the anchor's at doubtful pixels, which belong to no gap.
+// What is there before the lines: measured depth, and the anchor's at clues, which belong to no gap.
 Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Anchor>& anchors) {
   auto start = Array2D<float>::Uninitialized(evidence.width(), evidence.height());
   ForParts(start.size(), [&](std::size_t begin, std::size_t end) {

@@ -11,7 +11,7 @@ namespace {
 void RestoreFewWitnesses(const MeasurementMap& measured, MeasurementMap* inferred) {
   ForParts(measured.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (measured.states.data()[i] != PixelState::kFewWitnesses) continue;
+      if (measured.states.data()[i] != PixelState::kUnsure) continue;
       inferred->planes.data()[i] = measured.planes.data()[i];
       inferred->states.data()[i] = PixelState::kMeasured;
     }

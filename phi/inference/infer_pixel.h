@@ -51,7 +51,7 @@ struct HypothesisState {
 // Inverse depth of what tells of other pixels; 0 elsewhere.
 PHI_HD float EvidenceAt(PixelState state, float depth) { return IsEvidence(state) ? 1 / depth : 0.0f; }
 
-// Inverse depth of what lines and planes rest on: doubtful pixels too, but for the paper's; 0 elsewhere.
+// Inverse depth of what lines and planes rest on: clues too, but for the paper's; 0 elsewhere.
 PHI_HD float AnchorAt(PixelState state, float depth, Formulas formulas) {
   return formulas == Formulas::kRobust && CarriesPlanes(state) ? 1 / depth : EvidenceAt(state, depth);
 }

@@ -201,7 +201,7 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
 }
 
 // The inverse depth that a hypothesis map holds before the lines, 0 in gaps. `evidence`: the pixel's inverse depth where that is
-// evidence, else 0. The anchor of a doubtful pixel competes with what else may be there.
+// evidence, else 0. The anchor of a clue competes with what else may be there.
 PHI_HD float StartHypothesis(float evidence, const Anchor& anchor) {
   return evidence > 0 ? evidence : fmaxf(anchor.value, 0.0f);
 }

@@ -25,7 +25,7 @@ struct PooledAnchor {
   int PixelY() const { return static_cast<int>(y + 0.5f); }
 };
 
-// Measured and doubtful pixels of the source views that land on a pixel without depth that is about as bright, but those that something
+// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright, but those that something
 // nearer hides (anchor_visibility.h). Same order for any number of threads. Views without a map take no part.
 std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input);
 

@@ -8,7 +8,8 @@
 #include <tuple>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"

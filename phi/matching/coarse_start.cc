@@ -61,6 +61,7 @@ PartInput::PartInput(const EstimationInput& input, const StereoOptions& options,
   input_.first_iteration = part.first_iteration;
   input_.end_iteration = part.end_iteration;
   if (part.level == 0) return;
+  input_.is_reduced = true;
   views_.push_back(ReduceView(*input.reference.view, part.level));
   for (const ViewImage& source : input.sources) views_.push_back(ReduceView(*source.view, part.level));
   input_.reference.view = &views_[0];

@@ -80,6 +80,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   }
   constexpr float kDecay = 1.0f / (kHalfWeightDifference * kHalfWeightDifference);
   p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kDecay;
+  p.window.range_follows_texture = !input.is_reduced;
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;

@@ -32,10 +32,33 @@ inline float NearWindowVariance(double noise) {
                kMaxNearVariance);
 }
 
+inline constexpr int kMaxRangeStep = 7;
+
 struct WindowScale {
   std::uint8_t level = 0;  // of the pyramid
   bool near = false;       // samples MatchingWindow::near_step apart; at level 0 only
+  // The half-weight difference is 1 + range_step / kMaxRangeStep times MatchingWindow's, see RangeStep.
+  std::uint8_t range_step = 0;
 };
+
+// How much wider the range of brightness may be that counts as the centre's own surface. `variance`: of the window, weighted. A
+// plain pixel beside an edge has little: the edge's other side has no weight. Where the surface itself has texture the
+// samples fill the range that the weight leaves them, up to the variance of an evenly spread brightness, 1 / (2 ln 2 decay):
+// then the range cuts through one surface, and is doubled; in between in proportion. At full size only: in a reduced image a
+// window spans thin things and what is behind them, and the narrow range keeps these apart.
+PHI_HD std::uint8_t RangeStep(const MatchingWindow& window, float variance) {
+  if (!window.range_follows_texture) return 0;
+  const float filled = fminf(2 * 0.69314718f * window.weight_decay * variance, 1.0f);
+  return static_cast<std::uint8_t>(filled * kMaxRangeStep + 0.5f);
+}
+
+// The window of a pixel, in pixels of its level.
+PHI_HD MatchingWindow WindowAtScale(const MatchingWindow& window, WindowScale scale) {
+  MatchingWindow result = scale.near ? window.Near() : window;
+  const float wider = 1 + static_cast<float>(scale.range_step) / kMaxRangeStep;
+  result.weight_decay /= wider * wider;
+  return result;
+}
 
 // Variance of the samples of a window centred at (u, v), K's coordinates of that level, weighted as the matching cost
 // weights them: contrast that another surface brings into the window does not help to match this one.
@@ -62,12 +85,19 @@ template <class Sampler>
 PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
                                      float u, float v) {
   WindowScale result;
-  result.near =
-      window.near_step > 0 && WindowVariance(levels[0], window.Near(), u, v) >= window.near_variance;
+  if (window.near_step > 0) {
+    const float variance = WindowVariance(levels[0], window.Near(), u, v);
+    result.near = variance >= window.near_variance;
+    if (result.near) result.range_step = RangeStep(window, variance);
+  }
   if (result.near) return result;
   float needed = kWindowVariance, scale = 1.0f;
   for (; result.level + 1 < num_levels; ++result.level) {
-    if (WindowVariance(levels[result.level], window, u * scale, v * scale) >= needed) break;
+    const float variance = WindowVariance(levels[result.level], window, u * scale, v * scale);
+    if (variance >= needed) {
+      if (result.level == 0) result.range_step = RangeStep(window, variance);
+      break;
+    }
     needed *= 0.25f;
     scale *= 0.5f;
   }

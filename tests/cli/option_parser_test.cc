@@ -116,6 +116,20 @@ TEST_F(OptionParserTest, UnknownAndRepeatedOptionsAreUsageErrors) {
   EXPECT_THAT(MessageOf<phi::UsageError>({"--workspace_path"}), HasSubstr("workspace_path"));
 }
 
+// In words of our own: those of Boost never end for the last of these.
+TEST_F(OptionParserTest, CommandLinesThatCannotBeReadSayWhy) {
+  const std::string see = "; see `phimvs command --help`";
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--workspace_path"}), "--workspace_path needs a value" + see);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--workspace_path="}), "--workspace_path needs a value" + see);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--workspace_path", "a", "--workspace_path", "b"}),
+            "--workspace_path is given more than once" + see);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--help=5"}), "--help takes no value" + see);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--PatchMatchStereo"}),
+            "--PatchMatchStereo may be --PatchMatchStereo.num_iterations or --PatchMatchStereo.filter or "
+            "--PatchMatchStereo.sigma_color" + see);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--%canonical_option%="}), "--%canonical_option% needs a value" + see);
+}
+
 TEST_F(OptionParserTest, CommandLineGoesBeforeIniBeforeDefault) {
   const std::string ini =
       WriteIni("workspace_path=there\n[PatchMatchStereo]\nnum_iterations=11\nfilter=false\n");

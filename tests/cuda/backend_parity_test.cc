@@ -245,6 +245,18 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
     }
     EXPECT_GT(num_kept, cpu.size() / 4);
     EXPECT_LE(num_different, cpu.size() / 2000);  // thresholds met within rounding
+    ASSERT_EQ(gpu.testimonies.size(), after_inference ? 0 : cpu.size());
+    ASSERT_EQ(cpu.testimonies.size(), gpu.testimonies.size());
+    const auto num_unlike = [&](auto count) {
+      std::size_t sum = 0;
+      for (std::size_t i = 0; i < cpu.testimonies.size(); ++i) {
+        sum += gpu.testimonies.data()[i].*count != cpu.testimonies.data()[i].*count;
+      }
+      return sum;
+    };
+    EXPECT_LE(num_unlike(&Testimonies::num_confirming), cpu.size() / 1000);
+    EXPECT_LE(num_unlike(&Testimonies::num_close), cpu.size() / 1000);
+    EXPECT_LE(num_unlike(&Testimonies::num_contradicting), cpu.size() / 1000);
     const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
     // After inference measured pixels are not asked again.
     if (!after_inference) {
@@ -263,8 +275,8 @@ TEST_F(ParityTest, InferenceFillsAsTheCpuDoes) {
     for (int x = 0; x < measured.width(); ++x) {
       PixelState& state = measured.states(x, y);
       if (state == PixelState::kNone) continue;
-      if (x / 14 % 3 == 1) state = PixelState::kDoubtful;
-      if (y / 10 % 5 == 4) state = PixelState::kFewWitnesses;
+      if (x / 14 % 3 == 1) state = PixelState::kClue;
+      if (y / 10 % 5 == 4) state = PixelState::kUnsure;
       if ((x / 14 + y / 10) % 2 == 1) measured.Drop(static_cast<std::size_t>(y) * measured.width() + x);
     }
   }

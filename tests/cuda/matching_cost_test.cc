@@ -83,9 +83,9 @@ class MatchingCostTest : public CudaTest {
       for (int y = 0; y < map.height(); ++y) {
         for (int x = 0; x < map.width(); ++x) {
           const Vec3f q = InverseDepthCoefficients(p.reference, x + 0.5f, y + 0.5f, map(x, y));
-          const bool near = SelectWindowScale(&reference, 1, p.window, x + 0.5f, y + 0.5f).near;
+          const WindowScale scale = SelectWindowScale(&reference, 1, p.window, x + 0.5f, y + 0.5f);
           costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height,
-                                   near ? p.window.Near() : p.window, x + 0.5f, y + 0.5f,
+                                   WindowAtScale(p.window, scale), x + 0.5f, y + 0.5f,
                                    PlaneHomography(views[j], q)));
         }
       }

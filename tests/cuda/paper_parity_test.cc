@@ -75,7 +75,7 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
 
   for (int y = 0; y < holes.height(); ++y) {
     for (int x = 0; x < holes.width(); ++x) {  // doubtful pixels are no supports here
-      if (x / 14 % 3 == 1 && IsMeasured(measured.states(x, y))) measured.states(x, y) = PixelState::kDoubtful;
+      if (x / 14 % 3 == 1 && IsMeasured(measured.states(x, y))) measured.states(x, y) = PixelState::kClue;
     }
   }
   InferenceInput input;

@@ -1,10 +1,15 @@
 #include "tests/fuzz/targets.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
+#include <sstream>
 
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/evaluation/crop_volume.h"
@@ -41,9 +46,11 @@ const fs::path& Folder() {
 
 fs::path WriteFile(const std::string& name, Bytes bytes) {
   const fs::path path = Folder() / name;
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const auto open_file = [&] { return open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600); };
+  int file = open_file();
+  if (file < 0 && fs::create_directories(path.parent_path())) file = open_file();
+  if (file < 0 || write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) std::abort();
+  close(file);
   return path;
 }
 
@@ -257,8 +264,7 @@ std::vector<std::string> RecordSeeds() {
   return {JoinThree(folder, names)};
 }
 
-void RunProjectFile(Bytes bytes) {
-  const fs::path path = WriteFile("a.ini", bytes);
+void ParseOptions(const std::vector<std::string>& arguments) {
   Allow([&] {
     OptionParser parser("fuzz", "");
     int number = 0;
@@ -269,14 +275,33 @@ void RunProjectFile(Bytes bytes) {
     parser.Add("Group.real", &real, "").ColmapDefault("0.01");
     parser.Add("flag", &flag, "");
     parser.Add("text", &text, "");
-    const std::string name = path.string();
-    const char* arguments[] = {"fuzz", "--project_path", name.c_str(), "--log_level", "0"};
-    parser.Parse(5, arguments);
+    std::vector<const char*> argv = {"fuzz"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    parser.Parse(static_cast<int>(argv.size()), argv.data());
   });
+}
+
+void RunProjectFile(Bytes bytes) {
+  ParseOptions({"--project_path", WriteFile("a.ini", bytes).string(), "--log_level", "0"});
 }
 
 std::vector<std::string> ProjectFileSeeds() {
   return {"log_to_stderr=0\nflag=true\ntext=a b\n[Group]\nnumber=5\nreal=0.0099999997764825821\n# end\n"};
+}
+
+// Each line is an argument.
+void RunCommandLine(Bytes bytes) {
+  std::istringstream lines(std::string(bytes.begin(), bytes.end()));
+  std::vector<std::string> arguments;
+  for (std::string line; std::getline(lines, line);) arguments.push_back(line);
+  std::streambuf* const output = std::cout.rdbuf(nullptr);  // that of --help
+  ParseOptions(arguments);
+  std::cout.rdbuf(output);
+}
+
+std::vector<std::string> CommandLineSeeds() {
+  return {"--Group.number\n5\n--flag=true\n--text\na b\n", "--fl\n1\n--Group=2\n", "-h\n", "--help_json\n",
+          "--log_level\n3\n--Group.real\n1e-3\n--text="};
 }
 
 constexpr Target kTargets[] = {{"map", RunMap, MapSeeds},
@@ -288,7 +313,8 @@ constexpr Target kTargets[] = {{"map", RunMap, MapSeeds},
                                {"config", RunConfig, ConfigSeeds},
                                {"crop", RunCrop, CropSeeds},
                                {"record", RunRecordFiles, RecordSeeds},
-                               {"project", RunProjectFile, ProjectFileSeeds}};
+                               {"project", RunProjectFile, ProjectFileSeeds},
+                               {"command_line", RunCommandLine, CommandLineSeeds}};
 
 }  // namespace
 

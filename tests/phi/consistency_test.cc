@@ -159,7 +159,7 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
 
 // One view confirms, and no other one could: the pixel is kept, and said to have few witnesses.
 TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
-  EXPECT_EQ(StateAt(60, 30), PixelState::kFewWitnesses);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
   AddSource();
   EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
   input_.sources.pop_back();
@@ -167,7 +167,7 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
   input_.sources.pop_back();
   AddMap(1.9f);  // 5 % before the point: hidden from this one
-  EXPECT_EQ(StateAt(60, 30), PixelState::kFewWitnesses);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
   options_.formulas = Formulas::kPaper;
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
 }
@@ -317,7 +317,7 @@ TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
 
   const FilterReference reference = MakeFilterReference(input_, options_);
   for (const int turn_size : {1, 2, 3, kNumSources}) {
-    Array2D<FilterState> states(80, 60);
+    Array2D<Testimonies> testimonies(80, 60);
     for (int begin = 0; begin < kNumSources; begin += turn_size) {
       std::vector<FilterSource> sources;
       for (int j = begin; j < std::min(begin + turn_size, kNumSources); ++j) {
@@ -325,14 +325,14 @@ TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
       }
       const FilterTurn turn{sources.data(), static_cast<int>(sources.size())};
       for (int y = 0; y < 60; ++y) {
-        for (int x = 0; x < 80; ++x) AskSources(reference, turn, x, y, &states(x, y));
+        for (int x = 0; x < 80; ++x) AskSources(reference, turn, x, y, &testimonies(x, y));
       }
     }
     Array2D<FilterVerdict> verdicts(80, 60);
     for (int y = 0; y < 60; ++y) {
-      for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, states(x, y));
+      for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
     }
-    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data()).planes;
+    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data(), testimonies.data()).planes;
     EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
 }

@@ -6,7 +6,7 @@ namespace phi {
 namespace {
 
 constexpr PixelState kStates[] = {PixelState::kNone,          PixelState::kMeasured,
-                                  PixelState::kFewWitnesses,  PixelState::kDoubtful,
+                                  PixelState::kUnsure,  PixelState::kClue,
                                   PixelState::kInferredAlone, PixelState::kInferredConfirmed};
 constexpr int kNumStates = 6;
 

@@ -109,8 +109,8 @@ double SampleInDouble(const GrayImage& image, double u, double v) {
 }
 
 // The definition (Eq. 4) in double, mean first. The window must be inside the source.
-double CostInDouble(const Scene& scene, int x, int y, const PlaneHypothesis& h, int j) {
-  const MatchingWindow& window = scene.parameters.window;
+double CostInDouble(const Scene& scene, int x, int y, const PlaneHypothesis& h, int j, WindowScale scale) {
+  const MatchingWindow window = WindowAtScale(scene.parameters.window, scale);
   const Pinhole& k = scene.views[0].camera.pinhole;
   const Camera& to = scene.views[j + 1].camera;
   const Camera& from = scene.views[0].camera;
@@ -166,7 +166,8 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
             << "pixel " << x << " " << y << ", view " << j;
         if (expected[j] == kMaxCost) continue;
         sum += std::abs(actual[j] - expected[j]);
-        ASSERT_NEAR(actual[j], CostInDouble(scene, x, y, h, j), tolerance.definition)
+        ASSERT_NEAR(actual[j], CostInDouble(scene, x, y, h, j, scalar.LoadPatch(x, y).scale),
+                    tolerance.definition)
             << "pixel " << x << " " << y << ", view " << j;
       }
     }
@@ -202,7 +203,7 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
   for (ViewImage& source : scene.input.sources) fade(&source);
   const SimdMatcher simd(scene.input, scene.parameters, scene.relative);
   const ScalarMatcher scalar(scene.input, scene.parameters, scene.relative);
-  int compared[4] = {0, 0, 0, 0}, on_the_edge = 0;  // levels, narrow window
+  int compared[4] = {0, 0, 0, 0}, on_the_edge = 0, range_steps = 0;  // levels, narrow window
   for (int y = 0; y < scene.parameters.reference.height; y += 2) {
     for (int x = 0; x < scene.parameters.reference.width; x += 2) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
@@ -210,6 +211,8 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
       const ScalarMatcher::Patch scalar_patch = scalar.LoadPatch(x, y);
       ASSERT_EQ(patch.scale.level, scalar_patch.scale.level);
       ASSERT_EQ(patch.scale.near, scalar_patch.scale.near);
+      ASSERT_EQ(patch.scale.range_step, scalar_patch.scale.range_step);
+      range_steps |= 1 << patch.scale.range_step;
       float expected[4], actual[4];
       scalar.Costs(scalar_patch, x, y, h, kAllViews, expected);
       simd.Costs(patch, x, y, h, kAllViews, actual);
@@ -225,6 +228,7 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
     }
   }
   for (int count : compared) EXPECT_GT(count, 100);
+  EXPECT_EQ(range_steps & 0x7F, 0x7F);
   EXPECT_LT(on_the_edge, 50);
 }
 

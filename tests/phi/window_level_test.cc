@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "phi/matching/pyramid.h"
@@ -53,6 +54,56 @@ TEST(WindowLevel, ContrastOfAnotherSurfaceDoesNotCount) {
   EXPECT_EQ(SelectWindowScale(levels.data(), 2, window, 128.5f, 128.5f).level, 0);
   window.weight_decay = 1.0f / 81;
   EXPECT_EQ(SelectWindowScale(levels.data(), 2, window, 128.5f, 128.5f).level, 1);
+}
+
+WindowScale ScaleAt(const GrayImage& image, int x) {
+  const std::vector<GrayImage> coarse = BuildPyramid(image, 3);
+  const std::vector<GraySampler> levels = {{image.view()}, {coarse[0].view()}, {coarse[1].view()}};
+  MatchingWindow window;
+  window.near_step = 1;
+  window.weight_decay = 1.0f / 81;
+  window.range_follows_texture = true;
+  return SelectWindowScale(levels.data(), 3, window, x + 0.5f, 128.5f);
+}
+
+// Brightness spread evenly over all grey levels fills the range of 9 around the centre, which then is 18: half the weight
+// there.
+TEST(WindowLevel, TheRangeOfATexturedSurfaceIsTwiceAsWide) {
+  GrayImage noise(256, 256);
+  std::mt19937 random(5);
+  for (std::uint8_t& value : noise) value = static_cast<std::uint8_t>(random() >> 24);
+  int sum = 0;
+  for (int x = 60; x < 200; ++x) sum += ScaleAt(noise, x).range_step;
+  EXPECT_GT(sum, 140 * 5.5);
+  MatchingWindow window;
+  window.weight_decay = 1.0f / 81;
+  EXPECT_FLOAT_EQ(WindowAtScale(window, {0, false, kMaxRangeStep}).Weight(18), 0.5f);
+  EXPECT_FLOAT_EQ(WindowAtScale(window, {0, false, 0}).Weight(9), 0.5f);
+}
+
+// Paint of two grey levels of contrast beside a frame: the frame's side has no weight, and must not widen the range.
+TEST(WindowLevel, TheRangeOfAPlainSurfaceBesideAnEdgeStays) {
+  GrayImage image = Sine(2, 10);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 131; x < 256; ++x) image(x, y) = 220;
+  }
+  EXPECT_EQ(ScaleAt(image, 128).range_step, 0);
+}
+
+// A variance of 1 / (2 ln 2 / 81) = 58.4 squared grey levels is that of evenly spread brightness; a quarter of it is two steps.
+TEST(WindowLevel, TheRangeGrowsWithTheVariance) {
+  MatchingWindow window;
+  window.weight_decay = 1.0f / 81;
+  window.range_follows_texture = true;
+  EXPECT_EQ(RangeStep(window, 0), 0);
+  EXPECT_EQ(RangeStep(window, 14.6f), 2);
+  EXPECT_EQ(RangeStep(window, 58.5f), kMaxRangeStep);
+  EXPECT_EQ(RangeStep(window, 200), kMaxRangeStep);
+  window.weight_decay = 0;  // all samples count the same, whatever their variance
+  EXPECT_EQ(RangeStep(window, 200), 0);
+  window.weight_decay = 1.0f / 81;
+  window.range_follows_texture = false;
+  EXPECT_EQ(RangeStep(window, 200), 0);
 }
 
 // The narrow window needs variance 10: amplitude 20 has 200, amplitude 4 has 8.

@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "colmap_ext/pipeline/image_jobs.h"
-#include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "phi/base/device_error.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/noise_workspace.h"
+#include "tests/support/run_pipeline.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -58,19 +57,12 @@ class LostDeviceTest : public ::testing::Test {
   // Null: that the FakeBackend is alone.
   RunSummary Run(const std::filesystem::path& path, std::unique_ptr<DyingBackend> dying) {
     test_support::WriteNoiseWorkspace(path, {.num_images = 6});
-    const Workspace workspace({.path = path});
     PipelineOptions options;
     options.num_guided_passes = 0;
     Backends backends;
     if (dying) backends.push_back(std::move(dying));
     backends.push_back(std::make_unique<FakeBackend>(&calls_, 1));
-    StereoPipeline pipeline(
-        workspace, MakeImageJobs(workspace, MakeSparseScene(workspace.model()), "", options.view_selection),
-        [](int) {
-          return phi::SparseDepth{{}, {1, 10}};
-        },
-        options, {}, backends);
-    const RunSummary summary = pipeline.Run();
+    const RunSummary summary = test_support::RunPipeline({.path = path}, options, backends);
     if (backends.size() == 2) EXPECT_TRUE(static_cast<const DyingBackend&>(*backends.front()).is_dead());
     return summary;
   }

@@ -13,10 +13,9 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
-#include "colmap_ext/pipeline/image_jobs.h"
-#include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/noise_workspace.h"
+#include "tests/support/run_pipeline.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -75,19 +74,12 @@ namespace {
 TEST(PowerCut, WhatGetsAFinalNameIsOnTheDisk) {
   const test_support::TemporaryFolder folder;
   test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 4});
-  const Workspace workspace({.path = folder.path()});
   test_support::FakeCalls calls;
-  PipelineOptions options;
+  const PipelineOptions options;
   Backends backends;
   backends.push_back(std::make_unique<test_support::FakeBackend>(&calls, 2));
-  StereoPipeline pipeline(
-      workspace, MakeImageJobs(workspace, MakeSparseScene(workspace.model()), "", options.view_selection),
-      [](int) {
-        return phi::SparseDepth{{}, {1, 10}};
-      },
-      options, {}, backends);
   g_watching = true;
-  pipeline.Run();
+  test_support::RunPipeline({.path = folder.path()}, options, backends);
   g_watching = false;
   // Three kinds of maps of each image, each with normals.
   EXPECT_GE(g_num_renamed, 4 * 3 * 2);

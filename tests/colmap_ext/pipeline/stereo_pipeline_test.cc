@@ -17,13 +17,13 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
-#include "colmap_ext/pipeline/image_jobs.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/noise_workspace.h"
+#include "tests/support/run_pipeline.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -46,19 +46,11 @@ class StereoPipelineTest : public ::testing::Test {
   }
 
   RunSummary Run(const std::filesystem::path& path) {
-    const Workspace workspace({.path = path, .mask_path = masks_});
-    const phi::SparseScene scene = MakeSparseScene(workspace.model());
     Backends backends;
     for (int i = 0; i < num_backends_; ++i) {
       backends.push_back(std::make_unique<FakeBackend>(&calls_, num_concurrent_));
     }
-    StereoPipeline pipeline(
-        workspace, MakeImageJobs(workspace, scene, "", options_.view_selection),
-        [](int) {
-          return phi::SparseDepth{{}, {1, 10}};
-        },
-        options_, {{"option", "value"}}, backends);
-    return pipeline.Run();
+    return test_support::RunPipeline({.path = path, .mask_path = masks_}, options_, backends);
   }
   RunSummary Run() { return Run(folder_.path()); }
 

@@ -63,13 +63,13 @@ float OfTwo(float cost) { return 1 - std::sqrt(2.0f / 3) * (1 - cost); }
 
 TEST(InferPixel, OnlyEvidenceAndClaimsOfPlanesCount) {
   EXPECT_EQ(EvidenceAt(PixelState::kMeasured, 4), 0.25f);
-  EXPECT_EQ(EvidenceAt(PixelState::kDoubtful, 4), 0);
-  EXPECT_EQ(EvidenceAt(PixelState::kFewWitnesses, 4), 0);
+  EXPECT_EQ(EvidenceAt(PixelState::kClue, 4), 0);
+  EXPECT_EQ(EvidenceAt(PixelState::kUnsure, 4), 0);
   EXPECT_EQ(EvidenceAt(PixelState::kNone, 0), 0);
-  EXPECT_EQ(AnchorAt(PixelState::kDoubtful, 4, Formulas::kRobust), 0.25f);
-  EXPECT_EQ(AnchorAt(PixelState::kDoubtful, 4, Formulas::kPaper), 0);
+  EXPECT_EQ(AnchorAt(PixelState::kClue, 4, Formulas::kRobust), 0.25f);
+  EXPECT_EQ(AnchorAt(PixelState::kClue, 4, Formulas::kPaper), 0);
   EXPECT_EQ(AnchorAt(PixelState::kMeasured, 4, Formulas::kPaper), 0.25f);
-  EXPECT_EQ(AnchorAt(PixelState::kFewWitnesses, 4, Formulas::kRobust), 0);
+  EXPECT_EQ(AnchorAt(PixelState::kUnsure, 4, Formulas::kRobust), 0);
 }
 
 TEST(InferPixel, RegionPlanesTakeTheDiagonalsPlaces) {

@@ -124,10 +124,10 @@ TEST(Infer, APlaneWithAHoleComesBack) {
 TEST(Infer, DoubtfulPixelsCarryTheWallAndAreInferred) {
   MeasurementMap measured = MakeMeasured(0);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < 50; ++x) measured.states(x, y) = PixelState::kDoubtful;
+    for (int x = 0; x < 50; ++x) measured.states(x, y) = PixelState::kClue;
   }
   measured.planes(140, 20).depth *= 0.9f;
-  measured.states(140, 20) = PixelState::kDoubtful;
+  measured.states(140, 20) = PixelState::kClue;
   ExpectTheWholeWall(measured);
 }
 
@@ -135,7 +135,7 @@ TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
   PlaneMap planes(kWidth, kHeight);
   planes(80, 60) = {{0, 0, -1}, 3};
   MeasurementMap measured = AllMeasured(planes);
-  measured.states(80, 60) = PixelState::kDoubtful;
+  measured.states(80, 60) = PixelState::kClue;
   const InferenceResult result =
       InferPlanes(PlainScene().Input(measured), StereoOptions(), InferenceOptions());
   EXPECT_EQ(result.map.planes(80, 60).depth, 0);
@@ -146,7 +146,7 @@ TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
 // In the paper's form they are holes.
 TEST(Infer, DoubtfulPixelsAnchorNothingInThePapersForm) {
   MeasurementMap measured = MakeMeasured(0);
-  std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kDoubtful);
+  std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kClue);
   InferenceOptions options;
   options.formulas = Formulas::kPaper;
   EXPECT_EQ(NumFilled(InferPlanes(PlainScene().Input(measured), StereoOptions(), options)), 0);
@@ -247,14 +247,14 @@ TEST(Infer, PixelsWithFewWitnessesAreNoEvidenceAndComeBack) {
   for (int y = 50; y < 60; ++y) {
     for (int x = 60; x < 100; ++x) {
       measured.planes(x, y) = {{0, 0, -1}, 1.5f};
-      measured.states(x, y) = PixelState::kFewWitnesses;
+      measured.states(x, y) = PixelState::kUnsure;
     }
   }
   const InferenceResult with = fill();
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const bool is_masked = (*mask)(x, y) == 0;
-      const bool has_few = measured.states(x, y) == PixelState::kFewWitnesses;
+      const bool has_few = measured.states(x, y) == PixelState::kUnsure;
       const PlaneHypothesis expected = is_masked ? PlaneHypothesis()
                                        : has_few ? measured.planes(x, y)
                                                  : without.map.planes(x, y);
@@ -271,7 +271,7 @@ TEST(Infer, PixelsWithFewWitnessesAreNoEvidenceAndComeBack) {
 TEST(Infer, OnlyEvidenceOfAnotherViewConfirms) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));
-  for (const PixelState state : {PixelState::kMeasured, PixelState::kFewWitnesses, PixelState::kDoubtful}) {
+  for (const PixelState state : {PixelState::kMeasured, PixelState::kUnsure, PixelState::kClue}) {
     for (const double factor : {1.0, 1.1}) {
       auto depths = std::make_shared<MeasuredDepths>(*SourceDepths(factor));
       std::fill(depths->states.begin(), depths->states.end(), state);

@@ -173,18 +173,18 @@ TEST(PooledAnchors, AMeasuredPixelIsLeftAlone) {
 
 TEST(PooledAnchors, DoubtfulPixelsCountAsMeasured) {
   OnePointScene scene;
-  scene.PutSource(3, PixelState::kDoubtful);
+  scene.PutSource(3, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 1u);
-  scene.Put(75, 45, 2, PixelState::kDoubtful);
+  scene.Put(75, 45, 2, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
 // Neither the source's pixels with few witnesses carry planes, nor do the reference's stand in the way.
 TEST(PooledAnchors, PixelsWithFewWitnessesCountAsHoles) {
   OnePointScene scene;
-  scene.Put(75, 45, 2, PixelState::kFewWitnesses);
+  scene.Put(75, 45, 2, PixelState::kUnsure);
   EXPECT_EQ(scene.NumPooled(), 1u);
-  scene.PutSource(3, PixelState::kFewWitnesses);
+  scene.PutSource(3, PixelState::kUnsure);
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 

@@ -1,0 +1,113 @@
+#include "phi/filtering/confidence.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+
+#include "phi/base/array2d.h"
+#include "phi/filtering/judge_measurements.h"
+
+namespace phi {
+namespace {
+
+constexpr int kSide = 41;
+constexpr RayModel kRays{.fx = 100, .fy = 100, .cx = 20.5f, .cy = 20.5f, .width = kSide, .height = kSide};
+const DepthPrecision kPrecision(kRays, {});  // no source views: neighbours agree within 0.3 %
+
+PlaneMap Wall() { return {kSide, kSide, {{0, 0, -1}, 3}}; }
+
+ConfidenceTerms TermsAt(const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, double noise, int x, int y) {
+  ConfidenceTerms found = {};
+  std::atomic<int> num_told = 0;
+  ForConfidenceTerms(estimate, testimonies, noise, kPrecision, [&](int u, int v, const ConfidenceTerms& terms) {
+    ++num_told;
+    if (u == x && v == y) found = terms;
+  });
+  int num_depths = 0;
+  for (const PlaneHypothesis& h : estimate) num_depths += h.depth > 0;
+  EXPECT_EQ(num_told, num_depths);
+  return found;
+}
+
+TEST(Confidence, TermsAreWhatTheyAreNamed) {
+  PlaneMap wall = Wall();
+  // Of 24 neighbours three pixels apart five are off by 1 %, one has no depth; others nearer by are not asked.
+  for (const int dx : {-6, -3, 0, 3, 6}) wall(20 + dx, 14).depth = 3.03f;
+  wall(23, 20) = {};
+  wall(21, 20).depth = 2;
+  Array2D<Testimonies> testimonies(kSide, kSide);
+  testimonies(20, 20) = {3, 1, 1};
+  const ConfidenceTerms terms = TermsAt(wall, testimonies, 3, 20, 20);
+  EXPECT_FLOAT_EQ(terms[kConfirmingShare], 0.75f);
+  EXPECT_FLOAT_EQ(terms[kConfirming], 2);
+  EXPECT_FLOAT_EQ(terms[kContradicting], 1);
+  EXPECT_EQ(terms[kAnyClose], 1);
+  EXPECT_FLOAT_EQ(terms[kAgreeingShare], 18 / 24.0f);
+  EXPECT_FLOAT_EQ(terms[kNoise], std::log2(1.02f));
+  const ConfidenceTerms silent = TermsAt(wall, Array2D<Testimonies>(kSide, kSide), 3, 20, 20);
+  EXPECT_EQ(silent[kConfirmingShare], 0);
+  EXPECT_EQ(silent[kAnyClose], 0);
+}
+
+// A map that all views confirm and that goes on around the pixel is believed, what half of them contradict or what stands in
+// disorder is not.
+TEST(Confidence, EvidenceIsWhatViewsAndNeighboursAgreeOn) {
+  const auto log_odds = [](float share, float agreeing) {
+    ConfidenceTerms terms = {};
+    terms[kConfirmingShare] = share;
+    terms[kConfirming] = terms[kContradicting] = 2;
+    terms[kAnyClose] = 1;
+    terms[kAgreeingShare] = agreeing;
+    terms[kNoise] = -3;
+    return ConfidenceLogOdds(terms);
+  };
+  EXPECT_GT(log_odds(1, 1), kEvidenceLogOdds);
+  EXPECT_LT(log_odds(0.5f, 0.9f), log_odds(1, 0.9f) - 1);
+  EXPECT_LT(log_odds(0.2f, 0.5f), kEvidenceLogOdds);
+  EXPECT_LT(log_odds(1, 0), kEvidenceLogOdds);
+  EXPECT_NEAR(1 / (1 + std::exp(-kEvidenceLogOdds)), 0.8, 1e-6);
+}
+
+class JudgeMeasurementsTest : public testing::Test {
+ protected:
+  // A checked photo of a wall: all of it has texture, and the right part of it is plain.
+  JudgeMeasurementsTest() : photo_(kSide, kSide) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) photo_(x, y) = x < 30 && (x / 3 + y / 3) % 2 == 0 ? 140 : 100;
+    }
+    map_.testimonies = Array2D<Testimonies>(kSide, kSide, {3, 3, 0});
+  }
+
+  PixelState JudgedAt(int x, int y) {
+    MeasurementMap map = map_;
+    JudgeMeasurements(photo_, 0.5, kPrecision, Wall(), &map);
+    EXPECT_TRUE(map.testimonies.empty());
+    EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
+    return map.states(x, y);
+  }
+
+  GrayImage photo_;
+  MeasurementMap map_ = AllMeasured(Wall());
+};
+
+TEST_F(JudgeMeasurementsTest, WhatIsProbableAndTexturedIsMeasured) {
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kMeasured);
+}
+
+TEST_F(JudgeMeasurementsTest, WhatIsConfirmedButLessProbableIsUnsure) {
+  map_.testimonies(15, 20) = {1, 0, 4};
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kUnsure);
+}
+
+TEST_F(JudgeMeasurementsTest, WhatIsProbableButPlainIsAClue) { EXPECT_EQ(JudgedAt(36, 20), PixelState::kClue); }
+
+TEST_F(JudgeMeasurementsTest, WhatTheFilterDroppedIsAClueWhereItIsProbable) {
+  map_.Drop(20 * kSide + 15);
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kClue);
+  map_.testimonies(15, 20) = {0, 0, 4};
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kNone);
+}
+
+}  // namespace
+}  // namespace phi
