@@ -13,14 +13,13 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_planes.h"
+#include "phi/matching/matching_window.h"
 
 namespace phi::gpu {
 namespace {
-
-static_assert(kRegionMaps == kPlanesPerRegion && kRegionMaps == 2);
 
 using TextureHandle = std::shared_ptr<const GrayPyramid>;
 using DepthsHandle = std::shared_ptr<const DeviceMeasuredDepths>;
@@ -52,7 +51,7 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
     handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
-    if (launch->formulas == Formulas::kPaper) continue;
+    if (launch->parameters.formulas == Formulas::kPaper) continue;
     if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
     handles.depths.push_back(device->measured.Get(input.source_depths[j], stream, task));
     sources.back().measured = handles.depths.back()->View();
@@ -61,35 +60,35 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
   buffers.sources.Reserve(kMaxSourceViews, task);
   buffers.sources.Upload(sources.data(), static_cast<std::int64_t>(sources.size()), stream, task);
   launch->sources = buffers.sources.data();
-  launch->num_sources = static_cast<int>(sources.size());
+  launch->parameters.num_views = static_cast<int>(sources.size());
   return handles;
 }
 
 void BindMaps(Scratch* scratch, int width, int height, const Task& task, InferenceLaunch* launch) {
   const std::int64_t n = static_cast<std::int64_t>(width) * height;
   InferenceScratch& buffers = scratch->inference;
-  buffers.supports.Reserve(n, task);
+  buffers.anchors.Reserve(n, task);
   buffers.inverse_depths.Reserve(InferenceScratch::kPixelFloats * n, task);
   scratch->plane.Reserve(n, task);
   scratch->states.Reserve(n, task);
-  launch->supports = buffers.supports.View(width, height);
+  launch->anchors = buffers.anchors.View(width, height);
   float* next = buffers.inverse_depths.data();
   const auto take = [&] { return ArrayView2D<float>{std::exchange(next, next + n), width, height}; };
-  launch->measured_inverse_depth = take();
+  launch->evidence = take();
   launch->inferred = take();
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
   // Needed before anything is inferred, and no longer then: they share the memory.
-  launch->support_values = launch->inferred;
+  launch->anchor_values = launch->inferred;
   launch->region_planes[0] = launch->inferred;
-  launch->supporting = launch->filled_and_measured;
+  launch->carrying = launch->filled_and_measured;
   launch->region_planes[1] = launch->filled_and_measured;
   launch->result = scratch->plane.View(width, height);  // the measured map until the composition
   launch->measured = launch->result;
   launch->states = scratch->states.View(width, height);
   // Needed after the measured states were read, until the field is set up; the new states come last.
   static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
-  if (launch->formulas == Formulas::kRobust)
+  if (launch->parameters.formulas == Formulas::kRobust)
     launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
 }
 
@@ -106,25 +105,25 @@ void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task
 
 // Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
 struct RegionBuffers {
-  float *support_values, *planes;
+  float *anchor_values, *planes;
 
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
-      : support_values(reinterpret_cast<float*>(scratch->host_plane.data())),
-        planes(support_values + num_pixels) {
+      : anchor_values(reinterpret_cast<float*>(scratch->host_plane.data())),
+        planes(anchor_values + num_pixels) {
     static_assert(sizeof(PlaneHypothesis) >= (1 + kPlanesPerRegion) * sizeof(float));
   }
 };
 
-// Regions are found on the host; the scanlines run meanwhile, and the supports while other views' are pooled.
+// Regions are found on the host; the scanlines run meanwhile, and the anchors while other views' are pooled.
 RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
-                             const Event& supports_ready, const Task& task) {
-  const int width = launch.supports.width, height = launch.supports.height;
-  const std::int64_t n = launch.supports.size();
+                             const Event& anchors_ready, const Task& task) {
+  const int width = launch.anchors.width, height = launch.anchors.height;
+  const std::int64_t n = launch.anchors.size();
   InferenceScratch& buffers = scratch->inference;
-  const std::vector<PooledSupport> pooled = PoolSupports(input);
-  supports_ready.Wait(task);
+  const std::vector<PooledAnchor> pooled = PoolAnchors(input);
+  anchors_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(*RegionImage(input), {host_buffers.support_values, width, height},
+  RegionPlanes planes(*RegionImage(input), {host_buffers.anchor_values, width, height},
                       input.reference.view->image_id, pooled, PrecisionOf(input));
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
@@ -151,17 +150,16 @@ void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t strea
 std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch* scratch,
                                            const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
-  LaunchSupports(launch, stream, task);
-  if (launch.formulas == Formulas::kPaper) {
+  LaunchAnchors(launch, stream, task);
+  if (launch.parameters.formulas == Formulas::kPaper) {
     LaunchScanlines(launch, stream, task);
     return std::nullopt;
   }
-  const Event supports_ready(Event::Timing::kOff, task);
-  CopyToHost(launch.support_values, RegionBuffers(scratch, launch.supports.size()).support_values, stream,
-             task);
-  supports_ready.Record(stream, task);
+  const Event anchors_ready(Event::Timing::kOff, task);
+  CopyToHost(launch.anchor_values, RegionBuffers(scratch, launch.anchors.size()).anchor_values, stream, task);
+  anchors_ready.Record(stream, task);
   LaunchScanlines(launch, stream, task);
-  return AddRegionPlanes(input, scratch, launch, supports_ready, task);
+  return AddRegionPlanes(input, scratch, launch, anchors_ready, task);
 }
 
 FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables,
@@ -183,8 +181,8 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
   field.allowed = buffers.node_bytes.data();
   field.best_labels = field.allowed + n;
   field.inverse_depth = buffers.node_floats.data();
-  field.measured = {field.inverse_depth + kMaxLabels * n, field.view.width, field.view.height};
-  field.chosen = {field.measured.data + n, field.view.width, field.view.height};
+  field.evidence = {field.inverse_depth + kMaxLabels * n, field.view.width, field.view.height};
+  field.chosen = {field.evidence.data + n, field.view.width, field.view.height};
   field.unary = buffers.node_integers.data();
   field.totals = buffers.totals.data();
   field.view.potentials = {buffers.tables.data(), buffers.tables.data() + kUnaryTableSize};
@@ -226,10 +224,9 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   device->KeepOnly({.compact_images = num_images, .measured = num_images});
   scratch->estimation.FreeDeviceMaps();
   InferenceLaunch launch;
-  launch.reference = MakeRayModel(input.reference.view->camera.pinhole);
-  launch.window.samples_per_side = stereo.SamplesPerSide();
-  launch.window.step = static_cast<float>(stereo.window_radius / launch.window.samples_per_side);
-  launch.formulas = options.formulas;
+  launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
+                       .window = MakeMatchingWindow(stereo),
+                       .formulas = options.formulas};
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);
@@ -261,7 +258,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
                          {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
-  if (region_planes) SetRegionNormals(*region_planes, launch.reference, &result.map);
+  if (region_planes) SetRegionNormals(*region_planes, launch.parameters.reference, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

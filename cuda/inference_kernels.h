@@ -7,15 +7,10 @@
 
 #include "cuda/error.h"
 #include "cuda/texture_sampler.h"
-#include "phi/inference/line_hypothesis.h"
+#include "phi/inference/infer_pixel.h"
 #include "phi/inference/trws_node.h"
-#include "phi/inference/upsample.h"
-#include "phi/matching/zncc.h"
-#include "phi/measurement.h"
 
 namespace phi::gpu {
-
-inline constexpr int kRegionMaps = 2;  // phi::kPlanesPerRegion, whose header is the host's
 
 struct InferenceSource {
   RelativeView view;
@@ -25,27 +20,24 @@ struct InferenceSource {
 
 // Passed to the kernels by value. All arrays are on the device.
 struct InferenceLaunch {
-  RayModel reference;
+  InferenceParameters parameters;
   TextureSampler reference_texture;
-  MatchingWindow window;
-  Formulas formulas = Formulas::kRobust;
-  const InferenceSource* sources = nullptr;
-  int num_sources = 0;
+  const InferenceSource* sources = nullptr;  // parameters.num_views
 
   ArrayView2D<const PlaneHypothesis> measured;
   ArrayView2D<PixelState> states;  // the measured map's; at last those of the result
-  ArrayView2D<Support> supports;
-  ArrayView2D<float> support_values;              // the supports' values alone, for the host
-  ArrayView2D<float> measured_inverse_depth;      // of what is evidence; 0 elsewhere, at holes
-  ArrayView2D<float> supporting;                  // inverse depth of what carries planes, 0 elsewhere
+  ArrayView2D<Anchor> anchors;
+  ArrayView2D<float> anchor_values;               // the anchors' values alone, for the host
+  ArrayView2D<float> evidence;                    // inverse depth of what is evidence; 0 elsewhere, at holes
+  ArrayView2D<float> carrying;                    // inverse depth of what carries planes, 0 elsewhere
   ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; outside gaps the pixel's own
-  ArrayView2D<float> region_planes[kRegionMaps];  // inverse depth of the region's planes, 0 = none
-  ArrayView2D<float> inferred;                    // inverse depth of filled pixels, 0 elsewhere
-  ArrayView2D<float> filled_and_measured;         // inverse depth
+  ArrayView2D<float> region_planes[kPlanesPerRegion];  // inverse depth of the region's planes, 0 = none
+  ArrayView2D<float> inferred;                         // inverse depth of filled pixels, 0 elsewhere
+  ArrayView2D<float> filled_and_measured;              // inverse depth
   ArrayView2D<PlaneHypothesis> result;
   ArrayView2D<std::uint8_t> from_region;  // no data, or bit k: hypothesis k is a region's plane
 
-  HypothesisMaps Maps() const;
+  HypothesisState State() const;
 };
 
 // The field's arrays, as FieldView has them, with write access.
@@ -54,8 +46,8 @@ struct FieldLaunch {
   std::uint8_t* allowed = nullptr;
   float* inverse_depth = nullptr;
   std::int32_t* unary = nullptr;
-  ArrayView2D<float> measured;          // inverse depth at the nodes' pixels, 0 at holes
-  ArrayView2D<float> chosen;            // as Field::ChosenInverseDepth; without labels until these are chosen
+  ArrayView2D<float> evidence;  // inverse depth at the nodes' pixels, 0 at holes
+  ArrayView2D<float> chosen;    // as Field::ChosenInverseDepth; FieldNode::unlabelled until labels are chosen
   std::uint8_t* best_labels = nullptr;  // of the pass with the lowest energy
   std::int64_t* totals = nullptr;       // FieldTotal entries
 };
@@ -77,7 +69,7 @@ enum FieldTotal {
 
 // The points that lines and planes rest on; the four hypothesis maps from them; and the planes of evenly coloured
 // regions in the diagonals' places, with no hypothesis at overexposed holes.
-void LaunchSupports(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 

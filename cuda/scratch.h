@@ -22,12 +22,12 @@ struct InferenceScratch {
                                 kFloatFields = kMaxLabels + 2, kIntegerFields = 3 * kMaxLabels;
   // Device bytes a pixel, with those that Scratch holds for all kinds of call, and a node.
   static constexpr std::int64_t kPixelBytes =
-      sizeof(Support) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(PixelState);
+      sizeof(Anchor) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(PixelState);
   static constexpr std::int64_t kNodeBytes =
       kByteFields + kFloatFields * sizeof(float) + kIntegerFields * sizeof(std::int32_t);
 
   DeviceBuffer<InferenceSource> sources;
-  DeviceBuffer<Support> supports;
+  DeviceBuffer<Anchor> anchors;
   DeviceBuffer<float> inverse_depths;
   DeviceBuffer<std::uint8_t> node_bytes;
   DeviceBuffer<float> node_floats;
@@ -36,7 +36,7 @@ struct InferenceScratch {
   PinnedBuffer<std::int64_t> host_totals;
 
   void FreeDeviceMaps() {
-    supports.Free();
+    anchors.Free();
     inverse_depths.Free();
     node_bytes.Free();
     node_floats.Free();

@@ -22,10 +22,6 @@ Eigen::Vector3d InCamera(const Camera& camera, const Eigen::Vector3d& center, co
   return camera.pose.rotation * (world - center);
 }
 
-Eigen::Vector2d Project(const Pinhole& k, const Eigen::Vector3d& camera) {
-  return {k.fx * camera.x() / camera.z() + k.cx, k.fy * camera.y() / camera.z() + k.cy};
-}
-
 // Mean over the track, from the cameras: the error that a model stores may be in the pixels of the original
 // pictures, before the undistorter reduced them. Infinite when the point is behind a camera that claims to
 // see it.
@@ -36,7 +32,7 @@ double ReprojectionError(const std::vector<SceneView>& views, const std::vector<
     const Eigen::Vector3d camera =
         InCamera(views[observation.view].camera, centers[observation.view], scene.point(point));
     if (camera.z() <= 0) return std::numeric_limits<double>::infinity();
-    const Eigen::Vector2d pixel = Project(scene.model_pinhole(observation.view), camera);
+    const Eigen::Vector2d pixel = scene.model_pinhole(observation.view).Project(camera);
     sum += (pixel - Eigen::Vector2d(observation.u, observation.v)).norm();
   }
   return sum / static_cast<double>(scene.track(point).size());
@@ -99,7 +95,7 @@ std::vector<SparseObservation> SparseDepthSource::PointsOf(int view, bool reliab
     if (reliable_only && !reliable_[point]) continue;
     const Eigen::Vector3d in_camera = InCamera(camera, center, scene_.point(point));
     if (in_camera.z() <= 0) continue;
-    const Eigen::Vector2d pixel = Project(camera.pinhole, in_camera);
+    const Eigen::Vector2d pixel = camera.pinhole.Project(in_camera);
     points.push_back(
         {static_cast<float>(pixel.x()), static_cast<float>(pixel.y()), static_cast<float>(in_camera.z())});
   }
@@ -124,7 +120,7 @@ DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const
   for (std::size_t point = 0; point < scene.num_points(); point += stride) {
     const Eigen::Vector3d in_camera = InCamera(camera, center, scene.point(point));
     if (in_camera.z() <= 0) continue;
-    const Eigen::Vector2d pixel = Project(camera.pinhole, in_camera);
+    const Eigen::Vector2d pixel = camera.pinhole.Project(in_camera);
     const bool inside = pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= camera.pinhole.width &&
                         pixel.y() <= camera.pinhole.height;
     if (inside) depths.push_back(static_cast<float>(in_camera.z()));

@@ -17,10 +17,6 @@ constexpr double kWidestAngle = 60 * std::numbers::pi / 180;
 
 double FocalLength(const Pinhole& pinhole) { return std::sqrt(pinhole.fx * pinhole.fy); }
 
-Eigen::Vector2d Project(const Pinhole& k, const Eigen::Vector3d& camera) {
-  return {k.fx * camera.x() / camera.z() + k.cx, k.fy * camera.y() / camera.z() + k.cy};
-}
-
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
@@ -45,7 +41,7 @@ bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool in
   const Eigen::Vector3d in_reference = reference.pose.rotation * from_reference;
   const Eigen::Vector3d in_source = source.pose.rotation * from_source;
   if (in_reference.z() <= 0 || in_source.z() <= 0) return false;
-  const Eigen::Vector2d pixel = Project(source.pinhole, in_source);
+  const Eigen::Vector2d pixel = source.pinhole.Project(in_source);
   if (inside && !Contains(source.pinhole, pixel)) return false;
   // Eq. 1 moves the point along the reference's ray: (1 + eps) X - eps C.
   const Eigen::Vector3d moved =
@@ -54,11 +50,11 @@ bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool in
   sample->angle = static_cast<float>(AngleBetween(from_reference, from_source));
   if (options_.formulas == Formulas::kRobust && sample->angle > kWidestAngle) return false;
   sample->view = source_view;
-  sample->displacement = static_cast<float>((Project(source.pinhole, moved) - pixel).norm());
+  sample->displacement = static_cast<float>((source.pinhole.Project(moved) - pixel).norm());
   sample->log_scale = static_cast<float>(std::log(FocalLength(source.pinhole) / in_source.z() *
                                                   in_reference.z() / FocalLength(reference.pinhole)));
   sample->to_source = -from_source.normalized().cast<float>();
-  const Eigen::Vector2d seen = Project(reference.pinhole, in_reference);
+  const Eigen::Vector2d seen = reference.pinhole.Project(in_reference);
   sample->u = static_cast<float>(seen.x() / reference.pinhole.width);
   sample->v = static_cast<float>(seen.y() / reference.pinhole.height);
   return true;

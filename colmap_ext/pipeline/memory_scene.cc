@@ -9,9 +9,7 @@
 
 #include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/pipeline/image_jobs.h"
-#include "colmap_ext/pipeline/stage_tasks.h"
-#include "colmap_ext/pipeline/task_queue.h"
-#include "colmap_ext/progress.h"
+#include "colmap_ext/pipeline/stage_loop.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #include "phi/base/whole_array.h"
@@ -34,14 +32,13 @@ class MemoryRun {
   MemoryRun(const Workspace& workspace, const std::vector<std::vector<int>>& sources, const PipelineOptions& options,
             const Backends& backends, std::vector<Stage> stages)
       : workspace_(workspace),
-        backends_(backends),
         stages_(std::move(stages)),
         scene_(MakeSparseScene(workspace.model())),
         sparse_depth_(workspace.views(), scene_),
         jobs_(MakeMemoryJobs(workspace, scene_, sources, options.view_selection)),
         options_(options),
-        store_(workspace, kNoLimit, 1),
-        tasks_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, &store_),
+        loop_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, backends,
+              kNoLimit),
         keys_(jobs_.size()),
         maps_(jobs_.size()) {
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
@@ -51,22 +48,16 @@ class MemoryRun {
   }
 
   // Of the stage before the first that Run does.
-  void SetMap(int job, const std::string& kind, const StageResult& result) { store_.KeepInMemory(job, kind, result); }
+  void SetMap(int job, const std::string& kind, const StageResult& result) { loop_.store().KeepInMemory(job, kind, result); }
 
   std::vector<SceneMaps> Run(std::size_t first_stage) {
-    std::vector<ProgressStage> progress_stages;
-    for (const Stage& stage : stages_) {
-      progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
-    }
-    ProgressLine progress(std::move(progress_stages));
-    const std::vector<int> pending = Pending();
+    loop_.Begin(stages_);
+    const auto num_images = static_cast<int>(Pending().size());
     for (std::size_t s = first_stage; s < stages_.size(); ++s) {
-      progress.SetNumTasks(static_cast<int>(s), static_cast<int>(pending.size()));
+      loop_.progress().SetNumTasks(static_cast<int>(s), num_images);
     }
-    for (std::size_t s = first_stage; s < stages_.size(); ++s) {
-      progress.BeginStage(static_cast<int>(s));
-      RunStage(stages_[s], s > 0 ? &stages_[s - 1] : nullptr, &progress);
-    }
+    for (std::size_t s = first_stage; s < stages_.size(); ++s) RunStage(static_cast<int>(s));
+    loop_.End();
     Finish();
     return std::move(maps_);
   }
@@ -80,12 +71,15 @@ class MemoryRun {
     return pending;
   }
 
-  void RunStage(const Stage& stage, const Stage* previous, ProgressLine* progress) {
-    const auto failures = RunTasks(Pending(), backends_, [&](int job, phi::Backend& backend) {
-      ProgressLine::Task task(progress);
-      std::vector<std::string> warnings;
-      const StageResult result = tasks_.Run(stage, previous, keys_, job, backend, &task, &warnings);
-      store_.KeepInMemory(jobs_[job].image, stage.result, result);
+  void RunStage(int number) {
+    const Stage& stage = stages_[number];
+    const Stage* previous = number > 0 ? &stages_[number - 1] : nullptr;
+    const std::vector<int> pending = Pending();
+    const StageWork work{
+        .stage = stage, .previous = previous, .input_keys = keys_, .pending = pending, .keys = keys_};
+    const auto failures = loop_.Run(number, work, [&](int job, const TaskOutcome& outcome) {
+      const StageResult& result = outcome.result;
+      loop_.store().KeepInMemory(jobs_[job].image, stage.result, result);
       std::lock_guard<std::mutex> lock(mutex_);
       maps_[job].map = phi::PlanesOf(result.map);
       if (stage.kind == StageKind::kEstimate) maps_[job].cost = result.cost;
@@ -93,8 +87,6 @@ class MemoryRun {
       maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
     });
     for (const TaskFailure& failure : failures) Fail(failure.task, failure.message);
-    if (previous == nullptr) return;
-    for (const ImageJob& job : jobs_) store_.Forget(job.image, previous->result);
   }
 
   void Fail(int job, const std::string& message) {
@@ -113,14 +105,12 @@ class MemoryRun {
   }
 
   const Workspace& workspace_;
-  const Backends& backends_;
   const std::vector<Stage> stages_;
   const phi::SparseScene scene_;
   const phi::SparseDepthSource sparse_depth_;
   const std::vector<ImageJob> jobs_;  // of view j
   const PipelineOptions options_;
-  MapStore store_;
-  StageTasks tasks_;
+  StageLoop loop_;
   std::mutex mutex_;               // guards maps_ while tasks run
   std::vector<std::string> keys_;  // by job: empty where the stage before made no map
   std::vector<SceneMaps> maps_;

@@ -19,13 +19,6 @@ double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-// Enough to keep up with several devices, few enough that what waits to be written stays small.
-int NumWriters(const Backends& backends) {
-  int num_workers = 0;
-  for (const auto& backend : backends) num_workers += std::max(1, backend->NumConcurrentImages());
-  return std::clamp(num_workers, 2, 8);
-}
-
 }  // namespace
 
 StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
@@ -34,20 +27,15 @@ StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>
       jobs_(jobs),
       backends_(backends),
       record_(workspace.StereoFolder()),
-      store_(workspace, options.CacheBytes(), NumWriters(backends)),
-      tasks_(workspace, jobs, options, std::move(sparse_depth), &store_) {
+      loop_(workspace, jobs, options, std::move(sparse_depth), backends, options.CacheBytes()) {
   summary_.num_images = static_cast<int>(jobs.size());
 }
 
 const std::string& StageRunner::NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
 
 void StageRunner::Begin(const std::vector<Stage>& stages) {
-  std::vector<ProgressStage> progress_stages;
-  for (const Stage& stage : stages) {
-    progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
-    summary_.stages.push_back({.name = stage.result});
-  }
-  progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
+  for (const Stage& stage : stages) summary_.stages.push_back({.name = stage.result});
+  loop_.Begin(stages);
 }
 
 std::vector<int> StageRunner::Run(int number, const StageWork& work) {
@@ -60,13 +48,9 @@ std::vector<int> StageRunner::Run(int number, const StageWork& work) {
     }
     record_.Begin(tasks, keys);
   }
-  progress_->BeginStage(number);
   const Clock::time_point begin = Clock::now();
-  const std::vector<TaskFailure> failures =
-      RunTasks(work.pending, backends_, [&](int job, phi::Backend& backend) { RunTask(number, work, job, backend); });
-  if (work.previous != nullptr) {  // no other stage reads those maps
-    for (const ImageJob& job : jobs_) store_.Forget(job.image, work.previous->result);
-  }
+  const std::vector<TaskFailure> failures = loop_.Run(
+      number, work, [&](int job, const TaskOutcome& outcome) { Keep(number, work, job, outcome); });
   summary_.stages[number].seconds += SecondsSince(begin);
   summary_.stages[number].num_made += static_cast<int>(work.pending.size() - failures.size());
   std::vector<int> failed;
@@ -77,19 +61,15 @@ std::vector<int> StageRunner::Run(int number, const StageWork& work) {
   return failed;
 }
 
-void StageRunner::RunTask(int number, const StageWork& work, int job, phi::Backend& backend) {
-  const Clock::time_point begin = Clock::now();
-  ProgressLine::Task progress(progress_.get());
+void StageRunner::Keep(int number, const StageWork& work, int job, const TaskOutcome& outcome) {
   TaskRecord record;
-  const StageResult result =
-      tasks_.Run(work.stage, work.previous, work.input_keys, job, backend, &progress, &record.warnings);
-  for (const std::string& warning : record.warnings) phi::LogWarning("image " + NameOf(job) + ": " + warning);
+  record.warnings = outcome.warnings;
   record.state = "done";
   record.key = work.keys[job];
-  record.seconds = SecondsSince(begin);
+  record.seconds = outcome.seconds;
   record.peak_memory_bytes = PeakHostBytes();
-  Save(work.stage, job, result, record);
-  Count(number, job, *result.map);
+  Save(work.stage, job, outcome.result, record);
+  Count(number, job, *outcome.result.map);
 }
 
 void StageRunner::Count(int number, int job, const phi::MeasurementMap& map) {
@@ -106,10 +86,10 @@ void StageRunner::Count(int number, int job, const phi::MeasurementMap& map) {
 
 void StageRunner::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {
   if (stage.transient) {
-    store_.KeepTransient(jobs_[job].image, stage.result, result);
+    store().KeepTransient(jobs_[job].image, stage.result, result);
     return;
   }
-  store_.Write(jobs_[job].image, stage.result, result,
+  store().Write(jobs_[job].image, stage.result, result,
                [this, task = RunRecord::Task(NameOf(job), stage.result),
                 record = record](const std::vector<FileIdentity>& files) mutable {
                  record.files = files;
@@ -133,13 +113,12 @@ void StageRunner::Fail(int job, const std::string& stage, const std::string& mes
 }
 
 void StageRunner::End() {
-  store_.Drain();
-  progress_.reset();
-  summary_.inference = tasks_.Inference();
+  loop_.End();
+  summary_.inference = loop_.Inference();
   summary_.peak_host_bytes = PeakHostBytes();
-  summary_.peak_cache_bytes = store_.cache().peak_bytes();
-  summary_.bytes_written = store_.writers().bytes_written();
-  summary_.write_seconds = store_.writers().busy_seconds();
+  summary_.peak_cache_bytes = store().cache().peak_bytes();
+  summary_.bytes_written = store().writers().bytes_written();
+  summary_.write_seconds = store().writers().busy_seconds();
   for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));
 }
 

@@ -1,29 +1,16 @@
-// Runs a stage over the images that need it: tasks on the devices, results into store and record, counts into the summary.
+// Runs a stage over the images that need it: results into store and record, counts into the summary.
 // patch_match_stereo and hole_filler differ in which stages and images those are.
 #pragma once
 
-#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
-#include "colmap_ext/pipeline/backend_choice.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/run_summary.h"
-#include "colmap_ext/pipeline/stage_tasks.h"
-#include "colmap_ext/pipeline/task_queue.h"
-#include "colmap_ext/progress.h"
+#include "colmap_ext/pipeline/stage_loop.h"
 
 namespace colmap_ext {
-
-// One stage's share of a run. All vectors but `pending` are by job.
-struct StageWork {
-  const Stage& stage;
-  const Stage* previous;                       // null before the first
-  const std::vector<std::string>& input_keys;  // of the stage before; empty: it made no map
-  const std::vector<int>& pending;
-  const std::vector<std::string>& keys;  // of the results
-};
 
 class StageRunner {
  public:
@@ -33,15 +20,14 @@ class StageRunner {
 
   RunRecord& record() { return record_; }
   const RunRecord& record() const { return record_; }
-  MapStore& store() { return store_; }
-  const MapStore& store() const { return store_; }
+  MapStore& store() { return loop_.store(); }
+  const MapStore& store() const { return loop_.store(); }
   RunSummary& summary() { return summary_; }
-  ProgressLine& progress() { return *progress_; }
+  ProgressLine& progress() { return loop_.progress(); }
 
   // Before the first Run: the stages by their numbers.
   void Begin(const std::vector<Stage>& stages);
-  // Does the pending jobs of stage `number`, waits for them, and gives up the maps of the stage before. Returns the jobs that
-  // failed; log, summary and record tell of them already. Throws as RunTasks.
+  // Does the pending jobs of stage `number` and waits for them. Returns the jobs that failed; log, summary and record tell of them already. Throws as RunTasks.
   std::vector<int> Run(int number, const StageWork& work);
   // A job that cannot be done, at any time: log and summary.
   void Fail(int job, const std::string& stage, const std::string& message);
@@ -55,7 +41,7 @@ class StageRunner {
   const std::string& NameOf(int job) const;
 
  private:
-  void RunTask(int number, const StageWork& work, int job, phi::Backend& backend);
+  void Keep(int number, const StageWork& work, int job, const TaskOutcome& outcome);
   void Count(int number, int job, const phi::MeasurementMap& map);
   void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
   void RecordFailure(const StageWork& work, const TaskFailure& failure);
@@ -64,9 +50,7 @@ class StageRunner {
   const std::vector<ImageJob>& jobs_;
   const Backends& backends_;
   RunRecord record_;
-  MapStore store_;
-  StageTasks tasks_;
-  std::unique_ptr<ProgressLine> progress_;
+  StageLoop loop_;
 
   std::mutex mutex_;  // guards what follows while tasks run
   RunSummary summary_;

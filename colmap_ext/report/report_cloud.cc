@@ -107,8 +107,8 @@ bool TruthAt(const phi::SceneView& view, const phi::Array2D<float>& truth, const
   const Eigen::Vector3d in_camera = view.camera.pose * Eigen::Vector3d(p.xyz[0], p.xyz[1], p.xyz[2]);
   const phi::Pinhole& k = view.camera.pinhole;
   if (!(in_camera.z() > 0)) return false;
-  const double u = k.fx * in_camera.x() / in_camera.z() + k.cx,
-               v = k.fy * in_camera.y() / in_camera.z() + k.cy;
+  const Eigen::Vector2d pixel = k.Project(in_camera);
+  const double u = pixel.x(), v = pixel.y();
   if (!(u >= 0 && v >= 0 && u < k.width && v < k.height)) return false;
   *depth = in_camera.z();
   *true_depth = truth(static_cast<int>(u * truth.width() / k.width), static_cast<int>(v * truth.height() / k.height));

@@ -48,8 +48,8 @@ Ray PixelRay(const phi::Camera& camera, double u, double v) {
 
 Eigen::Vector3d Project(const phi::Camera& camera, const Eigen::Vector3d& world) {
   const Eigen::Vector3d p = camera.pose * world;
-  const phi::Pinhole& k = camera.pinhole;
-  return {k.fx * p.x() / p.z() + k.cx, k.fy * p.y() / p.z() + k.cy, p.z()};
+  const Eigen::Vector2d pixel = camera.pinhole.Project(p);
+  return {pixel.x(), pixel.y(), p.z()};
 }
 
 TracedView TraceView(const std::vector<Shape>& shapes, const phi::Camera& camera, int supersampling) {

@@ -5,6 +5,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/options.h"
 
@@ -33,7 +34,7 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
               highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
   if (!(lowest > 0)) return nearest;
-  if (formulas == Formulas::kRobust && highest - lowest > 0.01f * highest) return nearest;
+  if (formulas == Formulas::kRobust && highest - lowest > kSameDepth * highest) return nearest;
   const float fx = x - x0, fy = y - y0;
   const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
   return top + fy * (bottom - top);
@@ -55,11 +56,8 @@ inline constexpr float kWindowReach = 5;
 // Cosines of the angles beyond which no window matches: of the surface against the source's ray (80 degrees) and between
 // the rays of both views (60 degrees).
 inline constexpr float kMinFacingCosine = 0.17f, kMinRaysCosine = 0.5f;
-// Something stands before the point where the map is nearer by this much, relative, at most of the pixels around it. One
-// wrong pixel of a map that nobody has judged yet hides nothing.
-inline constexpr float kOccluderMargin = 0.02f;
-
-// Whether the point, in the source's frame and at (su, sv) of its image, lies behind what the source's map holds there.
+// Whether the point, in the source's frame and at (su, sv) of its image, lies behind what the source's map holds at most of the
+// pixels around: one wrong pixel of a map that nobody has judged yet hides nothing.
 PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, float sv, float depth) {
   constexpr int kSpacing = 2;
   int asked = 0, nearer = 0;
@@ -68,7 +66,7 @@ PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, fl
       const int x = static_cast<int>(floorf(su)) + dx, y = static_cast<int>(floorf(sv)) + dy;
       if (!source_map.Contains(x, y) || !(source_map(x, y).depth > 0)) continue;
       ++asked;
-      nearer += source_map(x, y).depth < (1 - kOccluderMargin) * depth;
+      nearer += LiesBefore(source_map(x, y).depth, depth);
     }
   }
   return 2 * nearer > asked;
@@ -77,14 +75,14 @@ PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, fl
 // A hypothesis's point in the frames of both cameras, and where the source sees it.
 struct ProjectedPoint {
   Vec3f in_reference, in_source;
-  float u = 0, v = 0;  // pixels of the source
+  ImagePoint at;  // of the source
 };
 
 // Whether the source view can see the hypothesis at all.
 PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const ProjectedPoint& point,
                    ArrayView2D<const PlaneHypothesis> source_map) {
-  if (!(point.u >= kWindowReach && point.v >= kWindowReach && point.u <= source_map.width - kWindowReach &&
-        point.v <= source_map.height - kWindowReach)) {
+  if (!(point.at.u >= kWindowReach && point.at.v >= kWindowReach && point.at.u <= source_map.width - kWindowReach &&
+        point.at.v <= source_map.height - kWindowReach)) {
     return false;
   }
   const float distance = Norm(point.in_source);
@@ -92,7 +90,7 @@ PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const Pro
       TransposedTimes(view.rotation, point.in_source);  // from the source's centre, in the reference's axes
   if (!(-Dot(h.normal, ray) > kMinFacingCosine * distance)) return false;
   if (!(Dot(ray, point.in_reference) > kMinRaysCosine * distance * Norm(point.in_reference))) return false;
-  return !IsHidden(source_map, point.u, point.v, point.in_source.z);
+  return !IsHidden(source_map, point.at.u, point.at.v, point.in_source.z);
 }
 
 // Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
@@ -102,24 +100,24 @@ enum class Agreement : std::uint8_t { kNone, kWithin, kClose };
 PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
                                 const PlaneHypothesis& h, const ProjectedPoint& point,
                                 ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
-  const float depth = InterpolatedDepth(source_map, point.u, point.v, t.formulas);
+  const float depth = InterpolatedDepth(source_map, point.at.u, point.at.v, t.formulas);
   if (!(depth > 0)) return Agreement::kNone;
 
   const float own_depth = point.in_source.z;
-  const float difference = fabsf(own_depth - depth);
-  const float max_difference = t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * own_depth;
-  if (difference >= max_difference) return Agreement::kNone;
+  const bool depths_agree = t.max_depth_error > 0 ? fabsf(own_depth - depth) < t.max_depth_error
+                                                  : DepthsAgree(own_depth, depth, t.max_relative_depth_error);
+  if (!depths_agree) return Agreement::kNone;
 
   // Back from the source's own depth to the reference image.
-  const Vec3f y_source = depth * view.source.Ray(point.u, point.v);
+  const Vec3f y_source = depth * view.source.Ray(point.at.u, point.at.v);
   const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
   if (!(y_reference.z > 0)) return Agreement::kNone;
-  const float du = reference.fx * y_reference.x / y_reference.z + reference.cx - u;
-  const float dv = reference.fy * y_reference.y / y_reference.z + reference.cy - v;
+  const ImagePoint met = reference.Project(y_reference);
+  const float du = met.u - u, dv = met.v - v;
   const float error = sqrtf(du * du + dv * dv);
   if (!(error < t.max_reprojection_error)) return Agreement::kNone;
 
-  const Vec3f source_normal = source_map(static_cast<int>(floorf(point.u)), static_cast<int>(floorf(point.v))).normal;
+  const Vec3f source_normal = source_map(static_cast<int>(floorf(point.at.u)), static_cast<int>(floorf(point.at.v))).normal;
   if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return Agreement::kNone;
 
   if (t.max_ray_cosine < 1) {
@@ -128,7 +126,7 @@ PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& v
     const float cosine = Dot(point.in_source, to_reference) / (Norm(point.in_source) * Norm(to_reference));
     if (cosine > t.max_ray_cosine) return Agreement::kNone;
   }
-  const bool is_close = difference < kCloseDepth * t.max_relative_depth_error * own_depth &&
+  const bool is_close = DepthsAgree(own_depth, depth, kCloseDepth * t.max_relative_depth_error) &&
                         error < kCloseReprojection * t.max_reprojection_error;
   return is_close ? Agreement::kClose : Agreement::kWithin;
 }
@@ -146,9 +144,8 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
   point.in_reference = h.depth * reference.Ray(u, v);
   point.in_source = view.rotation * point.in_reference + view.translation;
   if (!(point.in_source.z > 0)) return Testimony::kNone;
-  point.u = view.source.fx * point.in_source.x / point.in_source.z + view.source.cx;
-  point.v = view.source.fy * point.in_source.y / point.in_source.z + view.source.cy;
-  if (IsLeftOut(source_mask, point.u, point.v)) return Testimony::kNone;
+  point.at = view.source.Project(point.in_source);
+  if (IsLeftOut(source_mask, point.at.u, point.at.v)) return Testimony::kNone;
   switch (CompareWithMap(reference, view, u, v, h, point, source_map, t)) {
     case Agreement::kClose:
       return Testimony::kConfirmsClosely;

@@ -63,10 +63,7 @@ inline constexpr int kMaxFusionNeighbors = 256;
 // And for the pixels of a map, whose words are numbered in 31 bits.
 inline constexpr std::size_t kMaxFusionPixels = 0x7fffffff / FusionPixel::kNumWords;
 
-struct ImagePoint {
-  float u = 0, v = 0;  // pixels, K's coordinates
-};
-
+// RayModel::Project with one division instead of two: what the vector form does.
 PHI_HD ImagePoint ProjectPoint(const RayModel& k, Vec3f x) {
   const float inverse_z = 1.0f / x.z;
   return {k.fx * x.x * inverse_z + k.cx, k.fy * x.y * inverse_z + k.cy};

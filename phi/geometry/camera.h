@@ -13,6 +13,11 @@ struct Pinhole {
   int width = 0;
   int height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
+
+  // Of a point in the camera's frame, before the camera (z > 0).
+  Eigen::Vector2d Project(const Eigen::Vector3d& p) const {
+    return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
+  }
 };
 
 // cam_from_world: X_camera = rotation * X_world + translation. World units are the sparse model's.

@@ -9,6 +9,10 @@ namespace phi {
 struct Pinhole;
 struct Camera;
 
+struct ImagePoint {
+  float u = 0, v = 0;  // pixels, K's coordinates
+};
+
 // Reference intrinsics. Rays have z = 1, so X = depth * ray.
 struct RayModel {
   float fx = 1, fy = 1, cx = 0, cy = 0;
@@ -16,6 +20,8 @@ struct RayModel {
 
   // (u, v) in K's coordinates (pixel centres at half-integers).
   PHI_HD Vec3f Ray(float u, float v) const { return {(u - cx) / fx, (v - cy) / fy, 1.0f}; }
+  // Of a point in the camera's frame, before the camera (z > 0).
+  PHI_HD ImagePoint Project(Vec3f p) const { return {fx * p.x / p.z + cx, fy * p.y / p.z + cy}; }
 };
 
 // Source camera relative to the reference camera. With q the plane's inverse-depth coefficients (see

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/trws_node.h"
@@ -15,7 +14,7 @@ namespace phi {
 // their edges are part of the unary energies. A missing direction is a forbidden label.
 class Field {
  public:
-  Field(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, const InferenceOptions& options);
+  Field(const HypothesisMatcher& matcher, const InferenceOptions& options);
 
   FieldView view() const;
   // The counts of nodes and of holes that are none.
@@ -25,13 +24,12 @@ class Field {
   Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
 
  private:
-  void AddNode(const Hypotheses& hypotheses, const PixelHypotheses& pixel, int i, int j);
+  void SetNode(int i, int j, const FieldNode& node);
 
   int width_, height_;
   FieldStatistics counts_;
   PotentialTables potentials_;
-  Array2D<float> measured_;    // inverse depth at the nodes' pixels, 0 at holes
-  Array2D<float> unlabelled_;  // the same, and kRefusedNode: what ChosenInverseDepth gives pixels without a label
+  Array2D<float> unlabelled_;  // FieldNode's
   std::vector<std::uint8_t> allowed_;
   std::vector<float> inverse_depth_;  // kMaxLabels per node
   std::vector<std::int32_t> unary_;   // kMaxLabels per node

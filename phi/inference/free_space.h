@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "phi/base/array2d.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/measurement.h"
 
@@ -20,10 +21,6 @@ namespace phi {
 PHI_HD Vec3f ProjectInverseDepth(const RelativeView& view, float u, float v, float w) {
   return view.a * Vec3f{u, v, 1.0f} + w * view.b;
 }
-
-inline constexpr float kSeenThroughMargin =
-    0.02f;  // a surface counts as behind from here on, relative to its depth
-inline constexpr float kAgreementTolerance = 0.01f;  // a surface within this confirms, relative to the depth
 
 // Of all source views together.
 struct DepthEvidence {
@@ -41,12 +38,8 @@ struct DepthEvidence {
 };
 
 // Of a source view's measured depth, for ProjectInverseDepth's `p` at inverse depth w.
-PHI_HD bool LiesBehind(Vec3f p, float measured, float w) {
-  return p.z < (1 - kSeenThroughMargin) * measured * w;
-}
-PHI_HD bool Agrees(Vec3f p, float measured, float w) {
-  return fabsf(p.z - measured * w) < kAgreementTolerance * p.z;
-}
+PHI_HD bool LiesBehind(Vec3f p, float measured, float w) { return p.z < (1 - kDepthGap) * measured * w; }
+PHI_HD bool Agrees(Vec3f p, float measured, float w) { return DepthsAgree(p.z, measured * w, kSameDepth); }
 
 // Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). Without
 // data, or without evidence at the pixel where the point lands, it knows nothing.

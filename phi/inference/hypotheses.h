@@ -6,8 +6,8 @@
 #include <span>
 
 #include "phi/base/images.h"
+#include "phi/inference/infer_pixel.h"
 #include "phi/inference/region_planes.h"
-#include "phi/inference/upsample.h"
 #include "phi/measurement.h"
 
 namespace phi {
@@ -18,21 +18,18 @@ class Hypotheses {
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
   // `pooled`: what else the planes rest on. `precision`: of the image's view.
   Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image = nullptr,
-             std::uint32_t image_id = 0, std::span<const PooledSupport> pooled = {},
+             std::uint32_t image_id = 0, std::span<const PooledAnchor> pooled = {},
              const DepthPrecision& precision = {});
 
-  bool measured(int x, int y) const { return measured_inverse_depth_(x, y) > 0; }
-  HypothesisMaps maps() const;
+  // Views this.
+  HypothesisState state() const;
   // Null: none were looked for.
   const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
-  // Bit k: hypothesis k is a region's plane.
-  std::uint8_t from_region(int x, int y) const { return from_region_.size() > 0 ? from_region_(x, y) : 0; }
 
  private:
-  void ReplaceDiagonals(const RegionPlanes& planes);
-  void RemoveOverexposed(const GrayImage& image);
+  void AddRegionPlanes(const GrayImage& image);
 
-  Array2D<float> measured_inverse_depth_;
+  Array2D<float> evidence_;  // inverse depth
   std::optional<RegionPlanes> region_planes_;
   Array2D<std::uint8_t> from_region_;  // empty: none
   std::array<Array2D<float>, kNumDirections> inverse_depth_;

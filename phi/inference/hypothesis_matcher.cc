@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "phi/matching/matching_window.h"
+
 namespace phi {
 namespace {
 
@@ -11,7 +13,7 @@ constexpr int kLanes = 8;  // independent partial sums, so that the compiler may
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
                                      const StereoOptions& stereo, Formulas formulas)
-    : reference_{input.reference.image->view()}, hypotheses_(hypotheses), formulas_(formulas) {
+    : reference_{input.reference.image->view()}, state_(hypotheses.state()) {
   const std::size_t num_views = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_views; ++j) {
     sources_.push_back({input.sources[j].image->view()});
@@ -19,12 +21,15 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
     const bool has_depths = j < input.source_depths.size() && input.source_depths[j] != nullptr;
     source_depths_.push_back(has_depths ? input.source_depths[j]->view() : MeasuredDepthsView{});
   }
-  const int n = window_.samples_per_side = stereo.SamplesPerSide();
-  window_.step = static_cast<float>(stereo.window_radius / n);
+  parameters_ = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
+                 .window = MakeMatchingWindow(stereo),
+                 .num_views = static_cast<int>(num_views),
+                 .formulas = formulas};
+  const int n = parameters_.window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
-      offset_u_.push_back(column * window_.step);
-      offset_v_.push_back(row * window_.step);
+      offset_u_.push_back(column * parameters_.window.step);
+      offset_v_.push_back(row * parameters_.window.step);
     }
   }
   // Padding repeats the window's centre; ViewCost leaves it out of the sums.
@@ -82,7 +87,7 @@ bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Sc
 float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
   if (!ProjectWindow(views_[view], x, y, scratch)) return kMaxCost;
   const GraySampler& source = sources_[view];
-  const int n = window_.NumSamples();
+  const int n = parameters_.window.NumSamples();
   float* samples = scratch->source.data();
   const float shift = source(scratch->u[n / 2] + 0.5f, scratch->v[n / 2] + 0.5f);
   for (int i = 0; i < n; ++i) {
@@ -118,44 +123,6 @@ float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) cons
     sums.rs += rs[lane];
   }
   return sums.Cost(static_cast<float>(n));
-}
-
-DepthEvidence HypothesisMatcher::Evidence(int x, int y, float inverse_depth) const {
-  DepthEvidence evidence;
-  for (std::size_t j = 0; j < views_.size(); ++j) {
-    AddEvidence(views_[j], source_depths_[j], x + 0.5f, y + 0.5f, inverse_depth, &evidence);
-  }
-  return evidence;
-}
-
-float HypothesisMatcher::Cost(int x, int y, int k, Scratch* scratch) const {
-  SampleMap(hypotheses_.maps().inverse_depth[k], x, y, scratch);
-  const int num_views = static_cast<int>(views_.size());
-  float view_costs[kMaxSourceViews];
-  for (int j = 0; j < num_views; ++j) view_costs[j] = ViewCost(j, x, y, scratch);
-  return formulas_ == Formulas::kRobust ? BestMatchesCost(view_costs, num_views)
-                                        : HarmonicMeanCost(view_costs, num_views);
-}
-
-PixelHypotheses HypothesisMatcher::Costs(int x, int y, Scratch* scratch) const {
-  PixelHypotheses result;
-  const HypothesisMaps maps = hypotheses_.maps();
-  for (int k = 0; k < kNumDirections; ++k) {
-    const float w = maps.inverse_depth[k](x, y);
-    if (!(w > 0)) continue;
-    result.offered |= static_cast<std::uint8_t>(1 << k);
-    const bool is_judged = formulas_ == Formulas::kRobust;
-    if (!is_judged || !Evidence(x, y, w).SeenThrough()) result.unobstructed |= static_cast<std::uint8_t>(1 << k);
-  }
-  result.allowed = result.unobstructed;
-  if (result.unobstructed == 0) return result;
-  SampleReference(x, y, scratch);
-  for (int k = 0; k < kNumDirections; ++k) {
-    if (result.unobstructed >> k & 1) result.cost[k] = Cost(x, y, k, scratch);
-  }
-  if (formulas_ == Formulas::kRobust) RefuseMismatches(reference_, window_, x, y, &result);
-  PreferRegionPlanes(hypotheses_.from_region(x, y), &result);
-  return result;
 }
 
 }  // namespace phi

@@ -6,30 +6,25 @@
 
 #include "phi/backend.h"
 #include "phi/inference/hypotheses.h"
-#include "phi/inference/hypothesis_cost.h"
+#include "phi/inference/infer_pixel.h"
 
 namespace phi {
 
 // References `input` and `hypotheses`; both must outlive it. Safe for concurrent const calls, each thread with its own
-// Scratch.
+// Context.
 class HypothesisMatcher {
  public:
   HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses, const StereoOptions& stereo,
                     Formulas formulas);
 
+  class Context;
+
+ private:
   // Per sample of the window, row by row, padded to a multiple of kLanes.
   struct Scratch {
     std::vector<float> reference, inverse_depth, u, v, source;
   };
 
-  // Aggregated cost of each of the pixel's hypotheses, and which of them may be chosen; the others' costs mean nothing.
-  PixelHypotheses Costs(int x, int y, Scratch* scratch) const;
-  // What the source views measured where this depth of pixel (x, y) would be.
-  DepthEvidence Evidence(int x, int y, float inverse_depth) const;
-
- private:
-  // Of hypothesis k, aggregated. After SampleReference.
-  float Cost(int x, int y, int k, Scratch* scratch) const;
   void SampleReference(int x, int y, Scratch* scratch) const;
   void SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const;
   // The same value as HypothesisViewCost, up to the order of its sums.
@@ -40,10 +35,40 @@ class HypothesisMatcher {
   std::vector<GraySampler> sources_;
   std::vector<RelativeView> views_;
   std::vector<MeasuredDepthsView> source_depths_;  // parallel to views_; no data: unknown
-  MatchingWindow window_;
-  std::vector<float> offset_u_, offset_v_;  // of the samples from the window's centre, pixels
-  const Hypotheses& hypotheses_;
-  Formulas formulas_;
+  std::vector<float> offset_u_, offset_v_;         // of the samples from the window's centre, pixels
+  InferenceParameters parameters_;
+  HypothesisState state_;
+};
+
+// The view policy of infer_pixel.h; one for each thread.
+class HypothesisMatcher::Context {
+ public:
+  struct Patch {};
+
+  explicit Context(const HypothesisMatcher& matcher)
+      : parameters(matcher.parameters_),
+        state(matcher.state_),
+        reference(matcher.reference_),
+        matcher_(matcher) {}
+
+  const RelativeView& View(int j) const { return matcher_.views_[j]; }
+  const MeasuredDepthsView& Depths(int j) const { return matcher_.source_depths_[j]; }
+  Patch LoadPatch(int x, int y) const {
+    matcher_.SampleReference(x, y, &scratch_);
+    return {};
+  }
+  void Costs(const Patch&, int x, int y, int k, float* costs) const {
+    matcher_.SampleMap(state.maps.inverse_depth[k], x, y, &scratch_);
+    for (int j = 0; j < parameters.num_views; ++j) costs[j] = matcher_.ViewCost(j, x, y, &scratch_);
+  }
+
+  const InferenceParameters& parameters;
+  const HypothesisState& state;
+  const GraySampler& reference;
+
+ private:
+  const HypothesisMatcher& matcher_;
+  mutable Scratch scratch_;
 };
 
 }  // namespace phi

@@ -10,8 +10,7 @@
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
-#include "phi/inference/plane_normal.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
 
@@ -21,40 +20,34 @@ namespace {
 // Inverse depth per pixel, 0 where a hole stays a hole.
 using InverseDepthMap = Array2D<float>;
 
-// Each hole's hypothesis of lowest cost, at full size (the paper's PHI-MVS/M).
-InverseDepthMap ChooseMinCost(const Hypotheses& hypotheses, const HypothesisMatcher& matcher) {
-  const HypothesisMaps maps = hypotheses.maps();
-  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
+// function(context, x, y) for each pixel.
+template <typename T, typename Function>
+Array2D<T> ForPixels(const HypothesisMatcher& matcher, const Function& function) {
+  const ArrayView2D<const float> evidence = HypothesisMatcher::Context(matcher).state.evidence;
+  auto result = Array2D<T>::Uninitialized(evidence.width, evidence.height);
   tbb::parallel_for(0, result.height(), [&](int y) {
-    HypothesisMatcher::Scratch scratch;
-    for (int x = 0; x < result.width(); ++x) {
-      result(x, y) = 0;
-      if (hypotheses.measured(x, y)) continue;
-      const int best = matcher.Costs(x, y, &scratch).Cheapest();
-      if (best >= 0) result(x, y) = maps.inverse_depth[best](x, y);
-    }
+    const HypothesisMatcher::Context context(matcher);
+    for (int x = 0; x < result.width(); ++x) result(x, y) = function(context, x, y);
   });
   return result;
+}
+
+// Each hole's hypothesis of lowest cost, at full size (the paper's PHI-MVS/M).
+InverseDepthMap ChooseMinCost(const HypothesisMatcher& matcher) {
+  return ForPixels<float>(
+      matcher, [](const auto& context, int x, int y) { return CheapestInverseDepth(context, x, y); });
 }
 
 // The hypotheses that the field chose, at full size.
-InverseDepthMap Upsample(const Hypotheses& hypotheses, const Array2D<float>& chosen, Formulas formulas) {
-  const HypothesisMaps maps = hypotheses.maps();
-  auto result = InverseDepthMap::Uninitialized(maps.inverse_depth[0].width, maps.inverse_depth[0].height);
-  tbb::parallel_for(0, result.height(), [&](int y) {
-    for (int x = 0; x < result.width(); ++x) {
-      result(x, y) = 0;
-      if (hypotheses.measured(x, y)) continue;
-      const int k = UpsampleHypothesis(maps, chosen.view(), formulas, x, y);
-      if (k >= 0) result(x, y) = maps.inverse_depth[k](x, y);
-    }
+InverseDepthMap Upsample(const HypothesisMatcher& matcher, const Array2D<float>& chosen) {
+  return ForPixels<float>(matcher, [&](const auto& context, int x, int y) {
+    return UpsampledInverseDepth(context.state, chosen.view(), context.parameters.formulas, x, y);
   });
-  return result;
 }
 
-InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatcher& matcher,
-                              const InferenceOptions& options, FieldStatistics* statistics) {
-  const Field field(hypotheses, matcher, options);
+InverseDepthMap ChooseByField(const HypothesisMatcher& matcher, const InferenceOptions& options,
+                              FieldStatistics* statistics) {
+  const Field field(matcher, options);
   const TrwsResult solution = SolveTrws(field.view(), options.num_passes);
   constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
   *statistics = field.counts();
@@ -65,60 +58,30 @@ InverseDepthMap ChooseByField(const Hypotheses& hypotheses, const HypothesisMatc
   for (std::size_t i = 0; i < min_cost_labels.size(); ++i) {
     statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
   }
-
-  return Upsample(hypotheses, field.ChosenInverseDepth(solution.labels), options.formulas);
+  return Upsample(matcher, field.ChosenInverseDepth(solution.labels));
 }
 
-// What becomes of an inferred depth; kNone where another view sees through it.
-PixelState InferredState(const HypothesisMatcher& matcher, Formulas formulas, int x, int y, float w) {
-  if (formulas == Formulas::kPaper) return PixelState::kInferredConfirmed;
-  return matcher.Evidence(x, y, w).State();
-}
-
-// The states of the new map. Drops the inferred depths that other views see through.
-StateMap JudgeInferred(const Hypotheses& hypotheses, const HypothesisMatcher& matcher, Formulas formulas,
+// The measured map's evidence and the inferred depths, with their normals and states. Drops the depths that other views see
+// through.
+MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matcher,
                        InverseDepthMap* inferred) {
-  auto states = StateMap::Uninitialized(inferred->width(), inferred->height());
-  tbb::parallel_for(0, states.height(), [&](int y) {
-    for (int x = 0; x < states.width(); ++x) {
-      states(x, y) = hypotheses.measured(x, y) ? PixelState::kMeasured : PixelState::kNone;
-      float& w = (*inferred)(x, y);
-      if (!(w > 0)) continue;
-      states(x, y) = InferredState(matcher, formulas, x, y, w);
-      if (states(x, y) == PixelState::kNone) w = 0;
-    }
+  MeasurementMap result;
+  result.states = ForPixels<PixelState>(matcher, [&](const auto& context, int x, int y) {
+    return JudgeInferred(context, x, y, &(*inferred)(x, y));
   });
-  return states;
-}
-
-// The planes of what is evidence, and of the inferred depths with their normals.
-PlaneMap Compose(const MeasurementMap& measured, const InverseDepthMap& inferred, const RayModel& rays,
-                 Formulas formulas) {
-  const int width = measured.width(), height = measured.height();
-  auto all = InverseDepthMap::Uninitialized(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      all(x, y) = IsEvidence(measured.states(x, y)) ? 1 / measured.planes(x, y).depth : inferred(x, y);
-    }
+  const InverseDepthMap all = ForPixels<float>(matcher, [&](const auto& context, int x, int y) {
+    return context.state.IsHole(x, y) ? (*inferred)(x, y) : context.state.evidence(x, y);
   });
-  const ArrayView2D<const float> all_view = std::as_const(all).view();
-  auto result = PlaneMap::Uninitialized(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      PlaneHypothesis& h = result(x, y) = {};
-      if (IsEvidence(measured.states(x, y))) h = measured.planes(x, y);
-      const float w = inferred(x, y);
-      if (!(w > 0)) continue;
-      h.normal = FilledNormal(rays, all_view, x, y, formulas);
-      h.depth = 1 / w;
-    }
+  result.planes = ForPixels<PlaneHypothesis>(matcher, [&](const auto& context, int x, int y) {
+    return ComposedPlane(context.parameters, measured(x, y), !context.state.IsHole(x, y), (*inferred)(x, y),
+                         all.view(), x, y);
   });
   return result;
 }
 
 Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
-  std::vector<PooledSupport> pooled;
-  if (formulas == Formulas::kRobust) pooled = PoolSupports(input);
+  std::vector<PooledAnchor> pooled;
+  if (formulas == Formulas::kRobust) pooled = PoolAnchors(input);
   return Hypotheses(*input.measured, formulas, RegionImage(input).get(), input.reference.view->image_id,
                     pooled, PrecisionOf(input));
 }
@@ -145,13 +108,14 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
   InferenceResult result;
   InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
-                                 ? ChooseMinCost(hypotheses, matcher)
-                                 : ChooseByField(hypotheses, matcher, options, &result.statistics);
+                                 ? ChooseMinCost(matcher)
+                                 : ChooseByField(matcher, options, &result.statistics);
   ThrowIfCancelled();
-  result.map.states = JudgeInferred(hypotheses, matcher, options.formulas, &inferred);
-  const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
-  result.map.planes = Compose(measured, inferred, rays, options.formulas);
-  if (hypotheses.region_planes() != nullptr) SetRegionNormals(*hypotheses.region_planes(), rays, &result.map);
+  result.map = Compose(measured.planes, matcher, &inferred);
+  if (hypotheses.region_planes() != nullptr) {
+    SetRegionNormals(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
+                     &result.map);
+  }
   return result;
 }
 

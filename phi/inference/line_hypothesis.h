@@ -17,23 +17,26 @@
 namespace phi {
 
 inline constexpr int kNumDirections = 4;
+// Planes of an even region of the image (region_planes.h), which take the diagonals' places among the hypotheses.
+inline constexpr int kPlanesPerRegion = 2;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
 
 struct LineOptions {
-  Formulas formulas = Formulas::kRobust;  // paper: lines in depth, no bounds, every measured pixel supports
+  Formulas formulas =
+      Formulas::kRobust;  // paper: lines in depth, no bounds, every measured pixel is an anchor
   int max_extrapolation =
-      12;              // pixels that a line reaches beyond its outermost support where only one side has any
-  int max_reach = 16;  // pixels from the gap within which a side's supports are looked for
-  float max_jump = 0.05f;  // relative: a gap whose two sides miss each other by more is a depth edge
+      12;              // pixels that a line reaches beyond its outermost anchor where only one side has any
+  int max_reach = 16;  // pixels from the gap within which a side's anchors are looked for
+  float max_jump = kDepthEdge;  // relative: a gap whose two sides miss each other by more is a depth edge
 };
 
 // A pixel that lines may rest on: value (inverse depth; paper: depth) and its slopes per pixel; value <= 0 = none.
-struct Support {
+struct Anchor {
   float value = 0, slope_x = 0, slope_y = 0;
 };
 
-// The supports' values alone, `stride` apart in memory.
-struct SupportValues {
+// The anchors' values alone, `stride` apart in memory.
+struct AnchorValues {
   const float* data = nullptr;
   int width = 0, height = 0, stride = 1;
 
@@ -42,9 +45,9 @@ struct SupportValues {
   }
 };
 
-inline SupportValues ValuesOf(ArrayView2D<const Support> supports) {
-  static_assert(sizeof(Support) % sizeof(float) == 0);
-  return {&supports.data->value, supports.width, supports.height, sizeof(Support) / sizeof(float)};
+inline AnchorValues ValuesOf(ArrayView2D<const Anchor> anchors) {
+  static_assert(sizeof(Anchor) % sizeof(float) == 0);
+  return {&anchors.data->value, anchors.width, anchors.height, sizeof(Anchor) / sizeof(float)};
 }
 
 // The pixels (x0 + t * dx, y0 + t * dy), 0 <= t < length.
@@ -71,7 +74,7 @@ PHI_HD Scanline MakeScanline(int direction, int index, int width, int height) {
 // Sums for a line through a few points; positions relative to the gap's edge keep them exact in single precision.
 struct LineSums {
   float n = 0, t = 0, tt = 0, w = 0, tw = 0;
-  float slope = 0;  // sum of the supports' own slopes along the scanline
+  float slope = 0;  // sum of the anchors' own slopes along the scanline
   float nearest_t = 0, nearest_w = 0;
   float min_w = 0, max_w = 0;
 
@@ -113,21 +116,21 @@ PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
   return FitLine(s);
 }
 
-// The supports on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
+// The anchors on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
 // surface breaks, or `max_reach` ends. Positions are stored relative to `origin`.
-PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Support> supports,
+PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Anchor> anchors,
                             const LineOptions& options, int t, int step, int max_count, int origin) {
   LineSums sums;
   for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count;
        t += step, ++walked) {
     if (options.formulas == Formulas::kRobust && walked >= options.max_reach) break;
-    const Support& s = supports(line.x0 + t * line.dx, line.y0 + t * line.dy);
+    const Anchor& s = anchors(line.x0 + t * line.dx, line.y0 + t * line.dy);
     if (!(s.value > 0)) continue;
     const float position = static_cast<float>(t - origin);
     const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
     if (options.formulas == Formulas::kRobust && sums.n > 0) {
       const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
-      if (!(fabsf(s.value - predicted) < kSameSurfaceTolerance * sums.nearest_w)) break;
+      if (!(fabsf(s.value - predicted) < kSameSurface * sums.nearest_w)) break;
     }
     sums.Add(position, s.value, slope);
   }
@@ -139,8 +142,8 @@ struct GapModel {
   bool across = false;
   bool has_before = false, has_after = false;
   Line line, before, after;            // positions relative to the gap's first pixel
-  float begin = 0, end = 0;            // positions of the supports nearest to the gap
-  float min_value = 0, max_value = 0;  // of the supports
+  float begin = 0, end = 0;            // positions of the anchors nearest to the gap
+  float min_value = 0, max_value = 0;  // of the anchors
 };
 
 // Whether the two sides are one surface: each side's own slope, followed across the gap, meets the other side.
@@ -151,18 +154,18 @@ PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineO
   return fminf(miss_before, miss_after) < options.max_jump * fminf(before.nearest_w, after.nearest_w);
 }
 
-// The gap is [begin, end): positions without support.
-PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Support> supports, const LineOptions& options,
+// The gap is [begin, end): positions without an anchor.
+PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Anchor> anchors, const LineOptions& options,
                        int begin, int end) {
   const bool open_before = begin > 0, open_after = end < line.length;
   LineSums before, after;
-  if (open_before) before = CollectSide(line, supports, options, begin - 1, -1, open_after ? 3 : 6, begin);
-  if (open_after) after = CollectSide(line, supports, options, end, 1, open_before ? 3 : 6, begin);
+  if (open_before) before = CollectSide(line, anchors, options, begin - 1, -1, open_after ? 3 : 6, begin);
+  if (open_after) after = CollectSide(line, anchors, options, end, 1, open_before ? 3 : 6, begin);
   // The paper's are always the closest six: what one side lacks the other one gives.
   if (options.formulas == Formulas::kPaper && after.n < 3) {
-    before = CollectSide(line, supports, options, begin - 1, -1, 6 - static_cast<int>(after.n), begin);
+    before = CollectSide(line, anchors, options, begin - 1, -1, 6 - static_cast<int>(after.n), begin);
   } else if (options.formulas == Formulas::kPaper && before.n < 3) {
-    after = CollectSide(line, supports, options, end, 1, 6 - static_cast<int>(before.n), begin);
+    after = CollectSide(line, anchors, options, end, 1, 6 - static_cast<int>(before.n), begin);
   }
   GapModel model;
   model.has_before = before.n > 0;
@@ -198,25 +201,25 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
 }
 
 // The inverse depth that a hypothesis map holds before the lines, 0 in gaps. `evidence`: the pixel's inverse depth where that is
-// evidence, else 0. The support of a doubtful pixel competes with what else may be there.
-PHI_HD float StartHypothesis(float evidence, const Support& support) {
-  return evidence > 0 ? evidence : fmaxf(support.value, 0.0f);
+// evidence, else 0. The anchor of a clue competes with what else may be there.
+PHI_HD float StartHypothesis(float evidence, const Anchor& anchor) {
+  return evidence > 0 ? evidence : fmaxf(anchor.value, 0.0f);
 }
 
 // Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;
 // only zeros are written. One call per scanline may run in parallel within a direction.
-PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> supports,
-                         const LineOptions& options, ArrayView2D<float> hypothesis) {
+PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Anchor> anchors, const LineOptions& options,
+                         ArrayView2D<float> hypothesis) {
   int t = 0;
   while (t < line.length) {
-    if (supports(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0) {
+    if (anchors(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0) {
       ++t;
       continue;
     }
     const int begin = t;
-    while (t < line.length && !(supports(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0)) ++t;
+    while (t < line.length && !(anchors(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0)) ++t;
     if (begin == 0 && t == line.length) return;
-    const GapModel model = FitGap(line, supports, options, begin, t);
+    const GapModel model = FitGap(line, anchors, options, begin, t);
     for (int s = begin; s < t; ++s) {
       float& target = hypothesis(line.x0 + s * line.dx, line.y0 + s * line.dy);
       if (target > 0) continue;
@@ -226,9 +229,9 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Support> suppor
   }
 }
 
-// The support at a measured pixel. Robust: the plane of the 7 x 7 window, so that a line rests on more than single
+// The anchor at a measured pixel. Robust: the plane of the 7 x 7 window, so that a line rests on more than single
 // noisy pixels; none for isolated specks, whose window holds too few pixels of their surface.
-PHI_HD Support MakeSupport(ArrayView2D<const float> inverse_depth, int x, int y, const LineOptions& options) {
+PHI_HD Anchor MakeAnchor(ArrayView2D<const float> inverse_depth, int x, int y, const LineOptions& options) {
   constexpr int kMinSurfacePixels = 12;  // of 49; less than a third of the half window at a straight border
   const float w = inverse_depth(x, y);
   if (!(w > 0)) return {};

@@ -6,16 +6,13 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/geometry/depth_agreement.h"
 
 namespace phi {
 
 inline constexpr int kPlaneFitRadius = 3;  // 7 x 7 window
-// A neighbour lies on the centre's surface when its inverse depth differs from the prediction by less than this,
-// relative to the centre's.
-inline constexpr float kSameSurfaceTolerance = 0.02f;
-
 // Inverse depth near pixel (x, y): value + slope_x * (x' - x) + slope_y * (y' - y), in 1 / world unit and
-// 1 / (world unit * pixel). `count` pixels support it; 0 = no fit.
+// 1 / (world unit * pixel). `count` pixels lie on it; 0 = no fit.
 struct InverseDepthPlane {
   float value = 0, slope_x = 0, slope_y = 0;
   int count = 0;
@@ -60,7 +57,7 @@ struct PlaneSums {
 // those near the first plane. inverse_depth <= 0 marks pixels without depth; the centre must have one.
 PHI_HD InverseDepthPlane FitInverseDepthPlane(ArrayView2D<const float> inverse_depth, int x, int y) {
   const float center = inverse_depth(x, y);
-  const float tolerance = kSameSurfaceTolerance * center;
+  const float tolerance = kSameSurface * center;
   InverseDepthPlane plane;
   plane.value = center;
   const int x0 = x > kPlaneFitRadius ? x - kPlaneFitRadius : 0,

@@ -19,15 +19,15 @@
 namespace phi {
 namespace {
 
-constexpr int kMinSupports = 60;    // that a plane rests on
-constexpr double kMinShare = 0.15;  // of the region's supports not yet explained
+constexpr int kMinAnchors = 60;     // that a plane rests on
+constexpr double kMinShare = 0.15;  // of the region's anchors not yet explained
 // Of an inlier, relative inverse depth: the greater of a share and of standard deviations of what matching can tell.
 constexpr float kTolerance = 0.003f, kToleranceDeviations = 3;
 // Relative inverse depth: within this, two planes are one but for noise, or meet.
 constexpr double kMinApart = 0.02;
 constexpr int kMaxDraws = 100;
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
-constexpr std::size_t kMaxScored = 1500;  // supports that a draw is scored on
+constexpr std::size_t kMaxScored = 1500;  // anchors that a draw is scored on
 constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
 // Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
@@ -65,7 +65,7 @@ std::vector<Point> Sorted(const std::vector<Point>& points) {
 }
 
 // A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
-// support more or less changes only the draws that hit it.
+// anchor more or less changes only the draws that hit it.
 std::uint32_t PixelHash(std::uint32_t pixel) {
   pixel ^= pixel >> 16;
   pixel *= 0x85EBCA6Bu;
@@ -102,7 +102,7 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
     normal += row * row.transpose();
     right += p.w * row;
   }
-  if (n < kMinSupports) return false;
+  if (n < kMinAnchors) return false;
   const Eigen::Vector2d mean = normal.block<2, 1>(1, 0) / n;
   const Eigen::Matrix2d covariance = normal.block<2, 2>(1, 1) / n - mean * mean.transpose();
   const double narrow = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(0);
@@ -196,8 +196,8 @@ double DetachedBy(const std::vector<Point>& points, const RegionPlane& first, co
   return *tenth;
 }
 
-// Noise of the first plane's supports, or the rim of something that stands before the surface: seen in front of an even
-// region, it would end in a step of brightness within. Where two walls meet, supports lie at the crease too.
+// Noise of the first plane's anchors, or the rim of something that stands before the surface: seen in front of an even
+// region, it would end in a step of brightness within. Where two walls meet, anchors lie at the crease too.
 bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& first,
                        const RegionPlane& second) {
   return Apart(points, first, second) < kMinApart || DetachedBy(points, first, second) > kMinApart;
@@ -206,7 +206,7 @@ bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& firs
 std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, RandomKey key,
                                                     std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
-  for (int k = 0; k < kPlanesPerRegion && points.size() >= kMinSupports; ++k) {
+  for (int k = 0; k < kPlanesPerRegion && points.size() >= kMinAnchors; ++k) {
     RegionPlane plane;
     if (!FitPlane(points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
     if (k > 0 && IsNoSecondSurface(points, planes[0], plane)) break;
@@ -220,46 +220,45 @@ std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
   return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
 }
 
-// Measured pixels and pooled supports of each region.
-std::vector<std::int32_t> CountSupports(const ImageRegions& regions, SupportValues supports,
-                                        std::span<const PooledSupport> pooled) {
+// Measured pixels and pooled anchors of each region.
+std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, AnchorValues anchors,
+                                       std::span<const PooledAnchor> pooled) {
   std::vector<std::int32_t> counts(regions.num_regions, 0);
-  tbb::parallel_for(0, supports.height, [&](int y) {
+  tbb::parallel_for(0, anchors.height, [&](int y) {
     std::int32_t run_region = regions.region(0, y),
                  run = 0;  // one access per run: regions are shared by threads
-    for (int x = 0; x < supports.width; ++x) {
+    for (int x = 0; x < anchors.width; ++x) {
       const std::int32_t region = regions.region(x, y);
       if (region != run_region) {
         if (run > 0) FetchAdd(&counts[run_region], run);
         run_region = region;
         run = 0;
       }
-      run += region >= 0 && supports(x, y) > 0;
+      run += region >= 0 && anchors(x, y) > 0;
     }
     if (run > 0) FetchAdd(&counts[run_region], run);
   });
-  for (const PooledSupport& support : pooled) {
-    const std::int32_t region = regions.region(support.PixelX(), support.PixelY());
+  for (const PooledAnchor& anchor : pooled) {
+    const std::int32_t region = regions.region(anchor.PixelX(), anchor.PixelY());
     if (region >= 0) ++counts[region];
   }
   return counts;
 }
 
-// A region with enough supports, and which of the members below are its own. A member is a pixel's index, or ~k for the
-// pooled support k.
-struct SupportedRegion {
+// A region with enough anchors, and which of the members below are its own. A member is a pixel's index, or ~k for the
+// pooled anchor k.
+struct AnchoredRegion {
   std::int32_t region;
-  std::uint32_t max_hash;  // of the supports that become members
+  std::uint32_t max_hash;  // of the anchors that become members
   std::int64_t begin;
   std::int32_t num_members = 0;
 };
 
-std::vector<SupportedRegion> ListSupported(const std::vector<std::int32_t>& counts,
-                                           std::int64_t* num_places) {
-  std::vector<SupportedRegion> list;
+std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts, std::int64_t* num_places) {
+  std::vector<AnchoredRegion> list;
   *num_places = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
-    if (counts[r] < kMinSupports) continue;
+    if (counts[r] < kMinAnchors) continue;
     const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
     list.push_back(
         {static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), *num_places});
@@ -273,15 +272,15 @@ Point MakePoint(const DepthPrecision& precision, float x, float y, float w, std:
   return {x, y, w, std::max(kTolerance, kToleranceDeviations * deviation) * w, hash};
 }
 
-Point MeasuredPoint(const DepthPrecision& precision, SupportValues supports, std::int32_t pixel) {
-  const int x = pixel % supports.width, y = pixel / supports.width;
-  return MakePoint(precision, static_cast<float>(x), static_cast<float>(y), supports(x, y),
+Point MeasuredPoint(const DepthPrecision& precision, AnchorValues anchors, std::int32_t pixel) {
+  const int x = pixel % anchors.width, y = pixel / anchors.width;
+  return MakePoint(precision, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
                    PixelHash(PixelHash(pixel)));
 }
 
 // Another view measured it, about as precisely as this one would.
-Point PooledPoint(const DepthPrecision& precision, const PooledSupport& support) {
-  return MakePoint(precision, support.x, support.y, support.inverse_depth, PixelHash(support.hash));
+Point PooledPoint(const DepthPrecision& precision, const PooledAnchor& anchor) {
+  return MakePoint(precision, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
 }
 
 }  // namespace
@@ -297,43 +296,41 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
   return std::make_shared<const GrayImage>(CutOutMask(*input.reference.image, *input.mask));
 }
 
-RegionPlanes::RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
-                           std::span<const PooledSupport> pooled, const DepthPrecision& precision) {
+RegionPlanes::RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
+                           std::span<const PooledAnchor> pooled, const DepthPrecision& precision) {
   ImageRegions regions = FindRegions(image);
   std::int64_t num_places = 0;
-  std::vector<SupportedRegion> supported =
-      ListSupported(CountSupports(regions, supports, pooled), &num_places);
+  std::vector<AnchoredRegion> anchored = ListAnchored(CountAnchors(regions, anchors, pooled), &num_places);
   std::vector<std::int32_t> index(regions.num_regions, -1);
-  for (std::size_t k = 0; k < supported.size(); ++k)
-    index[supported[k].region] = static_cast<std::int32_t>(k);
+  for (std::size_t k = 0; k < anchored.size(); ++k) index[anchored[k].region] = static_cast<std::int32_t>(k);
 
   const auto members = std::make_unique_for_overwrite<std::int32_t[]>(num_places);
-  const auto add_member = [&](SupportedRegion& own, std::uint32_t hash, std::int32_t member) {
+  const auto add_member = [&](AnchoredRegion& own, std::uint32_t hash, std::int32_t member) {
     if (hash <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = member;
   };
-  tbb::parallel_for(0, supports.height, [&](int y) {
-    for (int x = 0; x < supports.width; ++x) {
+  tbb::parallel_for(0, anchors.height, [&](int y) {
+    for (int x = 0; x < anchors.width; ++x) {
       std::int32_t& region = regions.region(x, y);
       if (region >= 0) region = index[region];
-      if (region < 0 || !(supports(x, y) > 0)) continue;
-      const std::int32_t pixel = y * supports.width + x;
-      add_member(supported[region], PixelHash(pixel), pixel);
+      if (region < 0 || !(anchors(x, y) > 0)) continue;
+      const std::int32_t pixel = y * anchors.width + x;
+      add_member(anchored[region], PixelHash(pixel), pixel);
     }
   });
   region_ = std::move(regions.region);
   for (std::size_t k = 0; k < pooled.size(); ++k) {
     const std::int32_t region = region_(pooled[k].PixelX(), pooled[k].PixelY());
-    if (region >= 0) add_member(supported[region], pooled[k].hash, ~static_cast<std::int32_t>(k));
+    if (region >= 0) add_member(anchored[region], pooled[k].hash, ~static_cast<std::int32_t>(k));
   }
 
-  planes_.resize(supported.size());
-  tbb::parallel_for(std::size_t{0}, supported.size(), [&](std::size_t k) {
-    const SupportedRegion& own = supported[k];
+  planes_.resize(anchored.size());
+  tbb::parallel_for(std::size_t{0}, anchored.size(), [&](std::size_t k) {
+    const AnchoredRegion& own = anchored[k];
     const std::int32_t* begin = members.get() + own.begin;
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(precision, supports, *member)
+      points.push_back(*member >= 0 ? MeasuredPoint(precision, anchors, *member)
                                     : PooledPoint(precision, pooled[~*member]));
     }
     // Threads found them in any order.

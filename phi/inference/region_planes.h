@@ -1,4 +1,4 @@
-// Plane hypotheses from larger supports than a scanline: an evenly coloured region of the image is likely to be one
+// Plane hypotheses from larger anchors than a scanline: an evenly coloured region of the image is likely to be one
 // surface, or a few, and its measured rim carries planes that lines through six pixels only guess.
 //
 // Regions are connected pixels whose smoothed brightness changes slowly. Each gets up to two planes in inverse depth
@@ -16,11 +16,9 @@
 #include "phi/geometry/depth_precision.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/line_hypothesis.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 
 namespace phi {
-
-inline constexpr int kPlanesPerRegion = 2;
 
 // 1 / z = a + b * x + c * y at array indices (x, y), within an ellipse around what carries the plane: the sides of a
 // building carry one, and the sky that the building stands before is no part of it.
@@ -55,20 +53,19 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
 class RegionPlanes {
  public:
   // `precision`: of the image's view.
-  RegionPlanes(const GrayImage& image, SupportValues supports, std::uint32_t image_id,
-               std::span<const PooledSupport> pooled = {}, const DepthPrecision& precision = {});
+  RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
+               std::span<const PooledAnchor> pooled = {}, const DepthPrecision& precision = {});
 
-  // The planes of the pixel's region; those without support are 0 everywhere.
+  // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
 
  private:
-  Array2D<std::int32_t> region_;  // index into planes_, -1 = too little support
+  Array2D<std::int32_t> region_;  // index into planes_, -1 = too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
 };
 
 // Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the
-// plane would bend it. `map`: as
-// InferenceResult's.
+// plane would bend it.
 void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map);
 
 }  // namespace phi

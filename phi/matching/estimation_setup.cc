@@ -6,6 +6,7 @@
 #include <string>
 
 #include "phi/base/error.h"
+#include "phi/matching/matching_window.h"
 #include "phi/matching/window_level.h"
 
 namespace phi {
@@ -71,8 +72,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   CheckEstimationInput(input);
   EstimationParameters p;
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
-  p.window.samples_per_side = options.SamplesPerSide();
-  p.window.step = static_cast<float>(options.window_step);
+  p.window = MakeMatchingWindow(options);
   // One fixed window on request (one level).
   if (options.num_window_levels > 1 && p.window.step > kNearStep) {
     p.window.near_step = kNearStep;

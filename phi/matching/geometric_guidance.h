@@ -19,16 +19,15 @@ PHI_HD float GuidanceCost(const RayModel& reference, const RelativeView& view,
   constexpr float kMax = kGuidanceCostPerPixel * kGuidanceMaxPixels;
   const Vec3f x_source = view.rotation * (depth * reference.Ray(u, v)) + view.translation;
   if (!(x_source.z > 0)) return kMax;
-  const float su = view.source.fx * x_source.x / x_source.z + view.source.cx;
-  const float sv = view.source.fy * x_source.y / x_source.z + view.source.cy;
+  const auto [su, sv] = view.source.Project(x_source);
   if (!(su >= 0 && sv >= 0 && su < source_depths.width && sv < source_depths.height)) return kMax;
   const float source_depth = source_depths(static_cast<int>(su), static_cast<int>(sv));
   if (!(source_depth > 0)) return kMax;
   const Vec3f back =
       TransposedTimes(view.rotation, source_depth * view.source.Ray(su, sv) - view.translation);
   if (!(back.z > 0)) return kMax;
-  const float du = reference.fx * back.x / back.z + reference.cx - u;
-  const float dv = reference.fy * back.y / back.z + reference.cy - v;
+  const ImagePoint met = reference.Project(back);
+  const float du = met.u - u, dv = met.v - v;
   return kGuidanceCostPerPixel * fminf(sqrtf(du * du + dv * dv), kGuidanceMaxPixels);
 }
 

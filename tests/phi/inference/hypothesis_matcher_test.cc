@@ -41,6 +41,10 @@ double Bilinear(const GrayImage& image, double u, double v) {
          fy * ((1 - fx) * image(x0, y1) + fx * image(x1, y1));
 }
 
+PixelHypotheses Judge(const HypothesisMatcher& matcher, int x, int y) {
+  return JudgeHypotheses(HypothesisMatcher::Context(matcher), x, y);
+}
+
 class HypothesisMatcherTest : public ::testing::Test {
  protected:
   HypothesisMatcherTest() : measured_(kWidth, kHeight) {
@@ -89,11 +93,10 @@ TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
   const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
   const HypothesisMatcher robust(input_, hypotheses, StereoOptions(), Formulas::kRobust);
   const HypothesisMatcher paper(input_, hypotheses, StereoOptions(), Formulas::kPaper);
-  HypothesisMatcher::Scratch scratch;
   for (const auto& [x, y] : {std::pair{20, 15}, {31, 24}, {40, 30}, {44, 19}}) {
     const double first = ExpectedCost(x, y, 0), second = ExpectedCost(x, y, 1);
     ASSERT_GT(std::abs(first - second), 1e-3) << "the two views tell nothing apart";
-    const PixelHypotheses mean = robust.Costs(x, y, &scratch), harmonic = paper.Costs(x, y, &scratch);
+    const PixelHypotheses mean = Judge(robust, x, y), harmonic = Judge(paper, x, y);
     EXPECT_EQ(mean.offered, 15) << "a measured pixel is every direction's hypothesis";
     for (int k = 0; k < kNumDirections; ++k) {
       // Two views count sqrt(2 / 3) times what three would.
@@ -108,7 +111,6 @@ TEST_F(HypothesisMatcherTest, AWindowThatLeavesTheSourceImageHasNoCost) {
   input_.sources.resize(1);
   const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
   const HypothesisMatcher matcher(input_, hypotheses, StereoOptions(), Formulas::kPaper);
-  HypothesisMatcher::Scratch scratch;
   for (int x = 7; x < 20; ++x) {
     // The leftmost sample is the one of the row where the inverse depth is largest: the first.
     double leftmost = kWidth;
@@ -118,7 +120,7 @@ TEST_F(HypothesisMatcherTest, AWindowThatLeavesTheSourceImageHasNoCost) {
                           u + kFx * kShifts[0].x * InverseDepthAt(std::floor(u) + 0.5, std::floor(v) + 0.5));
     }
     ASSERT_GT(std::abs(leftmost - 0.5), 1e-3) << "too near the border to tell";
-    EXPECT_EQ(matcher.Costs(x, 20, &scratch).cost[0] == kMaxCost, leftmost < 0.5) << x << ", " << leftmost;
+    EXPECT_EQ(Judge(matcher, x, 20).cost[0] == kMaxCost, leftmost < 0.5) << x << ", " << leftmost;
   }
 }
 
@@ -138,7 +140,8 @@ TEST_F(HypothesisMatcherTest, EvidenceComesFromThePixelThatThePointFallsInto) {
     const auto w = [&](double relative) { return static_cast<float>(1 / (depth * relative)); };
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
-        const DepthEvidence evidence = matcher.Evidence(20 + dx, 4 + dy, w(1));
+        const DepthEvidence evidence =
+            EvidenceOfViews(HypothesisMatcher::Context(matcher), 20 + dx, 4 + dy, w(1));
         EXPECT_EQ(evidence.num_confirming, dx == 0 && dy == 0 ? 1 : 0) << into << ": " << dx << ", " << dy;
         EXPECT_FALSE(evidence.SeenThrough());
       }
@@ -154,7 +157,8 @@ TEST_F(HypothesisMatcherTest, EvidenceComesFromThePixelThatThePointFallsInto) {
     views_[1].camera.pose.translation = {(12.5 - 20.5) * depth * relative / kFx,
                                          (9.5 - 4.5) * depth * relative / kFy, 0};
     const HypothesisMatcher matcher(input_, hypotheses, StereoOptions(), Formulas::kRobust);
-    const DepthEvidence evidence = matcher.Evidence(20, 4, static_cast<float>(1 / (depth * relative)));
+    const DepthEvidence evidence = EvidenceOfViews(HypothesisMatcher::Context(matcher), 20, 4,
+                                                   static_cast<float>(1 / (depth * relative)));
     EXPECT_EQ(evidence.num_confirming > 0, confirmed) << relative;
     EXPECT_EQ(evidence.SeenThrough(), seen_through) << relative;
   }

@@ -144,7 +144,7 @@ TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
 }
 
 // In the paper's form they are holes.
-TEST(Infer, DoubtfulPixelsSupportNothingInThePapersForm) {
+TEST(Infer, DoubtfulPixelsAnchorNothingInThePapersForm) {
   MeasurementMap measured = MakeMeasured(0);
   std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kClue);
   InferenceOptions options;

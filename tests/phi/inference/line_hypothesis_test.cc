@@ -29,7 +29,7 @@ PlaneMap MakeMap(const InverseDepth& inverse_depth) {
 }
 
 float ValueAt(const PlaneMap& map, Formulas formulas, int direction, int x, int y) {
-  return Hypotheses(AllMeasured(map), formulas).maps().inverse_depth[direction](x, y);
+  return Hypotheses(AllMeasured(map), formulas).state().maps.inverse_depth[direction](x, y);
 }
 
 TEST(Scanline, EveryDirectionCoversEachPixelOnce) {
@@ -57,7 +57,7 @@ TEST(LineHypothesis, IsExactOnAnObliquePlaneInAllDirections) {
   for (int direction = 0; direction < kNumDirections; ++direction) {
     for (int y = 30; y < 60; ++y) {
       for (int x = 40; x < 80; ++x) {
-        const float w = hypotheses.maps().inverse_depth[direction](x, y);
+        const float w = hypotheses.state().maps.inverse_depth[direction](x, y);
         EXPECT_NEAR(w, ObliquePlane(x, y), 1e-6f) << "direction " << direction << " at " << x << ", " << y;
       }
     }
@@ -84,7 +84,7 @@ TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   const int reach = LineOptions().max_extrapolation;
   for (int x = 30; x < 90; ++x) {
-    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    const float w = hypotheses.state().maps.inverse_depth[kHorizontal](x, 45);
     if (x - 29 <= reach) {
       EXPECT_NEAR(w, 0.5f, 1e-6f) << x;
     } else if (90 - x <= reach) {
@@ -100,7 +100,7 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   const int reach = LineOptions().max_extrapolation;
   for (int x = 0; x < 60; ++x) {
-    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    const float w = hypotheses.state().maps.inverse_depth[kHorizontal](x, 45);
     if (60 - x <= reach) {
       EXPECT_NEAR(w, ObliquePlane(x, 45), 1e-5f) << x;
     } else {
@@ -110,7 +110,7 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
 }
 
 TEST(LineHypothesis, SingleSideUsesSixPixels) {
-  // The paper's supports are single pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
+  // The paper's anchors are single pixels, so the line through the nearest six is known: depth 1..6 at x = 60..65 has slope 1.
   const PlaneMap map = MakeMap([](int x, int) { return x >= 60 ? 1.0f / (x - 59) : 0.0f; });
   // Three pixels would give the same line; a kink after the third tells six from three.
   PlaneMap kinked = map;
@@ -142,7 +142,7 @@ TEST(LineHypothesis, IgnoresIsolatedSpecks) {
   });
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
   for (int x = 40; x < 80; ++x) {
-    const float w = hypotheses.maps().inverse_depth[kHorizontal](x, 45);
+    const float w = hypotheses.state().maps.inverse_depth[kHorizontal](x, 45);
     // The speck is a measured pixel and keeps its depth; it does not change its surroundings.
     EXPECT_NEAR(w, (speck(x, 45) ? 2 : 1) * ObliquePlane(x, 45), 1e-6f) << x;
   }

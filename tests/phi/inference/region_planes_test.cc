@@ -35,26 +35,26 @@ PlaneMap RimOf(const InverseDepth& inverse_depth) {
 // Nearest of the hypotheses to the truth, as an error relative to it; large where there is none.
 float BestError(const Hypotheses& hypotheses, int x, int y, float truth) {
   float best = 1e9f;
-  for (const auto& map : hypotheses.maps().inverse_depth) {
+  for (const auto& map : hypotheses.state().maps.inverse_depth) {
     if (map(x, y) > 0) best = std::fmin(best, std::fabs(map(x, y) - truth) / truth);
   }
   return best;
 }
 
-// A plain image's, from supports of the given inverse depths; 0: none.
+// A plain image's, from anchors of the given inverse depths; 0: none.
 template <typename InverseDepth>
 RegionPlanes PlanesThrough(const InverseDepth& inverse_depth, const DepthPrecision& precision = {}) {
-  Array2D<Support> supports(kWidth, kHeight);
+  Array2D<Anchor> anchors(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) supports(x, y).value = inverse_depth(x, y);
+    for (int x = 0; x < kWidth; ++x) anchors(x, y).value = inverse_depth(x, y);
   }
-  return RegionPlanes(GrayImage(kWidth, kHeight, 120), ValuesOf(std::as_const(supports).view()), 3, {},
+  return RegionPlanes(GrayImage(kWidth, kHeight, 120), ValuesOf(std::as_const(anchors).view()), 3, {},
                       precision);
 }
 
-// A wall whose supports err by 0.8 % from pixel to pixel, to and fro: far more than 0.3 %. A match of 0.15 pixels with a
+// A wall whose anchors err by 0.8 % from pixel to pixel, to and fro: far more than 0.3 %. A match of 0.15 pixels with a
 // baseline of a hundredth of the depth tells no more.
-TEST(RegionPlanes, SupportsMayErrByWhatMatchingCanTell) {
+TEST(RegionPlanes, AnchorsMayErrByWhatMatchingCanTell) {
   const auto noisy = [](int x, int y) { return LeftWall(x, y) * ((x + y) % 2 == 0 ? 1.008f : 0.992f); };
   const auto on_wall = [](const RegionPlanes& planes) {
     return std::fabs(planes.At(20, 20)[0].At(20, 20) / LeftWall(20, 20) - 1);
@@ -73,7 +73,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &plain);
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
-      EXPECT_NEAR(hypotheses.maps().inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
+      EXPECT_NEAR(hypotheses.state().maps.inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
     }
   }
 }
@@ -88,8 +88,8 @@ TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   }
 }
 
-TEST(RegionPlanes, NoiseOfTheSupportsIsNoSecondSurface) {
-  // A fifth of the supports lies 1 % too far away; at 3 % it is another surface.
+TEST(RegionPlanes, NoiseOfTheAnchorsIsNoSecondSurface) {
+  // A fifth of the anchors lies 1 % too far away; at 3 % it is another surface.
   for (const float error : {0.01f, 0.03f}) {
     const RegionPlanes planes = PlanesThrough([&](int x, int y) {
       return OnRim(x, y) ? LeftWall(x, y) / (1 + ((x + y) % 5 == 0 ? error : 0)) : 0;
@@ -124,10 +124,11 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
     }
   }
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](60, 60), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
   const int reach = LineOptions().max_extrapolation + 8;  // lines may go on from the rims above and below
   for (int x = 80 + reach; x < kWidth; ++x) {
-    for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](x, 60), 0) << x;
+    for (int k = 0; k < kNumDirections; ++k)
+      EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](x, 60), 0) << x;
   }
 }
 
@@ -140,12 +141,12 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &plain);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](58, 58), 0);
-  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.maps().inverse_depth[k](63, 63), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](58, 58), 0);
+  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](63, 63), 0);
 }
 
 // A roof's rim before an even sky: 16 rows carry a plane, standard deviation 16 / sqrt(12) = 4.6, that reaches 23 rows from
-// their middle. (The plane fit's window makes supports of up to three rows beside them; lines reach 12 rows.)
+// their middle. (The plane fit's window makes anchors of up to three rows beside them; lines reach 12 rows.)
 TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
   const GrayImage sky(kWidth, kHeight, 180);
   PlaneMap map = RimOf(LeftWall);
@@ -153,29 +154,29 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &sky);
-  EXPECT_GT(hypotheses.maps().inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(hypotheses.maps().inverse_depth[k](80, kHeight - 16 - 20), 0);
+    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](80, kHeight - 16 - 20), 0);
   }
 }
 
 TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
-  // 720 x 600 pixels: far more supports than a plane is fitted to.
+  // 720 x 600 pixels: far more anchors than a plane is fitted to.
   const int width = 720, height = 600;
   const auto inverse_depth = [](int x, int y) {
     const float noise = 0.001f * static_cast<float>((x * 7 + y * 13) % 11 - 5);
     return (0.3f + 0.0003f * x - 0.0001f * y) * (1 + noise);
   };
-  Array2D<Support> supports(width, height);
+  Array2D<Anchor> anchors(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      if (x < 300 || x >= 500) supports(x, y).value = inverse_depth(x, y);
+      if (x < 300 || x >= 500) anchors(x, y).value = inverse_depth(x, y);
     }
   }
   const GrayImage plain(width, height, 120);
-  const RegionPlanes many(plain, ValuesOf(std::as_const(supports).view()), 3);
+  const RegionPlanes many(plain, ValuesOf(std::as_const(anchors).view()), 3);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const RegionPlanes alone(plain, ValuesOf(std::as_const(supports).view()), 3);
+  const RegionPlanes alone(plain, ValuesOf(std::as_const(anchors).view()), 3);
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; x += 7) {
       const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
@@ -192,8 +193,8 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   }
   const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &image);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(hypotheses.maps().inverse_depth[k](60, 60), 0);
-    EXPECT_GT(hypotheses.maps().inverse_depth[k](40, 60), 0);
+    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
+    EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
 }
 
@@ -203,7 +204,8 @@ TEST(RegionPlanes, PaperFormulasHaveNone) {
   const Hypotheses with_image(AllMeasured(map), Formulas::kPaper, &plain),
       without(AllMeasured(map), Formulas::kPaper);
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(with_image.maps().inverse_depth[k](60, 60), without.maps().inverse_depth[k](60, 60));
+    EXPECT_EQ(with_image.state().maps.inverse_depth[k](60, 60),
+              without.state().maps.inverse_depth[k](60, 60));
   }
 }
 

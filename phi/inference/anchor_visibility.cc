@@ -1,4 +1,4 @@
-#include "phi/inference/support_visibility.h"
+#include "phi/inference/anchor_visibility.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -22,13 +22,13 @@ constexpr std::size_t kMinBefore = 3;  // points before a gap: one or two may be
 // The points by the cell that they land in, the cells one after the other.
 class Cells {
  public:
-  Cells(int width, int height, int side, const std::vector<PooledSupport>& points)
+  Cells(int width, int height, int side, const std::vector<PooledAnchor>& points)
       : begin_(static_cast<std::size_t>((width + side - 1) / side) * ((height + side - 1) / side) + 1, 0),
         points_(points.size()) {
-    const auto cell = [&](const PooledSupport& p) {
+    const auto cell = [&](const PooledAnchor& p) {
       return static_cast<std::size_t>(p.PixelY() / side) * ((width + side - 1) / side) + p.PixelX() / side;
     };
-    for (const PooledSupport& p : points) ++begin_[cell(p) + 1];
+    for (const PooledAnchor& p : points) ++begin_[cell(p) + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -83,15 +83,15 @@ bool Surroundings::Hide(int x, int y, float inverse_depth) const {
   for (const auto& direction : kDirections) {
     const float depth = ContinuedDepth(x, y, direction[0], direction[1]);
     if (!(depth > 0)) continue;
-    const bool hides = depth * inverse_depth < 1 - kSeenThroughMargin && !IsSeenThrough(x, y, 1 / depth);
+    const bool hides = depth * inverse_depth < 1 - kDepthGap && !IsSeenThrough(x, y, 1 / depth);
     num_hiding += hides;
     num_others += !hides;
   }
   return num_hiding >= kMinHiding && num_hiding > num_others;
 }
 
-void RemoveHidden(int width, int height, int step, std::vector<PooledSupport>* pooled) {
-  std::vector<PooledSupport>& points = *pooled;
+void RemoveHidden(int width, int height, int step, std::vector<PooledAnchor>* pooled) {
+  std::vector<PooledAnchor>& points = *pooled;
   Cells cells(width, height, kCellSteps * step, points);
   tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t cell) {
     std::uint32_t *begin = cells.begin(cell), *end = cells.end(cell);
@@ -101,12 +101,12 @@ void RemoveHidden(int width, int height, int step, std::vector<PooledSupport>* p
     });
     std::uint32_t* hidden = begin + kMinBefore;
     while (hidden != end &&
-           points[*hidden].inverse_depth > (1 - kSeenThroughMargin) * points[hidden[-1]].inverse_depth) {
+           points[*hidden].inverse_depth > (1 - kDepthGap) * points[hidden[-1]].inverse_depth) {
       ++hidden;
     }
     for (; hidden != end; ++hidden) points[*hidden].inverse_depth = 0;
   });
-  std::erase_if(points, [](const PooledSupport& p) { return !(p.inverse_depth > 0); });
+  std::erase_if(points, [](const PooledAnchor& p) { return !(p.inverse_depth > 0); });
 }
 
 }  // namespace phi

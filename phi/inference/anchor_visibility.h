@@ -1,12 +1,12 @@
 // Which of the points that other views measured the reference image can see. Their brightness alone does not tell: of a
-// white wall behind a white sofa it would make supports of the sofa.
+// white wall behind a white sofa it would make anchors of the sofa.
 #pragma once
 
 #include <vector>
 
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 
 namespace phi {
 
@@ -33,6 +33,6 @@ class Surroundings {
 
 // Takes away the points that others hide: of those that land in the same few pixels, all beyond a gap in depth that at least
 // three stand before. `step`: the pixels that the views were sampled at are so far apart.
-void RemoveHidden(int width, int height, int step, std::vector<PooledSupport>* pooled);
+void RemoveHidden(int width, int height, int step, std::vector<PooledAnchor>* pooled);
 
 }  // namespace phi

@@ -1,4 +1,4 @@
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -73,15 +73,15 @@ struct WallScene {
     return input;
   }
 
-  RegionPlanes Planes(std::span<const PooledSupport> pooled) const {
-    Array2D<Support> supports(160, 120);
-    for (std::size_t i = 0; i < supports.size(); ++i) {
-      if (measured->data()[i].depth > 0) supports.data()[i].value = 1 / measured->data()[i].depth;
+  RegionPlanes Planes(std::span<const PooledAnchor> pooled) const {
+    Array2D<Anchor> anchors(160, 120);
+    for (std::size_t i = 0; i < anchors.size(); ++i) {
+      if (measured->data()[i].depth > 0) anchors.data()[i].value = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(*reference_image, ValuesOf(std::as_const(supports).view()), 7, pooled);
+    return RegionPlanes(*reference_image, ValuesOf(std::as_const(anchors).view()), 7, pooled);
   }
 
-  // Of the plane far from the reference's own supports, relative.
+  // Of the plane far from the reference's own anchors, relative.
   double ErrorInTheFarCorner(const RegionPlane& plane) const {
     const double truth = WallInverseDepth(reference.camera, 150.5, 110.5);
     return std::abs(plane.a + plane.b * 150 + plane.c * 110 - truth) / truth;
@@ -120,11 +120,11 @@ struct OnePointScene {
     return input;
   }
 
-  std::size_t NumPooled() const { return PoolSupports(Input()).size(); }
+  std::size_t NumPooled() const { return PoolAnchors(Input()).size(); }
 };
 
-TEST(PooledSupports, APointLandsWhereTheReferenceSeesIt) {
-  const std::vector<PooledSupport> pooled = PoolSupports(OnePointScene().Input());
+TEST(PooledAnchors, APointLandsWhereTheReferenceSeesIt) {
+  const std::vector<PooledAnchor> pooled = PoolAnchors(OnePointScene().Input());
   ASSERT_EQ(pooled.size(), 1u);
   EXPECT_NEAR(pooled[0].x, 74.75f, 2e-5f);
   EXPECT_NEAR(pooled[0].y, 44.75f, 2e-5f);
@@ -133,7 +133,7 @@ TEST(PooledSupports, APointLandsWhereTheReferenceSeesIt) {
   EXPECT_EQ(pooled[0].PixelY(), 45);
 }
 
-TEST(PooledSupports, APointOfOtherBrightnessAddsNothing) {
+TEST(PooledAnchors, APointOfOtherBrightnessAddsNothing) {
   OnePointScene scene;
   for (const int change : {-6, 6, -7, 7}) {
     scene.source_image(100, 90) = static_cast<std::uint8_t>(128 + change);
@@ -143,26 +143,26 @@ TEST(PooledSupports, APointOfOtherBrightnessAddsNothing) {
 
 // The source is a quarter brighter. Where both views measured the wall's left half that shows; where they share a corner of 400
 // pixels only, which the sparse sampling meets about 16 times, it may be chance.
-TEST(PooledSupports, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
+TEST(PooledAnchors, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
   WallScene scene;
   std::fill_n(scene.source_image->data(), scene.source_image->size(), std::uint8_t{160});
-  EXPECT_TRUE(PoolSupports(scene.Input()).empty());
+  EXPECT_TRUE(PoolAnchors(scene.Input()).empty());
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 80; ++x) {
       const double w = WallInverseDepth(scene.reference.camera, x + 0.5, y + 0.5);
       (*scene.measured)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
     }
   }
-  EXPECT_GT(PoolSupports(scene.Input()).size(), 1000u);
+  EXPECT_GT(PoolAnchors(scene.Input()).size(), 1000u);
   // What differs beyond the exposure still counts: 128 is expected, 136 is there.
   std::fill_n(scene.reference_image->data() + 90 * 160, 30 * 160, std::uint8_t{136});
-  for (const PooledSupport& support : PoolSupports(scene.Input())) ASSERT_LT(support.PixelY(), 90);
+  for (const PooledAnchor& anchor : PoolAnchors(scene.Input())) ASSERT_LT(anchor.PixelY(), 90);
   // A depth at which the views do not agree tells nothing of the exposure.
   for (std::size_t i = 0; i < scene.measured->size(); ++i) scene.measured->data()[i].depth *= 1.03f;
-  EXPECT_TRUE(PoolSupports(scene.Input()).empty());
+  EXPECT_TRUE(PoolAnchors(scene.Input()).empty());
 }
 
-TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
+TEST(PooledAnchors, AMeasuredPixelIsLeftAlone) {
   OnePointScene scene;
   scene.Put(74, 45, 3, PixelState::kMeasured);
   scene.Put(75, 44, 3, PixelState::kMeasured);
@@ -171,7 +171,7 @@ TEST(PooledSupports, AMeasuredPixelIsLeftAlone) {
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
-TEST(PooledSupports, DoubtfulPixelsCountAsMeasured) {
+TEST(PooledAnchors, DoubtfulPixelsCountAsMeasured) {
   OnePointScene scene;
   scene.PutSource(3, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 1u);
@@ -180,7 +180,7 @@ TEST(PooledSupports, DoubtfulPixelsCountAsMeasured) {
 }
 
 // Neither the source's pixels with few witnesses carry planes, nor do the reference's stand in the way.
-TEST(PooledSupports, PixelsWithFewWitnessesCountAsHoles) {
+TEST(PooledAnchors, PixelsWithFewWitnessesCountAsHoles) {
   OnePointScene scene;
   scene.Put(75, 45, 2, PixelState::kUnsure);
   EXPECT_EQ(scene.NumPooled(), 1u);
@@ -188,7 +188,7 @@ TEST(PooledSupports, PixelsWithFewWitnessesCountAsHoles) {
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
-TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
+TEST(PooledAnchors, APointThatTheReferenceCannotSeeAddsNothing) {
   OnePointScene scene;
   scene.reference.camera.pose.translation = {0, 0, -2.5};  // half a metre ahead: at (51.5, cy - 88.5)
   scene.reference.camera.pinhole.cy = 100;
@@ -205,58 +205,58 @@ TEST(PooledSupports, APointThatTheReferenceCannotSeeAddsNothing) {
   EXPECT_EQ(scene.NumPooled(), 1u);
 }
 
-TEST(PooledSupports, ViewsWithoutAMapTakeNoPart) {
+TEST(PooledAnchors, ViewsWithoutAMapTakeNoPart) {
   const OnePointScene scene;
   InferenceInput input = scene.Input();
   input.sources.insert(input.sources.begin(), input.sources[0]);
   input.source_depths.insert(input.source_depths.begin(), nullptr);
-  EXPECT_EQ(PoolSupports(input).size(), 1u);
+  EXPECT_EQ(PoolAnchors(input).size(), 1u);
   input.source_depths.clear();
-  EXPECT_TRUE(PoolSupports(input).empty());
+  EXPECT_TRUE(PoolAnchors(input).empty());
 }
 
-TEST(PooledSupports, LieOnTheSurfaceThatTheSourceMeasured) {
+TEST(PooledAnchors, LieOnTheSurfaceThatTheSourceMeasured) {
   const WallScene scene;
-  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  const std::vector<PooledAnchor> pooled = PoolAnchors(scene.Input());
   EXPECT_GT(pooled.size(), 3000u);
-  for (const PooledSupport& support : pooled) {
-    const double truth = WallInverseDepth(scene.reference.camera, support.x + 0.5, support.y + 0.5);
-    ASSERT_NEAR(support.inverse_depth / truth, 1, 2e-6) << support.x << ", " << support.y;
+  for (const PooledAnchor& anchor : pooled) {
+    const double truth = WallInverseDepth(scene.reference.camera, anchor.x + 0.5, anchor.y + 0.5);
+    ASSERT_NEAR(anchor.inverse_depth / truth, 1, 2e-6) << anchor.x << ", " << anchor.y;
   }
 }
 
-TEST(PooledSupports, CarryAPlaneThatOneViewDeterminesPoorly) {
+TEST(PooledAnchors, CarryAPlaneThatOneViewDeterminesPoorly) {
   const WallScene scene;
   EXPECT_GT(scene.ErrorInTheFarCorner(scene.Planes({}).At(10, 10)[0]), 0.02);
-  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  const std::vector<PooledAnchor> pooled = PoolAnchors(scene.Input());
   const RegionPlane plane = scene.Planes(pooled).At(10, 10)[0];
   EXPECT_LT(scene.ErrorInTheFarCorner(plane), 0.001);
   // Its box ends where the source's view of the wall does, and not near the corner.
   EXPECT_GT(plane.At(150, 110), 0);
 }
 
-TEST(PooledSupports, AloneGiveTheirPlaneExactly) {
+TEST(PooledAnchors, AloneGiveTheirPlaneExactly) {
   WallScene scene;
   *scene.measured = PlaneMap(160, 120);
-  const std::vector<PooledSupport> pooled = PoolSupports(scene.Input());
+  const std::vector<PooledAnchor> pooled = PoolAnchors(scene.Input());
   EXPECT_LT(scene.ErrorInTheFarCorner(scene.Planes(pooled).At(10, 10)[0]), 2e-6);
 }
 
-TEST(PooledSupports, AreTheSameForAnyNumberOfThreads) {
+TEST(PooledAnchors, AreTheSameForAnyNumberOfThreads) {
   const WallScene scene;
   // Twice the same view: each of its points is there twice.
   InferenceInput input = scene.Input();
   input.sources.push_back(input.sources[0]);
   input.source_depths.push_back(input.source_depths[0]);
-  std::vector<PooledSupport> pooled[2];
+  std::vector<PooledAnchor> pooled[2];
   RegionPlane planes[2];
   for (const int i : {0, 1}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, i == 0 ? 1 : 3);
-    pooled[i] = PoolSupports(input);
+    pooled[i] = PoolAnchors(input);
     planes[i] = scene.Planes(pooled[i]).At(80, 60)[0];
   }
   ASSERT_EQ(pooled[0].size(), pooled[1].size());
-  EXPECT_EQ(std::memcmp(pooled[0].data(), pooled[1].data(), pooled[0].size() * sizeof(PooledSupport)), 0);
+  EXPECT_EQ(std::memcmp(pooled[0].data(), pooled[1].data(), pooled[0].size() * sizeof(PooledAnchor)), 0);
   EXPECT_EQ(std::memcmp(&planes[0], &planes[1], sizeof(RegionPlane)), 0);
   // Nor does their order matter.
   std::reverse(pooled[1].begin(), pooled[1].end());
@@ -264,7 +264,7 @@ TEST(PooledSupports, AreTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(std::memcmp(&planes[0], &reversed, sizeof(RegionPlane)), 0);
 }
 
-TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
+TEST(PooledAnchors, LargeViewsAreSampledMoreSparsely) {
   const auto num_pooled = [](int scale) {
     const SceneView reference = MakeView(1, 210, 140, 200),
                     source = MakeView(2, 210 * scale, 140 * scale, 200 * scale);
@@ -274,7 +274,7 @@ TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
     input.measured = std::make_shared<const MeasurementMap>(AllMeasured(PlaneMap(210, 140)));
     input.source_depths = {
         std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(210 * scale, 140 * scale, 2.0f)))};
-    return static_cast<std::int64_t>(PoolSupports(input).size());
+    return static_cast<std::int64_t>(PoolAnchors(input).size());
   };
   EXPECT_EQ(num_pooled(1), 105 * 70);
   EXPECT_EQ(num_pooled(5), 525 * 350);   // 1050 x 700, every second
@@ -282,7 +282,7 @@ TEST(PooledSupports, LargeViewsAreSampledMoreSparsely) {
   EXPECT_LE(num_pooled(9), kMaxPooledPerView);
 }
 
-TEST(PooledSupports, FillWhatOneViewCouldNot) {
+TEST(PooledAnchors, FillWhatOneViewCouldNot) {
   const WallScene scene;
   InferenceInput input = scene.Input();
   const InferenceResult together = InferPlanes(input, StereoOptions(), {});

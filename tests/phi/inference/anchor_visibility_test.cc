@@ -1,4 +1,4 @@
-#include "phi/inference/support_visibility.h"
+#include "phi/inference/anchor_visibility.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +88,7 @@ struct PlateBeforeAWall {
 
   Counts Count() const {
     Counts counts;
-    for (const PooledSupport& p : PoolSupports(Input())) {
+    for (const PooledAnchor& p : PoolAnchors(Input())) {
       const bool on_plate = OnPlate(p.PixelX(), p.PixelY());
       if (p.inverse_depth > 0.4f) {
         ++counts.plate;
@@ -102,7 +102,7 @@ struct PlateBeforeAWall {
   }
 };
 
-TEST(SupportVisibility, TheWallBehindIsNoSupportOfWhatTheReferenceMeasuredAround) {
+TEST(AnchorVisibility, TheWallBehindIsNoAnchorOfWhatTheReferenceMeasuredAround) {
   PlateBeforeAWall scene;
   EXPECT_GT(scene.Count().wall_on_plate, 400);  // nothing tells
   const int beside = scene.Count().wall_beside;
@@ -115,7 +115,7 @@ TEST(SupportVisibility, TheWallBehindIsNoSupportOfWhatTheReferenceMeasuredAround
   EXPECT_GT(scene.Count().wall_on_plate, 300);
 }
 
-TEST(SupportVisibility, TheWallBehindIsNoSupportOfWhatAnotherViewMeasured) {
+TEST(AnchorVisibility, TheWallBehindIsNoAnchorOfWhatAnotherViewMeasured) {
   PlateBeforeAWall scene;
   const int beside = scene.Count().wall_beside;
   EXPECT_GT(scene.Count().wall_on_plate, 400);
@@ -128,9 +128,9 @@ TEST(SupportVisibility, TheWallBehindIsNoSupportOfWhatAnotherViewMeasured) {
 }
 
 // Two points nearer than the rest are mistakes, a third one hides what lies behind.
-TEST(SupportVisibility, OneOrTwoPointsHideNothing) {
+TEST(AnchorVisibility, OneOrTwoPointsHideNothing) {
   for (const int num_before : {1, 2, 3}) {
-    std::vector<PooledSupport> pooled;
+    std::vector<PooledAnchor> pooled;
     for (int i = 0; i < 8; ++i) {
       pooled.push_back({10.0f + i % 4, 10, i < num_before ? 0.5f : 0.4f, static_cast<std::uint32_t>(i)});
     }
@@ -140,8 +140,8 @@ TEST(SupportVisibility, OneOrTwoPointsHideNothing) {
 }
 
 // A floor seen at a grazing angle: depth grows by 1 % a row, 7 % within a cell, without a gap.
-TEST(SupportVisibility, ASlantedSurfaceDoesNotHideItself) {
-  std::vector<PooledSupport> pooled;
+TEST(AnchorVisibility, ASlantedSurfaceDoesNotHideItself) {
+  std::vector<PooledAnchor> pooled;
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 40; ++x) {
       pooled.push_back({1.0f * x, 1.0f * y, std::pow(0.99f, 40.0f - y), 0});
@@ -153,7 +153,7 @@ TEST(SupportVisibility, ASlantedSurfaceDoesNotHideItself) {
 
 // The corner of a room, 4 m away, each wall measured but for 20 pixels beside the corner. Nearer all around, the walls hide
 // nothing: continued past the corner they run behind what is seen there.
-TEST(SupportVisibility, ACornerIsNotHiddenByItsWalls) {
+TEST(AnchorVisibility, ACornerIsNotHiddenByItsWalls) {
   PlateBeforeAWall scene;
   // The walls n . X = -4 / sqrt(2) with n = (+-1, 0, -1) / sqrt(2) meet at x = 0, z = 4.
   const auto inverse_depth = [&](int x) { return (1 + std::abs((x + 0.5f - 80) / 150)) / 4; };
@@ -176,7 +176,7 @@ TEST(SupportVisibility, ACornerIsNotHiddenByItsWalls) {
 
 // What the reference measured 2 m away all around may be a plate or the frame of a window. The source, which looks at the wall
 // along a line that passes there, knows.
-TEST(SupportVisibility, AFrameThatAnotherViewLooksThroughHidesNothing) {
+TEST(AnchorVisibility, AFrameThatAnotherViewLooksThroughHidesNothing) {
   PlateBeforeAWall scene;
   scene.MeasureRim(2);
   const auto is_hidden = [&] { return Surroundings(scene.Input()).Hide(80, 60, 1 / 3.0f); };

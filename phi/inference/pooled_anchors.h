@@ -1,4 +1,4 @@
-// What the source views measured, as supports of the reference image's regions.
+// What the source views measured, as anchors of the reference image's regions.
 //
 // One view often measures an even wall only along a rim or in a corner, and a plane through that is poorly determined.
 // Other views see other parts of the wall against other surroundings: their measured pixels, projected into the
@@ -16,7 +16,7 @@ namespace phi {
 // second row of a megapixel, every third one and so on of larger images.
 inline constexpr std::int64_t kMaxPooledPerView = std::int64_t{1} << 18;
 
-struct PooledSupport {
+struct PooledAnchor {
   float x = 0, y = 0;       // where it lies in the reference image, array indices with fraction
   float inverse_depth = 0;  // in the reference camera
   std::uint32_t hash = 0;   // of the source view's image id and pixel: uniform, the same in every run
@@ -25,8 +25,8 @@ struct PooledSupport {
   int PixelY() const { return static_cast<int>(y + 0.5f); }
 };
 
-// Measured and doubtful pixels of the source views that land on a pixel without depth that is about as bright, but those that something
-// nearer hides (support_visibility.h). Same order for any number of threads. Views without a map take no part.
-std::vector<PooledSupport> PoolSupports(const InferenceInput& input);
+// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright, but those that something
+// nearer hides (anchor_visibility.h). Same order for any number of threads. Views without a map take no part.
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input);
 
 }  // namespace phi

@@ -1,4 +1,4 @@
-#include "phi/inference/pooled_supports.h"
+#include "phi/inference/pooled_anchors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,9 @@
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/device_camera.h"
-#include "phi/inference/support_visibility.h"
+#include "phi/inference/anchor_visibility.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace phi {
@@ -25,8 +26,7 @@ constexpr int kGainStride = 4;
 constexpr std::size_t kMinGainSamples = 100;
 // Grey levels: darker ones are mostly noise, brighter ones may be clipped.
 constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
-constexpr float kSameDepth = 0.01f;  // relative: the two views measured the same spot
-// Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own supports.
+// Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own anchors.
 constexpr int kMinStep = 2;
 
 int SamplingStep(int width, int height) {
@@ -56,11 +56,11 @@ class SourcePool {
   int NumRows() const { return (depths_.height() + step_ - 1) / step_; }
 
   // Sampled row `row`.
-  std::vector<PooledSupport> Row(int row) const {
-    std::vector<PooledSupport> supports;
-    for (int x = 0; x < depths_.width(); x += step_) AddPixel(x, row * step_, &supports);
-    supports.shrink_to_fit();  // all rows wait for each other
-    return supports;
+  std::vector<PooledAnchor> Row(int row) const {
+    std::vector<PooledAnchor> anchors;
+    for (int x = 0; x < depths_.width(); x += step_) AddPixel(x, row * step_, &anchors);
+    anchors.shrink_to_fit();  // all rows wait for each other
+    return anchors;
   }
 
   // The reference image's brightness over the source's: the median over spots that both measured, so that a few glossy or
@@ -78,8 +78,8 @@ class SourcePool {
   }
 
  private:
-  // The source's pixel as a support of the reference, without its hash; nullopt where it has no depth or lands outside.
-  std::optional<PooledSupport> Project(int x, int y) const {
+  // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
+  std::optional<PooledAnchor> Project(int x, int y) const {
     if (!CarriesPlanes(depths_.states(x, y))) return std::nullopt;
     const float depth = depths_.depths(x, y);
     const RelativeView& view = reference_from_source_;
@@ -87,34 +87,33 @@ class SourcePool {
                                                                   static_cast<float>(y) + 0.5f)) +
                         view.translation;
     if (!(point.z > 0)) return std::nullopt;
-    const float u = view.source.fx * point.x / point.z + view.source.cx;
-    const float v = view.source.fy * point.y / point.z + view.source.cy;
+    const auto [u, v] = view.source.Project(point);
     const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
     if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
-    return PooledSupport{u - 0.5f, v - 0.5f, 1 / point.z};
+    return PooledAnchor{u - 0.5f, v - 0.5f, 1 / point.z};
   }
 
-  void AddPixel(int x, int y, std::vector<PooledSupport>* row) const {
-    std::optional<PooledSupport> support = Project(x, y);
-    if (!support) return;
-    const int px = support->PixelX(), py = support->PixelY();
+  void AddPixel(int x, int y, std::vector<PooledAnchor>* row) const {
+    std::optional<PooledAnchor> anchor = Project(x, y);
+    if (!anchor) return;
+    const int px = anchor->PixelX(), py = anchor->PixelY();
     // The reference's own measurement knows better what is there.
     if (CarriesPlanes(measured_.states(px, py))) return;
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= kMaxBrightnessChange)) return;
-    if (surroundings_.Hide(px, py, support->inverse_depth)) return;
-    support->hash = Hash(x, y);
-    row->push_back(*support);
+    if (surroundings_.Hide(px, py, anchor->inverse_depth)) return;
+    anchor->hash = Hash(x, y);
+    row->push_back(*anchor);
   }
 
   void AddRatio(int x, int y, std::vector<float>* ratios) const {
-    const std::optional<PooledSupport> support = Project(x, y);
-    if (!support) return;
-    const int px = support->PixelX(), py = support->PixelY();
+    const std::optional<PooledAnchor> anchor = Project(x, y);
+    if (!anchor) return;
+    const int px = anchor->PixelX(), py = anchor->PixelY();
     if (!CarriesPlanes(measured_.states(px, py))) return;
     const float there = measured_.planes(px, py).depth;
-    if (!(std::abs(there * support->inverse_depth - 1) <= kSameDepth)) return;
+    if (!(std::abs(there * anchor->inverse_depth - 1) <= kSameDepth)) return;
     const int reference = reference_image_(px, py), source = source_image_(x, y);
     if (std::min(reference, source) < kMinGainBrightness || std::max(reference, source) > kMaxGainBrightness)
       return;
@@ -140,7 +139,7 @@ class SourcePool {
 
 }  // namespace
 
-std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input) {
   const Surroundings surroundings(input);
   std::vector<SourcePool> sources;
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
@@ -152,14 +151,14 @@ std::vector<PooledSupport> PoolSupports(const InferenceInput& input) {
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
-  std::vector<std::vector<PooledSupport>> supports(rows.size());
+  std::vector<std::vector<PooledAnchor>> anchors(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
-                    [&](std::size_t i) { supports[i] = sources[rows[i].first].Row(rows[i].second); });
-  std::size_t num_supports = 0;
-  for (const auto& row : supports) num_supports += row.size();
-  std::vector<PooledSupport> pooled;
-  pooled.reserve(num_supports);
-  for (auto& row : supports) {
+                    [&](std::size_t i) { anchors[i] = sources[rows[i].first].Row(rows[i].second); });
+  std::size_t num_anchors = 0;
+  for (const auto& row : anchors) num_anchors += row.size();
+  std::vector<PooledAnchor> pooled;
+  pooled.reserve(num_anchors);
+  for (auto& row : anchors) {
     pooled.insert(pooled.end(), row.begin(), row.end());
     row = {};
   }
