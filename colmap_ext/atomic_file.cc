@@ -47,7 +47,10 @@ bool IsShortageOfSpace(int error) { return error == ENOSPC || error == EDQUOT ||
   throw phi::InputError(what + "; check that the folder exists and can be written");
 }
 
+std::atomic<bool> g_keep_left_overs = false;
+
 void RemoveLeftOversOnce(const fs::path& folder) {
+  if (g_keep_left_overs) return;
   static std::mutex mutex;
   static std::set<fs::path> done;
   {
@@ -131,6 +134,8 @@ void RemoveIfLeftOver(const fs::path& path) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
   ::close(descriptor);
 }
+
+void KeepLeftOvers() { g_keep_left_overs = true; }
 
 AtomicFile::AtomicFile(const fs::path& path, Durability durability)
     : path_(path), target_(FollowLinks(path)), durability_(durability) {

@@ -19,6 +19,9 @@ bool IsTemporaryFile(const std::filesystem::path& path);
 // Removes it where it is one that a killed process left: other processes hold a lock on those that they write. AtomicFile does so for
 // each folder that the process writes into, the first time.
 void RemoveIfLeftOver(const std::filesystem::path& path);
+// For the rest of this process they stay, since processes on other computers, whose locks are not seen here, write into the
+// same folders.
+void KeepLeftOvers();
 
 enum class Durability {
   kPowerCut,  // waits for the disk

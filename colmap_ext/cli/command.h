@@ -27,6 +27,7 @@ const Command* FindCommand(std::string_view name);  // null when there is none
 int RunPatchMatchStereo(int argc, char** argv);
 int RunHoleFiller(int argc, char** argv);
 int RunStereoFusion(int argc, char** argv);
+int RunStatusCommand(int argc, char** argv);
 int RunWorkspaceChecker(int argc, char** argv);
 int RunEvaluate(int argc, char** argv);
 int RunMakeScene(int argc, char** argv);

@@ -11,6 +11,7 @@ constexpr Command kCommands[] = {
     {"patch_match_stereo", "depth and normal maps of an undistorted workspace", RunPatchMatchStereo},
     {"hole_filler", "fill the holes of depth maps that you have, COLMAP's too", RunHoleFiller},
     {"stereo_fusion", "one coloured point cloud of depth and normal maps", RunStereoFusion},
+    {"status", "images done, failed and waiting, while a run or a cluster works", RunStatusCommand},
     {"workspace_checker", "every problem of a workspace at once", RunWorkspaceChecker},
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},
     {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},

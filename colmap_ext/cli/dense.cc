@@ -19,31 +19,39 @@ bool IsDone(int code) {
          code == static_cast<int>(phi::ExitCode::kSomeImagesFailed);
 }
 
-}  // namespace
-
-std::map<std::string, std::string> DefaultOptions() {
-  StereoCommandOptions stereo;
-  FusionCommandOptions fusion;
-  OptionParser parser("dense", "");
-  stereo.Register(&parser);
-  fusion.RegisterFusion(&parser);
-  std::map<std::string, std::string> values = parser.EffectiveValues();
-  values.erase("workspace_path");
-  return values;
-}
-
-int RunDense(int argc, char** argv) {
+struct DenseCommandOptions {
   CloudOutput output;
   std::filesystem::path report_path;
   StereoCommandOptions stereo;
   FusionCommandOptions fusion;
+
+  void Register(OptionParser* parser) {
+    parser->Add("output_path", &output.path, "The cloud (.ply or .las); default: fused.ply in the workspace");
+    parser->Append(output.List());
+    parser->Add("report_path", &report_path, "The report (.html); default: report.html in the workspace");
+    stereo.Register(parser);
+    fusion.RegisterFusion(parser);
+  }
+};
+
+}  // namespace
+
+std::map<std::string, std::string> DefaultOptions() {
+  DenseCommandOptions options;
+  OptionParser parser("dense", "");
+  options.Register(&parser);
+  std::map<std::string, std::string> values = parser.EffectiveValues();
+  // Where files lie is no setting of a result.
+  for (const char* place : {"workspace_path", "output_path", "report_path"}) values.erase(place);
+  return values;
+}
+
+int RunDense(int argc, char** argv) {
+  DenseCommandOptions options;
   OptionParser parser("dense", "From an undistorted COLMAP workspace to a cloud and a report");
-  parser.Add("output_path", &output.path, "The cloud (.ply or .las); default: fused.ply in the workspace");
-  parser.Append(output.List());
-  parser.Add("report_path", &report_path, "The report (.html); default: report.html in the workspace");
-  stereo.Register(&parser);
-  fusion.RegisterFusion(&parser);
+  options.Register(&parser);
   if (!parser.Parse(argc, argv)) return 0;
+  auto& [output, report_path, stereo, fusion] = options;
   stereo.Finish(parser);
   fusion.workspace.path = stereo.workspace.path;
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo

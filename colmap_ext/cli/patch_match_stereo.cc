@@ -1,10 +1,13 @@
 // phimvs patch_match_stereo: depth and normal maps for every image of an undistorted workspace.
+#include <iostream>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
@@ -19,11 +22,15 @@ namespace {
 
 // What the run reads of a workspace.
 struct StereoInput {
-  explicit StereoInput(const StereoCommandOptions& options)
+  StereoInput(const StereoCommandOptions& options, const Shard& shard)
       : workspace(options.workspace),
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene),
-        jobs(MakeImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {}
+        jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
+    const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
+    const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
+    AddInputs(workspace, scene, options.pipeline.view_selection.formulas, JobsInReach(stages, jobs, scope), &jobs);
+  }
 
   Workspace workspace;
   phi::SparseScene scene;
@@ -33,15 +40,20 @@ struct StereoInput {
 
 }  // namespace
 
-int EstimateMaps(const StereoCommandOptions& options,
-                 const std::map<std::string, std::string>& effective_options) {
-  const StereoInput input(options);
-  const WorkspaceLock lock(input.workspace.StereoFolder());
-  RemoveTemporaryFiles(input.workspace.StereoFolder());
+int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
+                 const Shard& shard) {
+  using Sharing = WorkspaceLock::Sharing;
+  const StereoInput input(options, shard);
+  const WorkspaceLock lock(input.workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
+  if (shard.IsWhole()) {
+    RemoveTemporaryFiles(input.workspace.StereoFolder());
+  } else {
+    KeepLeftOvers();
+  }
   const auto backends = MakeBackends(options.backend);
   StereoPipeline pipeline(
       input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
-      options.pipeline, effective_options, backends);
+      options.pipeline, effective_options, backends, shard);
   try {
     const RunSummary summary = pipeline.Run();
     LogSummary(summary);
@@ -52,13 +64,26 @@ int EstimateMaps(const StereoCommandOptions& options,
   }
 }
 
+namespace {
+
+int PrintStages(const PipelineOptions& options) {
+  for (const Stage& stage : BuildStages(options)) std::cout << stage.result << "\n";
+  return static_cast<int>(phi::ExitCode::kOk);
+}
+
+}  // namespace
+
 int RunPatchMatchStereo(int argc, char** argv) {
   StereoCommandOptions options;
   OptionParser parser("patch_match_stereo", "depth and normal maps of an undistorted COLMAP workspace");
   options.Register(&parser);
+  ShardOptions shard;
+  parser.Append(shard.List());
+  parser.Add("stage", &shard.stage, "Make this kind of maps only, such as photometric; list = print the kinds and end");
   if (!parser.Parse(argc, argv)) return 0;
   options.Finish(parser);
-  return EstimateMaps(options, parser.EffectiveValues());
+  if (shard.stage == "list") return PrintStages(options.pipeline);
+  return EstimateMaps(options, parser.EffectiveValues(), shard.Resolve());
 }
 
 }  // namespace colmap_ext

@@ -75,7 +75,7 @@ void PrintUsage(int stream, std::ostream& out) {
   out << "\n"
       << colmap_ext::WrapText(
              "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, "
-             "5 no device, 130 and 143 stopped.",
+             "5 no device, 6 waits for other shards: run again later, 130 and 143 stopped.",
              columns, 0)
       << "\n";
 }

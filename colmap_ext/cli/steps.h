@@ -8,17 +8,18 @@
 #include "colmap_ext/cli/fusion_options.h"
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/fusion/cloud_output.h"
+#include "colmap_ext/pipeline/shard.h"
 
 namespace colmap_ext {
 
 // `effective_options` goes into phimvs.json for the reader. Returns the exit code.
-int EstimateMaps(const StereoCommandOptions& options,
-                 const std::map<std::string, std::string>& effective_options);
+int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
+                 const Shard& shard = {});
 
 // output: resolved. Returns the exit code.
 int FuseMaps(FusionCommandOptions options, const CloudOutput& output);
 
-// Of the options of both, for the report.
+// Of all options of `dense` but places of files, for the report.
 std::map<std::string, std::string> DefaultOptions();
 
 }  // namespace colmap_ext

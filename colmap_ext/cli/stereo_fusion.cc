@@ -5,8 +5,10 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/fusion/fusion_report.h"
+#include "colmap_ext/fusion/fusion_shards.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/error.h"
@@ -39,9 +41,13 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output) {
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }
+  const std::filesystem::path parts = PartsFolder(output.path);
+  const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
-  const SceneFusionReport report = FuseScene(workspace, options.fusion, writer.get());
+  const SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
+                                             : FuseScene(workspace, options.fusion, writer.get());
   writer->Commit();
+  if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
   LogReport(report, output.path, elapsed.count());
@@ -52,6 +58,24 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output) {
   return static_cast<int>(phi::ExitCode::kSomeImagesFailed);
 }
 
+namespace {
+
+int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const Shard& shard) {
+  const std::filesystem::path parts = PartsFolder(output.path);
+  KeepLeftOvers();
+  options.fusion.scratch_folder = parts;
+  const Workspace workspace(options.workspace);
+  std::filesystem::create_directories(parts);
+  const ShardFusionReport report = FuseShard(workspace, options.fusion, parts, shard);
+  phi::LogInfo("shard " + shard.Name() + ": " + std::to_string(report.num_made) + " of " +
+               std::to_string(report.num_parts) + " parts made, with " + std::to_string(report.num_points) +
+               " points; the same command without --shard joins them");
+  if (report.num_waiting > 0) return static_cast<int>(kRetryLater);
+  return static_cast<int>(report.num_failures > 0 ? phi::ExitCode::kSomeImagesFailed : phi::ExitCode::kOk);
+}
+
+}  // namespace
+
 int RunStereoFusion(int argc, char** argv) {
   FusionCommandOptions options;
   CloudOutput output;
@@ -60,10 +84,13 @@ int RunStereoFusion(int argc, char** argv) {
       .Required();
   parser.Append(output.List());
   options.Register(&parser);
+  ShardOptions shard_options;
+  parser.Append(shard_options.List());
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   options.Finish(parser);
   output.Resolve();
-  return FuseMaps(options, output);
+  const Shard shard = shard_options.Resolve();
+  return shard.IsWhole() ? FuseMaps(options, output) : FuseOneShard(options, output, shard);
 }
 
 }  // namespace colmap_ext

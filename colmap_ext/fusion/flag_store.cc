@@ -14,7 +14,7 @@
 namespace colmap_ext {
 namespace {
 
-std::size_t NumBytes(const phi::FusionMap& map) { return (map.size() + 7) / 8; }
+std::size_t NumBytes(std::size_t num_pixels) { return (num_pixels + 7) / 8; }
 
 }  // namespace
 
@@ -48,11 +48,15 @@ void FlagStore::OpenScratchFile() {
 }
 
 void FlagStore::Save(int image, const phi::FusionMap& map) {
-  if (descriptor_ < 0) OpenScratchFile();
-  std::vector<std::uint8_t> bits(NumBytes(map), 0);
+  std::vector<std::uint8_t> bits(NumBytes(map.size()), 0);
   for (std::size_t i = 0; i < map.size(); ++i) {
     if ((map.data()[i].flags & flag_) != 0) bits[i / 8] |= static_cast<std::uint8_t>(1u << (i % 8));
   }
+  Save(image, bits);
+}
+
+void FlagStore::Save(int image, const std::vector<std::uint8_t>& bits) {
+  if (descriptor_ < 0) OpenScratchFile();
   std::int64_t& offset = offsets_[static_cast<std::size_t>(image)];
   if (offset < 0) {
     offset = end_;
@@ -66,16 +70,21 @@ void FlagStore::Save(int image, const phi::FusionMap& map) {
   }
 }
 
-void FlagStore::Restore(int image, phi::FusionMap* map) const {
+std::vector<std::uint8_t> FlagStore::Load(int image, std::size_t num_pixels) const {
   const std::int64_t offset = offsets_[static_cast<std::size_t>(image)];
-  if (offset < 0) return;
-  std::vector<std::uint8_t> bits(NumBytes(*map));
+  std::vector<std::uint8_t> bits(NumBytes(num_pixels));
   for (std::size_t done = 0; done < bits.size();) {
     const ssize_t got = ::pread(descriptor_, bits.data() + done, bits.size() - done,
                                 static_cast<off_t>(offset + static_cast<std::int64_t>(done)));
     if (got == 0 || (got < 0 && errno != EINTR)) Fail("read");
     if (got > 0) done += static_cast<std::size_t>(got);
   }
+  return bits;
+}
+
+void FlagStore::Restore(int image, phi::FusionMap* map) const {
+  if (offsets_[static_cast<std::size_t>(image)] < 0) return;
+  const std::vector<std::uint8_t> bits = Load(image, map->size());
   for (std::size_t i = 0; i < map->size(); ++i) {
     if ((bits[i / 8] >> (i % 8)) & 1u) map->data()[i].flags |= flag_;
   }

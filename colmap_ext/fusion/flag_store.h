@@ -20,6 +20,10 @@ class FlagStore {
 
   // Throws phi::ResourceError when the disk is full.
   void Save(int image, const phi::FusionMap& map);
+  // The same of flags as Load returns them: pixel i's is bit i % 8 of byte i / 8.
+  void Save(int image, const std::vector<std::uint8_t>& bits);
+  // Of an image whose flags were saved.
+  std::vector<std::uint8_t> Load(int image, std::size_t num_pixels) const;
   // Sets the flags that were saved; none when there were none. Safe to call concurrently for different images.
   void Restore(int image, phi::FusionMap* map) const;
 

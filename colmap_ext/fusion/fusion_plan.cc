@@ -138,28 +138,6 @@ class Planner {
 
 }  // namespace
 
-// The next image is the one with most neighbours already done: their maps are in memory.
-std::vector<int> OrderImages(const NeighborGraph& graph) {
-  const int count = static_cast<int>(graph.size());
-  std::vector<int> order, num_done_neighbors(graph.size(), 0);
-  std::set<std::pair<int, int>> queue;  // (-done neighbours, position)
-  for (int p = 0; p < count; ++p) queue.insert({0, p});
-  while (!queue.empty()) {
-    const int next = queue.begin()->second;
-    queue.erase(queue.begin());
-    num_done_neighbors[static_cast<std::size_t>(next)] = -1;
-    order.push_back(next);
-    for (const int neighbor : graph[static_cast<std::size_t>(next)]) {
-      int& done = num_done_neighbors[static_cast<std::size_t>(neighbor)];
-      if (done < 0) continue;
-      queue.erase({-done, neighbor});
-      ++done;
-      queue.insert({-done, neighbor});
-    }
-  }
-  return order;
-}
-
 FusionPlan PlanFusion(const NeighborGraph& graph, const std::vector<int>& order,
                       const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes) {
   return Planner(bytes, budget_bytes).Plan(graph, order);

@@ -1,5 +1,5 @@
-// The order in which images are fused, and which maps are read and dropped when, so that they fit in a budget and few
-// are read twice. All look-ups are known beforehand, so the map whose next use lies furthest ahead can be dropped.
+// Which maps are read and dropped when while images are fused in their order, so that they fit in a budget and few are read
+// twice. All look-ups are known beforehand, so the map whose next use lies furthest ahead can be dropped.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,7 @@
 
 namespace colmap_ext {
 
-// Positions as in NeighborGraph. Depends on the graph alone: the order decides which pixel of several gives a point.
-std::vector<int> OrderImages(const NeighborGraph& graph);
-
+// Positions as in NeighborGraph.
 struct FusionStep {
   int reference = 0;
   std::vector<int> neighbors;   // as in the graph; fewer when not all fit in the budget at once
@@ -27,7 +25,7 @@ struct FusionPlan {
   std::int64_t bytes_wanted = 0;  // budget with which no step would have
 };
 
-// bytes: of each map in memory. The reference and two neighbours must fit, else throws phi::ResourceError.
+// order: of all images or of some. bytes: of each map in memory. The reference and two neighbours must fit, else throws phi::ResourceError.
 FusionPlan PlanFusion(const NeighborGraph& graph, const std::vector<int>& order,
                       const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes);
 

@@ -1,5 +1,4 @@
-// Fuses all images of a workspace: plans which maps are in memory when, reads them ahead of their use, fuses image by
-// image and hands the points on as they are made.
+// Fuses all images of a workspace and hands the points on as they are made.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +22,7 @@ struct SceneFusionOptions {
   int max_neighbors = 50;                // images that each image is compared with; -1: all
   double max_memory_gb = 0;              // 0: half of the computer's
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
+  int max_part_images = 256;  // see fusion_parts.h; the order of images follows from it, and with it the cloud
 
   // All but the box, the rule's and the input's included.
   phi::OptionList List();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 #include <set>
 #include <system_error>
 #include <unordered_map>
@@ -55,10 +56,19 @@ std::string ViewKey(const Workspace& workspace, int image) {
   return key.Hex();
 }
 
-std::vector<std::string> ViewKeys(const Workspace& workspace) {
+// By image, of those jobs' images and sources.
+std::vector<std::string> ViewKeys(const Workspace& workspace, const std::vector<ImageJob>& jobs,
+                                  const std::vector<int>& which) {
+  std::vector<int> images;
+  for (const int job : which) {
+    images.push_back(jobs[job].image);
+    images.insert(images.end(), jobs[job].sources.begin(), jobs[job].sources.end());
+  }
+  std::sort(images.begin(), images.end());
+  images.erase(std::unique(images.begin(), images.end()), images.end());
   std::vector<std::string> keys(workspace.views().size());
-  tbb::parallel_for(std::size_t{0}, keys.size(),
-                    [&](std::size_t image) { keys[image] = ViewKey(workspace, static_cast<int>(image)); });
+  tbb::parallel_for(std::size_t{0}, images.size(),
+                    [&](std::size_t i) { keys[images[i]] = ViewKey(workspace, images[i]); });
   return keys;
 }
 
@@ -200,7 +210,7 @@ std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>
   return text + " source views each";
 }
 
-std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
+std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options) {
   const std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(workspace, config_path);
@@ -209,17 +219,32 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
   WarnOfMissingMasks(workspace, jobs);
   SelectSources(workspace, scene, problems, options, &jobs);
   FindSourceJobs(workspace, &jobs);
+  return jobs;
+}
+
+void AddInputs(const Workspace& workspace, const phi::SparseScene& scene, phi::Formulas formulas,
+               const std::vector<int>& which, std::vector<ImageJob>* jobs) {
   const std::string scene_key = SceneKey(scene);
-  const std::vector<std::string> view_keys = ViewKeys(workspace);
-  for (ImageJob& job : jobs) {
+  const std::vector<std::string> view_keys = ViewKeys(workspace, *jobs, which);
+  for (const int index : which) {
+    ImageJob& job = (*jobs)[index];
     ResultKey key;
     key.Add(scene_key).Add(view_keys[job.image]);
     for (const int source : job.sources) key.Add(view_keys[source]);
     job.input_key = key.Hex();
     std::error_code unreachable;  // one image's fault, as if there were none
     job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image), unreachable);
-    job.problem = ProblemOf(workspace, job, options.formulas);
+    job.problem = ProblemOf(workspace, job, formulas);
   }
+}
+
+std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                    const std::filesystem::path& config_path,
+                                    const phi::ViewSelectionOptions& options) {
+  std::vector<ImageJob> jobs = ListImageJobs(workspace, scene, config_path, options);
+  std::vector<int> all(jobs.size());
+  std::iota(all.begin(), all.end(), 0);
+  AddInputs(workspace, scene, options.formulas, all, &jobs);
   return jobs;
 }
 

@@ -23,6 +23,14 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options);
 
+// The two halves of MakeImageJobs, for who needs not all of them: the images and their sources, and what is read of the files
+// of some of them, `which`: input keys, missing files, problems.
+std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                                    const std::filesystem::path& config_path,
+                                    const phi::ViewSelectionOptions& options);
+void AddInputs(const Workspace& workspace, const phi::SparseScene& scene, phi::Formulas formulas,
+               const std::vector<int>& which, std::vector<ImageJob>* jobs);
+
 // Of all images of a workspace in memory; sources: the views that each image is matched with, best first, or empty for
 // those that are selected.
 std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::SparseScene& scene,

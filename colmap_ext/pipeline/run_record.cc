@@ -1,12 +1,8 @@
 #include "colmap_ext/pipeline/run_record.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <charconv>
+#include <algorithm>
 #include <fstream>
-#include <system_error>
+#include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
@@ -18,92 +14,26 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json ToJson(const std::vector<FileIdentity>& files) {
-  Json json = Json::array();
-  for (const FileIdentity& file : files) json.push_back(file.Text());
-  return json;
+bool Contains(const std::vector<FileIdentity>& identities, const FileIdentity& identity) {
+  return std::any_of(identities.begin(), identities.end(),
+                     [&](const FileIdentity& other) { return other.Text() == identity.Text(); });
 }
 
-std::vector<FileIdentity> FilesFromJson(const Json& json, const char* name) {
-  std::vector<FileIdentity> files;
-  for (const std::string& text : json.value(name, std::vector<std::string>{})) {
-    files.push_back(FileIdentity::FromText(text));
-  }
-  return files;
-}
-
-Json ToJson(const TaskRecord& record) {
-  Json json = {{"state", record.state}, {"key", record.key}};
-  if (!record.files.empty()) json["files"] = ToJson(record.files);
-  if (!record.earlier.empty()) json["earlier_files"] = ToJson(record.earlier);
-  if (record.state == "pending") return json;
-  json["seconds"] = record.seconds;
-  json["peak_memory_bytes"] = record.peak_memory_bytes;
-  json["warnings"] = record.warnings;
-  if (!record.options_hash.empty()) json["options_hash"] = record.options_hash;
-  return json;
-}
-
-TaskRecord FromJson(const Json& json) {
-  TaskRecord record;
-  record.state = json.at("state").get<std::string>();
-  record.key = json.at("key").get<std::string>();
-  record.seconds = json.value("seconds", 0.0);
-  record.peak_memory_bytes = json.value("peak_memory_bytes", std::int64_t{0});
-  record.warnings = json.value("warnings", std::vector<std::string>{});
-  record.options_hash = json.value("options_hash", "");
-  record.files = FilesFromJson(json, "files");
-  record.earlier = FilesFromJson(json, "earlier_files");
-  return record;
-}
-
-// Names of images are bytes, and JSON holds UTF-8 only. A name that JSON cannot hold, or that could be taken for
-// one of these, has \xHH for its backslashes and for all bytes beyond ASCII.
-std::string NameToJson(const std::string& name) {
-  if (name.find('\\') == std::string::npos && IsUtf8(name)) return name;
-  constexpr char kDigits[] = "0123456789ABCDEF";
-  std::string text;
-  for (const unsigned char c : name) {
-    if (c < 0x80 && c != '\\') {
-      text += static_cast<char>(c);
-    } else {
-      text += {'\\', 'x', kDigits[c >> 4], kDigits[c & 15]};
-    }
-  }
-  return text;
-}
-
-std::string NameFromJson(const std::string& text) {
-  std::string name;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    int byte = 0;
-    const bool escaped =
-        text.compare(i, 2, "\\x") == 0 && i + 4 <= text.size() &&
-        std::from_chars(text.data() + i + 2, text.data() + i + 4, byte, 16).ptr == text.data() + i + 4;
-    name += escaped ? static_cast<char>(byte) : text[i];
-    if (escaped) i += 3;
-  }
-  return name;
-}
-
-// One write call, so that a killed process leaves at most a last line that breaks off.
-void AppendLine(const std::filesystem::path& path, const std::string& line) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  const ssize_t written = file < 0 ? -1 : write(file, line.data(), line.size());
-  const int error = written < 0 ? errno : ENOSPC;  // a part was written
-  if (file >= 0) close(file);
-  if (written != static_cast<ssize_t>(line.size())) {
-    throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error) +
-                             "; free some space and run the command again");
+void AddIdentities(const std::vector<FileIdentity>& files, std::vector<FileIdentity>* known) {
+  for (const FileIdentity& file : files) {
+    if (!Contains(*known, file)) known->push_back(file);
   }
 }
 
 }  // namespace
 
 RunRecord::RunRecord(const std::filesystem::path& stereo_folder)
-    : path_(stereo_folder / "phimvs.json"), journal_path_(stereo_folder / "phimvs.json.journal") {
+    : path_(stereo_folder / "phimvs.json"),
+      journal_path_(stereo_folder / "phimvs.json.journal"),
+      shards_(stereo_folder) {
   ReadFile();
   ReplayJournal();
+  Refresh();
 }
 
 void RunRecord::ReadFile() {
@@ -112,12 +42,13 @@ void RunRecord::ReadFile() {
     std::ifstream file = OpenRegularFile(path_);
     const Json json = ParseJson(file);
     options_hash_ = json.at("options_hash").get<std::string>();
+    generation_ = json.value("generation", 0);
     options_ = json.at("options").get<std::map<std::string, std::string>>();
     if (json.contains("runs")) {
       for (const Json& run : json["runs"]) runs_.push_back(DumpJson(run, -1));
     }
     for (const auto& [image, kinds] : json.at("images").items()) {
-      for (const auto& [kind, record] : kinds.items()) tasks_[{NameFromJson(image), kind}] = FromJson(record);
+      for (const auto& [kind, record] : kinds.items()) tasks_[{NameFromJson(image), kind}] = RecordFromJson(record);
     }
   } catch (const phi::ResourceError&) {
     throw;
@@ -134,11 +65,10 @@ void RunRecord::ReplayJournal() {
   changed_ = file.is_open();
   for (std::string line; std::getline(file, line);) {
     try {
-      const Json json = ParseJson(line);
-      const Task task{NameFromJson(json.at("image").get<std::string>()), json.at("kind").get<std::string>()};
-      TaskRecord record = FromJson(json);
-      record.earlier = tasks_[task].earlier;
-      tasks_[task] = record;
+      auto [task, record] = FromJournalLine(ParseJson(line));
+      TaskRecord& known = tasks_[task];
+      record.earlier = known.earlier;
+      known = std::move(record);
     } catch (const Json::exception&) {
       continue;
     } catch (const phi::InputError&) {
@@ -147,10 +77,58 @@ void RunRecord::ReplayJournal() {
   }
 }
 
+void RunRecord::Refresh() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const ShardLine& line : shards_.ReadNew()) TakeIn(line);
+  if (own_shard_) return;
+  int newest = generation_;
+  for (const ShardProcess& process : shards_.Processes()) {
+    changed_ |= process.has_ended;  // to be taken over into phimvs.json
+    if (process.generation <= newest) continue;
+    newest = process.generation;
+    options_hash_ = process.options_hash;
+  }
+}
+
+// Files that are there under the names of a result are ours if they are of any line; done is what the latest line says.
+void RunRecord::TakeIn(const ShardLine& line) {
+  TaskRecord& known = tasks_[line.task];
+  const auto shard = generations_.find(line.task);
+  const bool is_known = !known.state.empty();
+  const bool is_later = shard == generations_.end() ? line.generation > generation_ : line.generation >= shard->second;
+  changed_ |= is_later;
+  if (is_known && !is_later) {
+    for (const FileIdentity& file : line.record.files) {
+      if (!Contains(known.files, file)) AddIdentities({file}, &known.earlier);
+    }
+    return;
+  }
+  TaskRecord record = line.record;
+  record.earlier = std::move(known.earlier);
+  AddIdentities(known.files, &record.earlier);
+  known = std::move(record);
+  generations_[line.task] = line.generation;
+}
+
+void RunRecord::BeginShard(ShardProcess process) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  process.options_hash = options_hash_;
+  process.generation = generation_;
+  for (const ShardProcess& other : shards_.Processes())
+    process.generation = std::max(process.generation, other.generation);
+  ++process.generation;
+  own_shard_ = std::move(process);
+}
+
 const TaskRecord* RunRecord::Find(const std::string& image, const std::string& kind) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = tasks_.find({image, kind});
   return it == tasks_.end() ? nullptr : &it->second;
+}
+
+std::vector<std::pair<RunRecord::Task, TaskRecord>> RunRecord::Tasks() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return {tasks_.begin(), tasks_.end()};
 }
 
 void RunRecord::SetOptions(const std::map<std::string, std::string>& effective, const std::string& hash) {
@@ -170,22 +148,27 @@ void RunRecord::Begin(const std::vector<Task>& tasks, const std::vector<std::str
     record.earlier = std::move(known.earlier);
     record.earlier.insert(record.earlier.end(), known.files.begin(), known.files.end());
     known = std::move(record);
+    generations_.erase(tasks[i]);
   }
-  CompactLocked();
+  if (!own_shard_) return CompactLocked();
+  if (!tasks.empty() && !shards_.IsOpen()) shards_.Open(*own_shard_);
 }
 
 void RunRecord::Finish(const Task& task, const TaskRecord& record) {
-  Json json = {{"image", NameToJson(task.first)}, {"kind", task.second}};
   std::lock_guard<std::mutex> lock(mutex_);
   TaskRecord finished = record;
   finished.options_hash = options_hash_;
-  json.update(ToJson(finished));
   changed_ = true;
-  AppendLine(journal_path_, DumpJson(json, -1) + "\n");
+  const std::string line = JournalLine(task, finished);
+  if (own_shard_) {
+    shards_.Append(line);
+    generations_[task] = own_shard_->generation;
+  } else {
+    AppendLine(journal_path_, line);
+  }
   TaskRecord& known = tasks_[task];
-  std::vector<FileIdentity> earlier = std::move(known.earlier);
+  finished.earlier = std::move(known.earlier);
   known = std::move(finished);
-  known.earlier = std::move(earlier);
 }
 
 void RunRecord::Forget(const Task& task) {
@@ -211,6 +194,7 @@ void RunRecord::AddRun(const std::string& summary_json) {
 
 void RunRecord::Compact() {
   std::lock_guard<std::mutex> lock(mutex_);
+  if (own_shard_) return EndShard();
   if (!changed_) return;
   for (auto& [task, record] : tasks_) {
     if (record.state == "done") record.earlier.clear();
@@ -219,11 +203,24 @@ void RunRecord::Compact() {
   SyncFolder(path_.parent_path());
 }
 
+void RunRecord::EndShard() {
+  if (shards_.IsOpen()) shards_.Append("{\"ended\":true}\n");
+}
+
 void RunRecord::CompactLocked() {
   Json images = Json::object(), runs = Json::array();
   for (const std::string& run : runs_) runs.push_back(Json::parse(run));
-  for (const auto& [task, record] : tasks_) images[NameToJson(task.first)][task.second] = ToJson(record);
+  // Added at the end, since this kind of object would look through all others for the name. Tasks are in the images' order.
+  auto& entries = images.get_ref<Json::object_t&>();
+  const std::string* image = nullptr;
+  for (const auto& [task, record] : tasks_) {
+    if (image == nullptr || *image != task.first) entries.emplace_back(NameToJson(task.first), Json::object());
+    image = &task.first;
+    entries.back().second[task.second] = RecordToJson(record);
+  }
+  for (const ShardProcess& process : shards_.Processes()) generation_ = std::max(generation_, process.generation);
   const Json json = {{"version", PHIMVS_VERSION},
+                     {"generation", generation_},
                      {"options", options_},
                      {"options_hash", options_hash_},
                      {"runs", runs},
@@ -232,6 +229,9 @@ void RunRecord::CompactLocked() {
   file.Write(DumpJson(json, 1) + "\n");
   file.Publish();
   std::filesystem::remove(journal_path_);
+  generations_.clear();
+  SyncFolder(path_.parent_path());
+  shards_.RemoveEnded();
   changed_ = false;
 }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "colmap_ext/json_file.h"
+#include "colmap_ext/pipeline/shard.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/log.h"
 
@@ -82,6 +83,7 @@ std::int64_t AvailableHostBytes() {
 }
 
 phi::ExitCode RunSummary::Code() const {
+  if (num_waiting > 0) return kRetryLater;
   return phi::CodeOfFailures(failures.size(), static_cast<std::size_t>(num_images));
 }
 
@@ -94,10 +96,11 @@ std::string SummaryLine(const RunSummary& summary) {
   std::string text = Format("%d images", summary.num_images);
   const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
                                    [](const StageSummary& stage) { return stage.num_made == 0; });
-  if (is_idle && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
+  if (summary.num_waiting == 0 && is_idle && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
   text += " done in " + FormatDuration(summary.seconds);
   if (summary.num_images_kept > 0) text += Format(", %d of them kept from before", summary.num_images_kept);
   if (num_failed > 0) text += Format(", %d of them failed", num_failed);
+  if (summary.num_waiting > 0) text += Format(", %d tasks wait for other shards", summary.num_waiting);
   const StageSummary& last = summary.stages.back();
   if (last.num_pixels > 0) {
     text += Format("; depth at %.1f %% of the pixels", Percent(last.num_with_depth, last.num_pixels));

@@ -46,13 +46,14 @@ struct RunSummary {
   std::vector<FailedImage> failures;
   int num_images = 0;       // reference images of the job
   int num_images_kept = 0;  // their results were there and up to date
+  int num_waiting = 0;      // tasks of a shard that need maps which others have not made yet
   double seconds = 0;       // wall time of the whole run
   std::int64_t peak_host_bytes = 0;
   std::int64_t peak_cache_bytes = 0;
   std::int64_t bytes_written = 0;
   double write_seconds = 0;  // summed over the writers
 
-  // Ok, some images failed, or bad input where all did.
+  // Ok, retry later, some images failed, or bad input where all did.
   phi::ExitCode Code() const;
 };
 

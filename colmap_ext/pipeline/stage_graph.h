@@ -2,7 +2,9 @@
 // result per image. The plan says which results are still to be made.
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -49,18 +51,38 @@ struct ImageJob {
   std::string problem;  // not empty: the job cannot run, for this reason
 };
 
+// What a process takes on: these images in these stages. The rest is other processes'.
+struct PlanScope {
+  std::vector<char> own;  // by job; empty: all
+  int first_stage = 0, end_stage = std::numeric_limits<int>::max();
+
+  bool Owns(int stage, int job) const {
+    return stage >= first_stage && stage < end_stage && (own.empty() || own[static_cast<std::size_t>(job)] != 0);
+  }
+};
+
+// A task that needs a map of the stage before, which others make and have not made yet.
+struct WaitingTask {
+  int job = 0, input_job = 0;
+};
+
 struct StagePlan {
-  std::vector<std::string> keys;  // by job; empty: the result cannot be made
-  std::vector<int> pending;       // jobs whose result is wanted and not there
+  std::vector<std::string> keys;     // by job; empty: the result cannot be made
+  std::vector<int> pending;          // jobs of the scope whose result is wanted and not there, and can be made
+  std::vector<WaitingTask> waiting;  // those that cannot be made yet
 };
 
 struct PlanQueries {
   std::function<bool(int stage, int job, const std::string& key)> is_done;
-  std::function<bool(int stage, int job)> has_failed;
+  std::function<bool(int stage, int job, const std::string& key)> has_failed;
 };
 
 // A result's key covers its options, its inputs and their keys: a change anywhere before it makes it pending.
 std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
-                                const PlanQueries& queries);
+                                const PlanQueries& queries, const PlanScope& scope = {});
+
+// The jobs whose input keys MakePlan needs for the scope, ascending: its own, those that read its results, and what all of
+// these read, stage by stage. The keys of others are not looked at.
+std::vector<int> JobsInReach(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs, const PlanScope& scope);
 
 }  // namespace colmap_ext

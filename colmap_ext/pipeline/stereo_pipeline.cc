@@ -20,19 +20,68 @@ std::string OptionsHash(const std::vector<Stage>& stages) {
   return key.Hex();
 }
 
+std::vector<int> OwnJobs(const PlanScope& scope, std::size_t num_jobs) {
+  std::vector<int> own;
+  for (std::size_t j = 0; j < num_jobs; ++j) {
+    if (scope.own.empty() || scope.own[j] != 0) own.push_back(static_cast<int>(j));
+  }
+  return own;
+}
+
 }  // namespace
+
+std::vector<Stage> StagesOf(const PipelineOptions& options, const Shard& shard) {
+  std::vector<Stage> stages = BuildStages(options);
+  for (Stage& stage : stages) stage.transient &= shard.IsWhole();
+  return stages;
+}
+
+PlanScope ScopeOf(const std::vector<Stage>& stages, const Shard& shard, int num_jobs) {
+  PlanScope scope;
+  if (shard.count > 1) {
+    const auto [begin, end] = shard.Range(num_jobs);
+    scope.own.assign(static_cast<std::size_t>(num_jobs), 0);
+    std::fill(scope.own.begin() + begin, scope.own.begin() + end, 1);
+  }
+  if (shard.only_stage.empty()) return scope;
+  std::string names;
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    names += (s > 0 ? ", " : "") + stages[s].result;
+    if (stages[s].result != shard.only_stage) continue;
+    scope.first_stage = static_cast<int>(s);
+    scope.end_stage = scope.first_stage + 1;
+    return scope;
+  }
+  throw phi::UsageError("--stage " + shard.only_stage + ": with these options the stages are " + names);
+}
 
 StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs,
                                SparseDepthFunction sparse_depth, const PipelineOptions& options,
                                const std::map<std::string, std::string>& effective_options,
-                               const Backends& backends)
+                               const Backends& backends, const Shard& shard)
     : workspace_(workspace),
       options_(options),
       jobs_(std::move(jobs)),
-      stages_(BuildStages(options)),
+      stages_(StagesOf(options, shard)),
+      shard_(shard),
+      scope_(ScopeOf(stages_, shard, static_cast<int>(jobs_.size()))),
+      own_(OwnJobs(scope_, jobs_.size())),
       backends_(backends),
       runner_(workspace_, jobs_, options_, std::move(sparse_depth), backends) {
   runner_.record().SetOptions(effective_options, OptionsHash(stages_));
+  runner_.summary().num_images = static_cast<int>(own_.size());
+  if (IsShard()) BeginShard();
+}
+
+void StereoPipeline::BeginShard() {
+  ShardProcess process;
+  process.shard = shard_.Name();
+  process.only_stage = shard_.only_stage;
+  process.num_images = static_cast<int>(jobs_.size());
+  process.num_workers = 0;
+  for (const auto& backend : backends_) process.num_workers += std::max(1, backend->NumConcurrentImages());
+  for (const Stage& stage : stages_) process.stages.push_back(stage.result);
+  runner_.record().BeginShard(std::move(process));
 }
 
 RunSummary StereoPipeline::Run() {
@@ -42,6 +91,19 @@ RunSummary StereoPipeline::Run() {
   ReportImpossibleJobs();
   WarnOfFewWitnesses();
   runner_.Begin(stages_);
+  RunStages();
+  runner_.End();
+  if (!IsShard()) ConfirmKeptMaps();
+  if (!IsShard()) RemoveIntermediateFiles();
+  RunSummary& summary = runner_.summary();
+  summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  if (summary.num_images_kept < summary.num_images) runner_.AddToRecord();
+  runner_.record().Compact();
+  WarnOfEmptyMaps();
+  return summary;
+}
+
+void StereoPipeline::RunStages() {
   RunSummary& summary = runner_.summary();
   for (bool first = true;; first = false) {
     const std::vector<StagePlan> plan = Plan();
@@ -52,25 +114,32 @@ RunSummary StereoPipeline::Run() {
     const auto next =
         std::find_if(plan.begin(), plan.end(), [](const StagePlan& p) { return !p.pending.empty(); });
     if (first) {
-      summary.num_images_kept = static_cast<int>(jobs_.size() - plan.back().pending.size());
+      const StagePlan& last = plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
+      summary.num_images_kept = static_cast<int>(own_.size() - last.pending.size() - last.waiting.size());
       LogPlan(plan);
     }
-    if (next == plan.end()) break;
+    if (next == plan.end()) return ReportWaiting(plan);
     RunStage(static_cast<int>(next - plan.begin()), plan);
+    if (IsShard()) runner_.record().Refresh();
   }
-  runner_.End();
-  ConfirmKeptMaps();
-  RemoveIntermediateFiles();
-  summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (summary.num_images_kept < summary.num_images) runner_.AddToRecord();
-  runner_.record().Compact();
-  WarnOfEmptyMaps();
-  return summary;
+}
+
+// The first stage's that has any: those after it wait for the same.
+void StereoPipeline::ReportWaiting(const std::vector<StagePlan>& plan) {
+  for (std::size_t s = 0; s < plan.size(); ++s) {
+    const std::vector<WaitingTask>& waiting = plan[s].waiting;
+    runner_.summary().num_waiting += static_cast<int>(waiting.size());
+    if (waiting.empty() || runner_.summary().num_waiting > static_cast<int>(waiting.size())) continue;
+    phi::LogWarning(stages_[s].result + " maps of " + std::to_string(waiting.size()) + " images wait for " +
+                    stages_[s - 1].result + " maps that other shards have not made yet: " + NameOf(waiting.front().job) +
+                    " for that of " + NameOf(waiting.front().input_job) + "; run this shard again later");
+  }
 }
 
 // What runs where, and about how long.
 void StereoPipeline::LogPlan(const std::vector<StagePlan>& plan) {
   std::string text = DescribeJobs(workspace_, jobs_);
+  if (IsShard()) text += ", shard " + shard_.Name() + " with " + std::to_string(own_.size()) + " of them";
   const int num_done = runner_.summary().num_images_kept;
   if (num_done > 0) text += ", " + std::to_string(num_done) + " of them done";
   double speed = 0, work = 0;  // pixels times source views
@@ -80,7 +149,7 @@ void StereoPipeline::LogPlan(const std::vector<StagePlan>& plan) {
   }
   double weight = 0;  // of an image's estimation: all that follows included
   for (const Stage& stage : stages_) weight += stage.weight;
-  for (const int job : plan.front().pending) {
+  for (const int job : plan[static_cast<std::size_t>(scope_.first_stage)].pending) {
     const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
     const std::size_t num_views = std::min<std::size_t>(jobs_[job].sources.size(), phi::kMaxSourceViews);
     work += weight * size.width * size.height * static_cast<double>(num_views);
@@ -94,17 +163,17 @@ void StereoPipeline::WarnOfFewWitnesses() const {
   const int needed = options_.filter.min_num_consistent;
   if (!options_.filter_maps) return;
   int num_affected = 0, first = -1;
-  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+  for (const int j : own_) {
     const auto has_maps = [&](int source) { return source >= 0 && jobs_[source].problem.empty(); };
     const auto& sources = jobs_[j].source_jobs;
     if (!jobs_[j].problem.empty() || std::count_if(sources.begin(), sources.end(), has_maps) >= needed)
       continue;
     ++num_affected;
-    if (first < 0) first = static_cast<int>(j);
+    if (first < 0) first = j;
   }
   if (num_affected == 0) return;
   phi::LogWarning(
-      "nothing will be kept of " + std::to_string(num_affected) + " of " + std::to_string(jobs_.size()) +
+      "nothing will be kept of " + std::to_string(num_affected) + " of " + std::to_string(own_.size()) +
       " images, " + NameOf(first) + " the first: they have fewer than " + std::to_string(needed) +
       " source images that are estimated too, and --PatchMatchStereo.filter_min_num_consistent asks for so "
       "many to confirm a pixel; name more images in patch-match.cfg, or ask for fewer");
@@ -121,29 +190,36 @@ void StereoPipeline::WarnOfEmptyMaps() {
 }
 
 void StereoPipeline::ReportImpossibleJobs() {
-  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+  for (const int j : own_) {
     if (jobs_[j].problem.empty()) continue;
     if (jobs_[j].file_is_missing && options_.allow_missing_files) {
       phi::LogWarning(jobs_[j].problem);
       continue;
     }
-    runner_.Fail(static_cast<int>(j), stages_[0].result, jobs_[j].problem);
+    runner_.Fail(j, stages_[0].result, jobs_[j].problem);
+    if (!IsShard() || !scope_.Owns(0, j)) continue;
+    const RunRecord::Task task{NameOf(j), stages_[0].result};  // for `status`, which plans nothing
+    runner_.record().Begin({task}, {""});
+    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem}});
   }
 }
 
 void StereoPipeline::CheckFiles() {
+  files_whole_.assign(stages_.size(), std::vector<char>(jobs_.size(), 0));
   for (std::size_t s = 0; s < stages_.size(); ++s) {
-    std::vector<char> whole(jobs_.size(), 0);
-    for (std::size_t j = 0; j < jobs_.size() && !stages_[s].transient; ++j) {
+    if (stages_[s].transient) continue;
+    for (const int j : own_) {
       const int stage = static_cast<int>(s);
-      const FoundFiles found =
-          runner_.store().Inspect(jobs_[j].image, stages_[s].result, WritesCost(stage), stages_[s].has_mask,
-                         runner_.record().Find(NameOf(static_cast<int>(j)), stages_[s].result));
+      const FoundFiles found = Inspect(stage, j);
       if (stages_[s].is_output && !options_.overwrite) RefuseForeignFile(found.foreign);
-      whole[j] = found.whole;
+      files_whole_[s][j] = found.whole;
     }
-    files_whole_.push_back(std::move(whole));
   }
+}
+
+FoundFiles StereoPipeline::Inspect(int stage, int job) const {
+  return runner_.store().Inspect(jobs_[job].image, stages_[stage].result, WritesCost(stage), stages_[stage].has_mask,
+                                 runner_.record().Find(NameOf(job), stages_[stage].result));
 }
 
 void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) {
@@ -158,17 +234,23 @@ std::vector<StagePlan> StereoPipeline::Plan() const {
   return MakePlan(
       stages_, jobs_,
       {.is_done = [this](int stage, int job, const std::string& key) { return IsDone(stage, job, key); },
-       .has_failed =
-           [this](int stage, int job) {
-             return failed_.contains({stage, job});
-           }});
+       .has_failed = [this](int stage, int job, const std::string& key) { return HasFailed(stage, job, key); }},
+      scope_);
 }
 
 bool StereoPipeline::IsDone(int stage, int job, const std::string& key) const {
   if (made_.contains({stage, job})) return true;
-  if (!files_whole_[stage][job]) return false;
   const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
-  return record && record->state == "done" && record->key == key;
+  if (record == nullptr || record->state != "done" || record->key != key) return false;
+  // Those of other shards come while this one runs.
+  return scope_.Owns(stage, job) ? files_whole_[stage][job] != 0 : Inspect(stage, job).whole;
+}
+
+bool StereoPipeline::HasFailed(int stage, int job, const std::string& key) const {
+  if (failed_.contains({stage, job})) return true;
+  if (scope_.Owns(stage, job)) return false;
+  const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
+  return record && record->state == "failed" && record->key == key;
 }
 
 void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {

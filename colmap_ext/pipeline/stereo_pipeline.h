@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/pipeline/shard.h"
 #include "colmap_ext/pipeline/stage_runner.h"
 
 namespace colmap_ext {
@@ -21,22 +22,30 @@ namespace colmap_ext {
 class StereoPipeline {
  public:
   // `effective_options` goes into phimvs.json for the reader. References must outlive the pipeline.
+  // A shard needs the input keys of the jobs in reach of ScopeOf alone.
   StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs, SparseDepthFunction sparse_depth,
                  const PipelineOptions& options, const std::map<std::string, std::string>& effective_options,
-                 const Backends& backends);
+                 const Backends& backends, const Shard& shard = {});
 
   // Throws phi::InputError for maps of another program, phi::Cancelled when asked to stop; images that cannot
-  // be done are in the summary, and all others are done.
+  // be done are in the summary, and all others are done; of a shard those whose inputs others have made.
   RunSummary Run();
 
  private:
+  bool IsShard() const { return !shard_.IsWhole(); }
+  void BeginShard();
   void ReportImpossibleJobs();
   // Throws phi::InputError for the first file of another program, unless it may be replaced.
   void CheckFiles();
   static void RefuseForeignFile(const std::filesystem::path& path);
   std::vector<StagePlan> Plan() const;
   bool IsDone(int stage, int job, const std::string& key) const;
+  FoundFiles Inspect(int stage, int job) const;
+  // An image that failed in another shard is not waited for.
+  bool HasFailed(int stage, int job, const std::string& key) const;
+  void RunStages();
   void RunStage(int stage, const std::vector<StagePlan>& plan);
+  void ReportWaiting(const std::vector<StagePlan>& plan);
   void ConfirmKeptMaps();
   void RemoveIntermediateFiles();
   void LogPlan(const std::vector<StagePlan>& plan);
@@ -49,11 +58,19 @@ class StereoPipeline {
   const PipelineOptions options_;
   const std::vector<ImageJob> jobs_;
   const std::vector<Stage> stages_;
+  const Shard shard_;
+  const PlanScope scope_;
+  const std::vector<int> own_;  // jobs of the scope
   const Backends& backends_;
   StageRunner runner_;
   std::set<std::pair<int, int>> made_;    // (stage, job) made by this run
   std::set<std::pair<int, int>> failed_;  // (stage, job)
-  std::vector<std::vector<char>> files_whole_;  // by stage and job, when the run began
+  std::vector<std::vector<char>> files_whole_;  // by stage and job of the scope, when the run began
 };
+
+// Of a run; of a shard every stage has files, since other processes read its results.
+std::vector<Stage> StagesOf(const PipelineOptions& options, const Shard& shard);
+// Throws phi::UsageError where there is no such stage.
+PlanScope ScopeOf(const std::vector<Stage>& stages, const Shard& shard, int num_jobs);
 
 }  // namespace colmap_ext

@@ -15,14 +15,15 @@ namespace colmap_ext {
 
 namespace fs = std::filesystem;
 
-WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder) {
+WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
   std::error_code error;
   fs::create_directories(stereo_folder, error);
   if (error)
     throw phi::InputError("cannot make the folder " + stereo_folder.string() + ": " + error.message());
   descriptor_ = open(stereo_folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // Some network file systems have no locks: then the user is trusted.
-  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  const int kind = sharing == Sharing::kAlone ? LOCK_EX : LOCK_SH;
+  if (descriptor_ >= 0 && flock(descriptor_, kind | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor_);
     throw phi::InputError(stereo_folder.string() +
                           ": another phimvs is at work in this workspace; wait for it or stop it");

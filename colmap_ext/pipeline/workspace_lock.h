@@ -1,4 +1,4 @@
-// One phimvs at a time writes into a workspace.
+// One phimvs at a time writes into a workspace, or the shards of one. Only processes of one computer see the lock.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,10 @@ namespace colmap_ext {
 // Held until destruction, and given up by the system when the process dies.
 class WorkspaceLock {
  public:
+  enum class Sharing { kAlone, kWithShards };
+
   // Creates the folder where it is missing. Throws phi::InputError when another process holds the lock.
-  explicit WorkspaceLock(const std::filesystem::path& stereo_folder);
+  explicit WorkspaceLock(const std::filesystem::path& stereo_folder, Sharing sharing = Sharing::kAlone);
   ~WorkspaceLock();
   WorkspaceLock(const WorkspaceLock&) = delete;
   WorkspaceLock& operator=(const WorkspaceLock&) = delete;
@@ -18,7 +20,7 @@ class WorkspaceLock {
   int descriptor_ = -1;
 };
 
-// Removes what a killed process left half-written. Call with the lock held.
+// Removes what a killed process left half-written. Call with the lock held alone.
 void RemoveTemporaryFiles(const std::filesystem::path& stereo_folder);
 
 }  // namespace colmap_ext

@@ -140,7 +140,7 @@ function showImage(image) {
   fillList(statistics, imageStatistics(image));
   const near = (neighbours[image.view] || []).slice(0, 10);
   byId('image-neighbours').replaceChildren(...(near.length ? ['Neighbours, by shared points: '] : []),
-    ...near.flatMap(([view, count]) => [imageLink(view), ` (${count.toLocaleString('en')}) `]));
+    ...near.flatMap(([view, count], i) => [i ? ', ' : '', imageLink(view), ` (${count.toLocaleString('en')})`]));
   byId('image-warnings').replaceChildren(...image.warnings.map((w) => make('li', '', w)));
   showPictures(image);
   document.querySelectorAll('.thumbnail').forEach((t) =>

@@ -138,7 +138,7 @@ function showSettings() {
 
 // Bars of equal width on a common ground; `label` names the bars that get one.
 function histogram(title, unit, bars) {
-  const width = 360, height = 210, left = 10, right = 10, top = 34, bottom = 44;
+  const width = 360, height = 222, left = 10, right = 10, top = 46, bottom = 44;
   const most = Math.max(...bars.map((b) => b.count)), step = (width - left - right) / bars.length;
   const sum = bars.reduce((a, b) => a + b.count, 0);
   let svg = `<text class="title" x="${left}" y="20">${title}</text>`;
@@ -146,6 +146,9 @@ function histogram(title, unit, bars) {
     const h = (height - top - bottom) * bar.count / most, x = left + i * step;
     svg += `<rect class="bar-rect" x="${x}" y="${height - bottom - h}" width="${Math.max(1, step - 1)}" height="${h}">` +
       `<title>${bar.range}: ${(100 * bar.count / sum).toFixed(1)} %</title></rect>`;
+    if (bar.count === most) {
+      svg += `<text x="${x + step / 2}" y="${top - 5}" text-anchor="middle">${(100 * most / sum).toFixed(0)} %</text>`;
+    }
     if (bar.label) svg += `<text x="${x + step / 2}" y="${height - bottom + 16}" text-anchor="middle">${bar.label}</text>`;
   });
   svg += `<text x="${width / 2}" y="${height - 8}" text-anchor="middle">${unit}</text>`;

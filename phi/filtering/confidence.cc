@@ -1,10 +1,12 @@
 #include "phi/filtering/confidence.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
 #include "phi/filtering/neighbor_planes.h"
+#include "phi/filtering/own_texture.h"
 
 namespace phi {
 namespace {
@@ -12,29 +14,39 @@ namespace {
 constexpr int kNeighborSpacing = 3;  // pixels: windows that overlap less than the next pixel's
 constexpr float kNumNeighbors = 24;
 
-// As scripts/fit_confidence printed them.
-constexpr ConfidenceTerms kWeights = {2.716f, 0.124f, 0.273f, 0.261f, 3.113f, -0.361f};
-constexpr float kConstant = -4.793f;
+// As the fit printed them, in the order of ConfidenceTerm.
+constexpr ConfidenceTerms kWeights = {2.978f, 0.048f, -0.390f, 0.339f, -0.182f, 0.288f, 3.095f, -0.432f, 0.478f, 0.428f, -0.051f};
+constexpr float kConstant = -5.131f;
+
+void SetViewTerms(const Testimonies& t, ConfidenceTerms* terms) {
+  const int telling = std::max(1, t.num_confirming + t.num_contradicting);
+  (*terms)[kConfirmingShare] = static_cast<float>(t.num_confirming) / static_cast<float>(telling);
+  (*terms)[kClose] = std::log2(1.0f + t.num_close);
+  (*terms)[kLoose] = std::log2(1.0f + t.num_confirming - t.num_close);
+  (*terms)[kContradicting] = std::log2(1.0f + t.num_contradicting);
+  (*terms)[kAnyClose] = t.num_close > 0;
+  (*terms)[kTwo] = t.num_confirming >= 2;
+}
 
 }  // namespace
 
-void ForConfidenceTerms(const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, double noise,
-                        const DepthPrecision& precision,
+void ForConfidenceTerms(const GrayImage& photo, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
+                        const Array2D<Testimonies>& testimonies,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function) {
-  ConfidenceTerms of_image = {};
-  of_image[kNoise] = static_cast<float>(std::log2(0.02 + noise * noise / 9));
+  const Array2D<float> own = OwnVariance(photo);
+  const auto smoothed_noise = static_cast<float>(0.02 + noise * noise / 9);
   ForNeighborCounts(
       precision, estimate, kNeighborSpacing, [&](int y, const std::vector<float>& depths, const NeighborCounts& counts) {
         for (int x = 0; x < estimate.width(); ++x) {
           if (!(depths[x] > 0)) continue;
-          const Testimonies& t = testimonies(x, y);
-          const int telling = t.num_confirming + t.num_contradicting;
-          ConfidenceTerms terms = of_image;
-          terms[kConfirmingShare] = telling > 0 ? static_cast<float>(t.num_confirming) / static_cast<float>(telling) : 0;
-          terms[kConfirming] = std::log2(1.0f + t.num_confirming);
-          terms[kContradicting] = std::log2(1.0f + t.num_contradicting);
-          terms[kAnyClose] = t.num_close > 0;
+          const Vec3f ray = precision.reference().Ray(x + 0.5f, y + 0.5f);
+          ConfidenceTerms terms;
+          SetViewTerms(testimonies(x, y), &terms);
           terms[kAgreeingShare] = static_cast<float>(counts.agreeing[x]) / kNumNeighbors;
+          terms[kOwnTexture] = std::log2(0.02f + own(x, y));
+          terms[kOwnTextureOverNoise] = std::log2(0.05f + own(x, y) / smoothed_noise);
+          terms[kFacing] = -Dot(estimate(x, y).normal, ray) / Norm(ray);
+          terms[kRelativeDeviation] = std::log2(1e-4f + precision.RelativeDeviation(x + 0.5f, y + 0.5f, depths[x]));
           function(x, y, terms);
         }
       });

@@ -13,7 +13,7 @@ namespace phi {
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
                        MeasurementMap* map) {
   Mask is_evidence(map->width(), map->height());
-  ForConfidenceTerms(estimate, map->testimonies, noise, precision, [&](int x, int y, const ConfidenceTerms& terms) {
+  ForConfidenceTerms(image, noise, precision, estimate, map->testimonies, [&](int x, int y, const ConfidenceTerms& terms) {
     is_evidence(x, y) = ConfidenceLogOdds(terms) >= kEvidenceLogOdds;
   });
   map->testimonies = {};

@@ -14,9 +14,8 @@ namespace {
 constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
 constexpr int kSide = 2 * kOwnTextureRadius + 1;
 
-// Whether the pixels around (x, y), at the border the nearest that many, differ from a plane of brightness by at least
-// `min_variance` (of the sums) in the mean square.
-bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int x, int y) {
+// Mean squared difference of the sums around (x, y), at the border of the nearest that many, from a plane of brightness.
+double SumsVariance(const Array2D<std::uint16_t>& sums, int x, int y) {
   const int x0 = std::clamp(x - kOwnTextureRadius, 0, sums.width() - kSide);
   const int y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
   std::int32_t sum = 0, squares = 0;
@@ -40,10 +39,22 @@ bool HasOwnTexture(const Array2D<std::uint16_t>& sums, double min_variance, int 
   const auto square = [](std::int64_t value) { return value * value; };
   const std::int64_t residual =
       kSpread * squares - kSpread / kCount * square(sum) - square(across) - square(down);
-  return static_cast<double>(residual) >= min_variance * static_cast<double>(kCount * kSpread);
+  return static_cast<double>(residual) / static_cast<double>(kCount * kSpread);
 }
 
 }  // namespace
+
+Array2D<float> OwnVariance(const GrayImage& image) {
+  Array2D<float> variance(image.width(), image.height());
+  if (image.width() < kSide || image.height() < kSide) return variance;
+  const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
+  tbb::parallel_for(0, image.height(), [&](int y) {
+    for (int x = 0; x < image.width(); ++x) {
+      variance(x, y) = static_cast<float>(SumsVariance(sums, x, y) / (kSumsPerGreyLevel * kSumsPerGreyLevel));
+    }
+  });
+  return variance;
+}
 
 void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map) {
   if (image.width() < kSide || image.height() < kSide) return;
@@ -54,7 +65,7 @@ void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map) 
     for (int x = 0; x < map->width(); ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * map->width() + x;
       const bool has_depth = map->states.data()[i] != PixelState::kNone;
-      if (has_depth && !HasOwnTexture(sums, min_variance, x, y)) map->Drop(i);
+      if (has_depth && SumsVariance(sums, x, y) < min_variance) map->Drop(i);
     }
   });
 }

@@ -20,6 +20,9 @@ inline constexpr double kMinOwnVariance = 0.125;
 // of a facade's faint texture.
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
+// Of each pixel, squared grey levels: what kMinOwnVariance is compared with. 0 in images smaller than the surroundings.
+Array2D<float> OwnVariance(const GrayImage& image);
+
 // Drops the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
 // its noise lets it (NoiseDeviation, grey levels). The map has the image's size; images smaller than the surroundings keep all.
 void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -14,11 +15,7 @@ using testing::HasSubstr;
 
 class DenseCommand : public testing::Test {
  protected:
-  DenseCommand() {
-    const ProgramResult result = RunProgram({PHIMVS_BINARY, "make_scene", "--output_path", folder_ / "room",
-                                             "--width", "120", "--height", "90", "--num_views", "4"});
-    EXPECT_EQ(result.exit_code, 0) << result.errors;
-  }
+  DenseCommand() { test_support::MakeRoom(folder_.path(), 120, 90, 4); }
 
   ProgramResult Dense(std::vector<std::string> more) {
     std::vector<std::string> command{PHIMVS_BINARY, "dense", "--workspace_path", folder_ / "room/dense"};

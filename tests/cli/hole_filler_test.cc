@@ -80,14 +80,7 @@ class ForeignWorkspace {
     return test_support::RunOnWorkspace("patch_match_stereo", path(), words);
   }
   // Content of all maps and masks, by path.
-  std::map<std::string, std::string> Files() const {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : fs::recursive_directory_iterator(path() / "stereo")) {
-      const std::string extension = entry.path().extension();
-      if (extension == ".bin" || extension == ".png") files[entry.path()] = ReadBytes(entry.path());
-    }
-    return files;
-  }
+  std::map<std::string, std::string> Files() const { return test_support::ReadMaps(path()); }
 
  private:
   TemporaryFolder folder_;
@@ -228,7 +221,7 @@ TEST(HoleFillerCommand, AKilledRestoreGoesOn) {
   const auto filled = workspace.Files();
   EXPECT_EQ(workspace.Run({"--restore", "true"}).exit_code, 0);
   for (const char* folder : {"depth_maps", "normal_maps"}) {
-    const fs::path geometric = path(folder, "geometric");
+    const fs::path geometric = fs::relative(path(folder, "geometric"), workspace.path());
     EXPECT_EQ(workspace.Files().at(geometric), filled.at(geometric)) << "its original normals are lost";
   }
 }

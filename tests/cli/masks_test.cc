@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <random>
 #include <string>
 #include <utility>
@@ -14,15 +13,13 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "tests/support/run_on_workspace.h"
-#include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using test_support::ProgramResult;
-using test_support::ReadBytes;
-using test_support::RunProgram;
+using test_support::ReadMaps;
 using test_support::TemporaryFolder;
 using testing::HasSubstr;
 
@@ -35,10 +32,7 @@ bool IsMasked(int x, int y) { return x >= 70 && x < 110 && y >= 50 && y < 100; }
 class MaskedRoom : public testing::Test {
  protected:
   MaskedRoom() {
-    const ProgramResult made = RunProgram(
-        {PHIMVS_BINARY, "make_scene", "--output_path", folder_ / "room", "--width", std::to_string(kWidth), "--height",
-         std::to_string(kHeight), "--num_views", std::to_string(kNumViews), "--jpeg_quality", "0"});
-    EXPECT_EQ(made.exit_code, 0) << made.errors;
+    test_support::MakeRoom(folder_.path(), kWidth, kHeight, kNumViews);
     for (const auto& entry : fs::directory_iterator(folder_ / "room/dense/images")) {
       names_.push_back(entry.path().filename());
       WriteMask(names_.back(), kWidth, kHeight);
@@ -64,14 +58,6 @@ class MaskedRoom : public testing::Test {
 
   phi::Array2D<float> Depth(const fs::path& workspace, const std::string& name, const std::string& kind) {
     return colmap_ext::ReadDepthMap(workspace / "stereo/depth_maps" / (name + "." + kind + ".bin"));
-  }
-  std::map<std::string, std::string> Maps(const fs::path& workspace) {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : fs::recursive_directory_iterator(workspace / "stereo")) {
-      if (entry.path().extension() == ".bin" || entry.path().extension() == ".png")
-        files[fs::relative(entry.path(), workspace)] = ReadBytes(entry.path());
-    }
-    return files;
   }
   // Unmasked pixels near the mask whose depth is within 1 % of the truth, over all such pixels.
   double RightShareBesideTheMask(const fs::path& workspace, const std::string& kind) {
@@ -115,9 +101,9 @@ TEST_F(MaskedRoom, WhatIsMaskedLeavesNoTrace) {
     const ProgramResult result = RunMasked("patch_match_stereo", workspace);
     ASSERT_EQ(result.exit_code, 0) << result.errors;
   }
-  const auto maps = Maps(folder_ / "room/dense");
+  const auto maps = ReadMaps(folder_ / "room/dense");
   EXPECT_EQ(maps.size(), kNumViews * 8u);
-  EXPECT_EQ(maps, Maps(folder_ / "copy"));
+  EXPECT_EQ(maps, ReadMaps(folder_ / "copy"));
   for (const std::string& name : names_) {
     for (const std::string kind : {"photometric", "measured", "geometric"}) {
       const auto depth = Depth(folder_ / "copy", name, kind);

@@ -4,5 +4,6 @@ set(reader_sources
   atomic_file config_lines fusion_config image_file input_file json_file map_file mask_file patch_match_config ply_writer
   sparse_model sparse_model_binary sparse_model_text terminal tiff_orientation workspace
   cli/option_parser cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows fusion/bounding_box_file
-  pipeline/file_identity pipeline/result_key pipeline/run_record)
+  pipeline/file_identity pipeline/result_key pipeline/run_record
+  pipeline/shard_journals pipeline/task_record)
 set(reader_phi_sources base/array_memory base/log base/option base/utc_time geometry/camera)

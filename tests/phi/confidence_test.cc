@@ -4,9 +4,11 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/judge_measurements.h"
+#include "phi/filtering/own_texture.h"
 
 namespace phi {
 namespace {
@@ -17,10 +19,19 @@ const DepthPrecision kPrecision(kRays, {});  // no source views: neighbours agre
 
 PlaneMap Wall() { return {kSide, kSide, {{0, 0, -1}, 3}}; }
 
+// Brightness rises with the square of the distance from the middle column: no plane of brightness.
+GrayImage Bowl() {
+  GrayImage photo(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) photo(x, y) = static_cast<std::uint8_t>((x - 20) * (x - 20) / 2 + 20);
+  }
+  return photo;
+}
+
 ConfidenceTerms TermsAt(const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, double noise, int x, int y) {
   ConfidenceTerms found = {};
   std::atomic<int> num_told = 0;
-  ForConfidenceTerms(estimate, testimonies, noise, kPrecision, [&](int u, int v, const ConfidenceTerms& terms) {
+  ForConfidenceTerms(Bowl(), noise, kPrecision, estimate, testimonies, [&](int u, int v, const ConfidenceTerms& terms) {
     ++num_told;
     if (u == x && v == y) found = terms;
   });
@@ -40,15 +51,26 @@ TEST(Confidence, TermsAreWhatTheyAreNamed) {
   testimonies(20, 20) = {3, 1, 1};
   const ConfidenceTerms terms = TermsAt(wall, testimonies, 3, 20, 20);
   EXPECT_FLOAT_EQ(terms[kConfirmingShare], 0.75f);
-  EXPECT_FLOAT_EQ(terms[kConfirming], 2);
+  EXPECT_FLOAT_EQ(terms[kClose], 1);
+  EXPECT_FLOAT_EQ(terms[kLoose], std::log2(3.0f));
   EXPECT_FLOAT_EQ(terms[kContradicting], 1);
   EXPECT_EQ(terms[kAnyClose], 1);
+  EXPECT_EQ(terms[kTwo], 1);
   EXPECT_FLOAT_EQ(terms[kAgreeingShare], 18 / 24.0f);
-  EXPECT_FLOAT_EQ(terms[kNoise], std::log2(1.02f));
+  EXPECT_FLOAT_EQ(terms[kFacing], 1);
+  EXPECT_FLOAT_EQ(terms[kRelativeDeviation], std::log2(1e-4f));
+  const float own = OwnVariance(Bowl())(20, 20);
+  EXPECT_FLOAT_EQ(terms[kOwnTexture], std::log2(0.02f + own));
+  EXPECT_FLOAT_EQ(terms[kOwnTextureOverNoise], std::log2(0.05f + own / 1.02f));
   const ConfidenceTerms silent = TermsAt(wall, Array2D<Testimonies>(kSide, kSide), 3, 20, 20);
   EXPECT_EQ(silent[kConfirmingShare], 0);
   EXPECT_EQ(silent[kAnyClose], 0);
+  EXPECT_EQ(silent[kTwo], 0);
 }
+
+// Brightness is 0, 0, 2, 4 at 0, 1, 2, 3 columns from the middle, besides a constant. Means over three columns are 2, 2/3, 0, 2/3, 2
+// there: about their mean 16/15 and without a slope the mean square is 0.64.
+TEST(OwnTexture, VarianceIsThatOfTheSmoothedSurroundings) { EXPECT_NEAR(OwnVariance(Bowl())(20, 20), 0.64, 1e-5); }
 
 // A map that all views confirm and that goes on around the pixel is believed, what half of them contradict or what stands in
 // disorder is not.
@@ -56,10 +78,12 @@ TEST(Confidence, EvidenceIsWhatViewsAndNeighboursAgreeOn) {
   const auto log_odds = [](float share, float agreeing) {
     ConfidenceTerms terms = {};
     terms[kConfirmingShare] = share;
-    terms[kConfirming] = terms[kContradicting] = 2;
-    terms[kAnyClose] = 1;
+    terms[kClose] = terms[kContradicting] = 2;
+    terms[kAnyClose] = terms[kTwo] = terms[kFacing] = 1;
     terms[kAgreeingShare] = agreeing;
-    terms[kNoise] = -3;
+    terms[kOwnTexture] = 2;
+    terms[kOwnTextureOverNoise] = 5;
+    terms[kRelativeDeviation] = -8;
     return ConfidenceLogOdds(terms);
   };
   EXPECT_GT(log_odds(1, 1), kEvidenceLogOdds);
@@ -81,7 +105,7 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, 0.5, kPrecision, Wall(), &map);
+    JudgeMeasurements(photo_, 3, kPrecision, Wall(), &map);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);

@@ -140,7 +140,7 @@ class FilterTest : public ConsistencyTest {
 
   const SceneView reference_view_{"a", 1, reference_}, source_view_{"b", 2, source_};
   FilterInput input_;
-  FilterOptions options_;
+  FilterOptions options_ = {.min_num_consistent = 2};
 };
 
 TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {

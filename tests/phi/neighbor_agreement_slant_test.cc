@@ -30,7 +30,7 @@ PlaneMap Plane(const Vec3f& n, double offset) {
 
 StateMap Judged(const PlaneMap& planes) {
   MeasurementMap map = AllMeasured(planes);
-  JudgeByNeighbors(kPrecision, &map);
+  DropLonelyPixels(kPrecision, &map);
   return map.states;
 }
 

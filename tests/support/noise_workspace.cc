@@ -1,11 +1,10 @@
 #include "tests/support/noise_workspace.h"
 
-#include <algorithm>
-
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/random.h"
+#include "tests/support/run_on_workspace.h"
 #include "tests/support/temporary_folder.h"
 
 namespace test_support {
@@ -74,13 +73,7 @@ std::vector<std::string> WriteNoiseWorkspace(const fs::path& folder, const Noise
 
 std::vector<std::string> HashMaps(const fs::path& folder) {
   std::vector<std::string> lines;
-  for (const auto& entry : fs::recursive_directory_iterator(folder / "stereo")) {
-    const std::string extension = entry.path().extension().string();
-    if (!entry.is_regular_file() || (extension != ".bin" && extension != ".png")) continue;
-    lines.push_back(fs::relative(entry.path(), folder).string() + ": " +
-                    colmap_ext::ResultKey().Add(ReadBytes(entry.path())).Hex());
-  }
-  std::sort(lines.begin(), lines.end());
+  for (const auto& [path, bytes] : ReadMaps(folder)) lines.push_back(path + ": " + colmap_ext::ResultKey().Add(bytes).Hex());
   return lines;
 }
 

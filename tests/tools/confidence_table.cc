@@ -69,14 +69,15 @@ class Table {
     const phi::DepthPrecision precision(view.camera, cameras);
     const phi::MeasurementMap filtered = phi::FilterOnCpu(input, phi::FilterOptions());
     const phi::Array2D<float> truth = colmap_ext::ReadTruthDepth(truth_path, values_per_unit_);
-    const double noise = phi::NoiseDeviation(workspace_.ReadGray(job.image)->view());
+    const std::shared_ptr<const phi::GrayImage> photo = workspace_.ReadGray(job.image);
+    const double noise = phi::NoiseDeviation(photo->view());
     const phi::PlaneMap& estimate = maps_[job.image]->planes;
     phi::Pinhole k = view.camera.pinhole;
     const double scale = static_cast<double>(truth.width()) / estimate.width();
     for (double* value : {&k.fx, &k.fy, &k.cx, &k.cy}) *value *= scale;
     std::mutex mutex;
     std::vector<float> rows;
-    phi::ForConfidenceTerms(estimate, filtered.testimonies, noise, precision,
+    phi::ForConfidenceTerms(*photo, noise, precision, estimate, filtered.testimonies,
                             [&](int x, int y, const phi::ConfidenceTerms& terms) {
                               if (x % kStride != 0 || y % kStride != 0) return;
                               const int u = static_cast<int>((x + 0.5) * scale), v = static_cast<int>((y + 0.5) * scale);

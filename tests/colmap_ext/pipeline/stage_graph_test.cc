@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ std::vector<std::string> Keys(const std::vector<Stage>& stages) {
   std::vector<ImageJob> jobs(1);
   jobs[0].input_key = "camera, images, points";
   const PlanQueries nothing_done = {.is_done = [](int, int, const std::string&) { return false; },
-                                    .has_failed = [](int, int) { return false; }};
+                                    .has_failed = [](int, int, const std::string&) { return false; }};
   std::vector<std::string> keys;
   for (const StagePlan& stage : MakePlan(stages, jobs, nothing_done)) keys.push_back(stage.keys[0]);
   return keys;
@@ -34,6 +35,78 @@ TEST(StageGraphTest, AnotherRevisionOfAStageChangesItsKeysAndThoseAfterIt) {
       EXPECT_EQ(earlier_keys[s] == keys[s], s < changed) << "stage " << s << ", changed " << changed;
     }
   }
+}
+
+// Ten images in a row, each with the one before and the one after as its sources.
+std::vector<ImageJob> Row() {
+  std::vector<ImageJob> jobs(10);
+  for (int j = 0; j < 10; ++j) {
+    jobs[j].image = j;
+    jobs[j].input_key = "input " + std::to_string(j);
+    for (const int source : {j - 1, j + 1}) {
+      if (source >= 0 && source < 10) jobs[j].sources.push_back(source);
+    }
+    jobs[j].source_jobs = jobs[j].sources;
+  }
+  return jobs;
+}
+
+PlanScope Only(int job) {
+  PlanScope scope;
+  scope.own.assign(10, 0);
+  scope.own[job] = 1;
+  return scope;
+}
+
+// The stages are photometric, measured, inferred (intermediate) and geometric, and the last three read the sources' maps.
+TEST(StageGraphTest, AShardReachesAsFarAsItsStagesRead) {
+  const std::vector<Stage> stages = BuildStages(PipelineOptions());
+  PlanScope scope = Only(0);
+  // Whether 0's inferred map is wanted its reader 1 knows, whose geometric map follows from the inferred ones of 0 to 2, those from
+  // the measured ones of 0 to 3, those from the photometric ones of 0 to 4.
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3, 4}));
+  scope.end_stage = 2;
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1})) << "the measured map alone";
+  scope.end_stage = 1;
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0})) << "the photometric map alone";
+}
+
+// Other jobs' input keys are not there; what the shard plans must not notice.
+TEST(StageGraphTest, AShardsKeysAreThoseOfTheWholeRun) {
+  const std::vector<Stage> stages = BuildStages(PipelineOptions());
+  const PlanQueries nothing_done = {.is_done = [](int, int, const std::string&) { return false; },
+                                    .has_failed = [](int, int, const std::string&) { return false; }};
+  const std::vector<StagePlan> whole = MakePlan(stages, Row(), nothing_done);
+  for (int own = 0; own < 10; ++own) {
+    const PlanScope scope = Only(own);
+    std::vector<ImageJob> jobs = Row();
+    const std::vector<int> reach = JobsInReach(stages, jobs, scope);
+    for (int j = 0; j < 10; ++j) {
+      if (std::find(reach.begin(), reach.end(), j) == reach.end()) jobs[j].input_key = "not read";
+    }
+    const std::vector<StagePlan> plan = MakePlan(stages, jobs, nothing_done, scope);
+    for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(plan[s].keys[own], whole[s].keys[own]) << own << ", " << s;
+    EXPECT_EQ(plan[0].pending, std::vector<int>{own});
+    ASSERT_EQ(plan[1].waiting.size(), 1u) << "for a neighbour's photometric map";
+    EXPECT_EQ(plan[1].waiting[0].job, own);
+    EXPECT_EQ(plan[1].waiting[0].input_job, own > 0 ? own - 1 : 1);
+    EXPECT_TRUE(plan[1].pending.empty());
+  }
+}
+
+// Images beside it in the row have their geometric maps already, and so need its inferred one no more.
+TEST(StageGraphTest, AnIntermediateMapIsWantedByItsReadersOfOtherShards) {
+  const std::vector<Stage> stages = BuildStages(PipelineOptions());
+  std::vector<int> with_geometric = {0, 1, 2, 3, 4};
+  const PlanQueries queries = {
+      .is_done =
+          [&](int stage, int job, const std::string&) {
+            if (stage < 2) return true;
+            return stage == 3 && std::find(with_geometric.begin(), with_geometric.end(), job) != with_geometric.end();
+          },
+      .has_failed = [](int, int, const std::string&) { return false; }};
+  EXPECT_EQ(MakePlan(stages, Row(), queries, Only(4))[2].pending, std::vector<int>{4}) << "5 reads it";
+  EXPECT_TRUE(MakePlan(stages, Row(), queries, Only(3))[2].pending.empty());
 }
 
 }  // namespace

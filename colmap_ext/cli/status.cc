@@ -1,0 +1,26 @@
+// phimvs status: how far the stereo of a workspace is, whoever works on it.
+#include <iostream>
+
+#include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/pipeline/run_status.h"
+#include "colmap_ext/workspace.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+
+int RunStatusCommand(int argc, char** argv) {
+  std::filesystem::path path;
+  OptionParser parser("status", "How far the stereo of a workspace is: images done, failed and waiting by stage");
+  parser.Add("workspace_path", &path, "The undistorted workspace").Required();
+  if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
+  const std::filesystem::path stereo = FindWorkspaceFolder(path) / "stereo";
+  const RunRecord record(stereo);
+  const RunStatus status = FindStatus(record);
+  if (status.num_images == 0)
+    throw phi::InputError(stereo.string() + ": phimvs patch_match_stereo has not run here yet");
+  std::cout << StatusText(status);
+  return static_cast<int>(phi::ExitCode::kOk);
+}
+
+}  // namespace colmap_ext

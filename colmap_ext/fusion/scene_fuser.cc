@@ -1,0 +1,286 @@
+#include "colmap_ext/fusion/scene_fuser.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "colmap_ext/byte_count.h"
+#include "colmap_ext/fusion_config.h"
+#include "colmap_ext/progress.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "phi/base/log.h"
+#include "phi/fusion/map_noise.h"
+#include "phi/fusion/paper_fusion.h"
+
+namespace colmap_ext {
+namespace {
+
+constexpr int kRowsPerBlock = 16;
+// Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
+constexpr double kNegligibleNoise = 0.1;
+
+std::int64_t BudgetBytes(const SceneFusionOptions& options) {
+  if (options.max_memory_gb > 0) return ByteCount(options.max_memory_gb * 1e9);
+  return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
+}
+
+std::vector<int> ImagesToFuse(const Workspace& workspace) {
+  if (std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
+    std::vector<int> images = ReadFusionConfig(workspace);
+    std::sort(images.begin(), images.end());
+    images.erase(std::unique(images.begin(), images.end()), images.end());
+    return images;
+  }
+  std::vector<int> images(workspace.views().size());
+  for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<int>(i);
+  return images;
+}
+
+}  // namespace
+
+SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps, const SceneFusionOptions& options)
+    : options_(options), reader_(maps) {
+  FindImages(workspace);
+  flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
+                                       IsPaper() ? phi::FusionPixel::kMerged : phi::FusionPixel::kEmitted);
+  done_.assign(images_.size(), false);
+  maps_.resize(images_.size());
+  graph_ = BuildNeighborGraph(workspace, images_, options.max_neighbors);
+  if (IsPaper()) {
+    KeepImagesToCome(&graph_);
+    parts_.emplace_back(images_.size());
+    std::iota(parts_.front().begin(), parts_.front().end(), 0);
+  } else {
+    parts_ = DissectImages(graph_, options.max_part_images);
+  }
+}
+
+void SceneFuser::Fuse(const std::vector<int>& order, CloudWriter* writer) {
+  const FusionPlan plan = MakePlan(order);
+  ProgressLine progress(ProgressStage{.name = "fusing"}, plan.steps.size());
+  for (const FusionStep& step : plan.steps) {
+    phi::ThrowIfCancelled();
+    const ProgressLine::Task task(&progress);
+    Drop(step.drop);
+    Load(step.load);
+    tbb::task_group group;
+    group.run([&] { Load(step.load_ahead); });
+    try {
+      FuseStep(step, writer);
+    } catch (...) {
+      group.cancel();
+      group.wait();
+      throw;
+    }
+    group.wait();
+    done_[Index(step.reference)] = true;
+  }
+  findings_.num_map_reads += plan.num_loads;
+}
+
+void SceneFuser::DropMaps() {
+  std::vector<int> residents;
+  for (std::size_t p = 0; p < maps_.size(); ++p) {
+    if (maps_[p].size() > 0) residents.push_back(static_cast<int>(p));
+  }
+  Drop(residents);
+}
+
+std::vector<std::uint8_t> SceneFuser::FlagsOf(int position) const {
+  return flags_->Load(position, static_cast<std::size_t>(NumPixels(position)));
+}
+
+void SceneFuser::SetDone(int position, const std::vector<std::uint8_t>& flags) {
+  flags_->Save(position, flags);
+  done_[Index(position)] = true;
+}
+
+SceneFuser::Findings SceneFuser::TakeFindings() { return std::exchange(findings_, {}); }
+
+SceneFusionReport SceneFuser::MakeReport(const Findings& findings) const {
+  SceneFusionReport report = known_;
+  report.num_map_reads = findings.num_map_reads;
+  report.num_points = findings.num_points;
+  report.outcomes = findings.outcomes;
+  for (const auto& [position, noise] : findings.noise) report.noise_of_smoothed_maps.push_back(noise);
+  for (const auto& [position, message] : findings.failures) report.failures.push_back(message);
+  report.num_images -= static_cast<int>(findings.failures.size());
+  return report;
+}
+
+void SceneFuser::FindImages(const Workspace& workspace) {
+  for (const int image : ImagesToFuse(workspace)) {
+    if (reader_.Exists(image)) {
+      images_.push_back(image);
+    } else {
+      ++known_.num_images_without_maps;
+    }
+  }
+  known_.num_images = static_cast<int>(images_.size());
+  const std::string kind = options_.input.kind;
+  if (images_.empty()) {
+    throw phi::InputError(
+        "fusion: " + workspace.StereoFolder().string() + " has no " + kind +
+        " depth and normal maps of the images in fusion.cfg; run patch_match_stereo first" +
+        (kind == kGeometric ? ", or choose --input_type photometric" : ""));
+  }
+  if (known_.num_images_without_maps > 0) {
+    phi::LogWarning("fusion: " + std::to_string(known_.num_images_without_maps) + " of " +
+                    std::to_string(known_.num_images_without_maps + known_.num_images) +
+                    " images have no " + kind + " depth and normal maps and are left out");
+  }
+  ReadCameras();
+  const auto has_mask = [&](int image) { return reader_.HasMask(image); };
+  if (!options_.input.mask_path.empty() && std::none_of(images_.begin(), images_.end(), has_mask)) {
+    phi::LogWarning("fusion: " + options_.input.mask_path.string() +
+                    " holds no mask <image name>.png of any image; nothing is masked");
+  }
+}
+
+void SceneFuser::ReadCameras() {
+  std::vector<phi::Camera> cameras(images_.size());
+  std::vector<std::string> problems(images_.size());
+  tbb::parallel_for(std::size_t{0}, images_.size(), [&](std::size_t p) {
+    try {
+      cameras[p] = reader_.ReadCamera(images_[p]);
+    } catch (const phi::InputError& error) {
+      problems[p] = error.what();
+    }
+  });
+  std::vector<int> images;
+  for (std::size_t p = 0; p < problems.size(); ++p) {
+    if (problems[p].empty()) {
+      images.push_back(images_[p]);
+      cameras_.push_back(cameras[p]);
+    } else {
+      phi::LogError(problems[p]);
+      known_.failures.push_back(problems[p]);
+    }
+  }
+  if (images.empty()) throw phi::InputError("fusion: all maps are damaged: " + problems.front());
+  images_ = images;
+  known_.num_images = static_cast<int>(images_.size());
+}
+
+phi::FusionMap SceneFuser::ReadMap(int position) {
+  try {
+    return reader_.Read(images_[Index(position)]);
+  } catch (const phi::InputError& error) {
+    std::lock_guard<std::mutex> lock(findings_mutex_);
+    if (findings_.failures.emplace(position, error.what()).second) phi::LogError(error.what());
+  }
+  const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
+  return phi::FusionMap(pinhole.width, pinhole.height);
+}
+
+void SceneFuser::Smooth(int position, phi::FusionMap* map) {
+  const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
+  const float noise = phi::EstimateNoise(*map, pinhole);
+  if (noise <= kNegligibleNoise * options_.rule.max_depth_error) return;
+  phi::SmoothNoise(noise, pinhole, map);
+  std::lock_guard<std::mutex> lock(findings_mutex_);
+  findings_.noise[position] = noise;
+}
+
+std::int64_t SceneFuser::NumPixels(int position) const {
+  const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
+  return std::int64_t{pinhole.width} * pinhole.height;
+}
+
+FusionPlan SceneFuser::MakePlan(const std::vector<int>& order) {
+  std::vector<std::int64_t> bytes;
+  std::int64_t largest = 0;
+  for (int p = 0; p < static_cast<int>(images_.size()); ++p) {
+    bytes.push_back(FusionMapReader::ResidentBytes(NumPixels(p)));
+    largest = std::max(largest, FusionMapReader::TransientBytes(NumPixels(p)));
+  }
+  // At most a quarter of the budget is for maps that are just being read.
+  const std::int64_t budget = BudgetBytes(options_);
+  num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
+  num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
+  FusionPlan plan = PlanFusion(graph_, order, bytes, budget - num_concurrent_reads_ * largest);
+  if (plan.num_trimmed_steps > 0) {
+    phi::LogWarning("fusion: " + std::to_string(plan.num_trimmed_steps) +
+                    " images are compared with fewer neighbours than --StereoFusion.check_num_images for "
+                    "want of memory; "
+                    "--PhiFusion.max_memory_gb " +
+                    std::to_string((plan.bytes_wanted + num_concurrent_reads_ * largest) / 1000000000 + 1) +
+                    " would be enough");
+  }
+  return plan;
+}
+
+void SceneFuser::Drop(const std::vector<int>& positions) {
+  for (const int p : positions) {
+    const bool is_done = done_[Index(p)] != 0;
+    if (IsPaper() ? !is_done : is_done) flags_->Save(p, maps_[Index(p)]);
+    maps_[Index(p)] = phi::FusionMap();
+  }
+}
+
+// Batches bound what is in memory only while maps are being read.
+void SceneFuser::Load(const std::vector<int>& positions) {
+  const std::size_t batch = static_cast<std::size_t>(num_concurrent_reads_);
+  for (std::size_t begin = 0; begin < positions.size(); begin += batch) {
+    phi::ThrowIfCancelled();
+    tbb::parallel_for(begin, std::min(begin + batch, positions.size()), [&](std::size_t i) {
+      phi::FusionMap map = ReadMap(positions[i]);
+      if (!IsPaper()) Smooth(positions[i], &map);
+      flags_->Restore(positions[i], &map);
+      maps_[Index(positions[i])] = std::move(map);
+    });
+  }
+}
+
+phi::ImageFuser::Image SceneFuser::MakeImage(int position) {
+  return {static_cast<std::uint32_t>(images_[Index(position)]), cameras_[Index(position)],
+          &maps_[Index(position)], done_[Index(position)] != 0};
+}
+
+template <typename Compute>
+void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& compute) {
+  int next_row = 0;
+  const auto next_block = [&](tbb::flow_control& control) {
+    const int begin = next_row;
+    if (begin >= height) control.stop();
+    next_row += kRowsPerBlock;
+    return begin;
+  };
+  using Block = std::shared_ptr<phi::FusedBlock>;
+  const auto compute_block = [&](int begin) {
+    return std::make_shared<phi::FusedBlock>(compute(begin, std::min(begin + kRowsPerBlock, height)));
+  };
+  const auto write = [&](const Block& block) {
+    findings_.num_points += static_cast<std::int64_t>(block->points.size());
+    findings_.outcomes += block->outcomes;
+    writer->Write(*block);
+  };
+  tbb::parallel_pipeline(static_cast<std::size_t>(2 * tbb::this_task_arena::max_concurrency()),
+                         tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, next_block) &
+                             tbb::make_filter<int, Block>(tbb::filter_mode::parallel, compute_block) &
+                             tbb::make_filter<Block, void>(tbb::filter_mode::serial_in_order, write));
+}
+
+void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
+  std::vector<phi::ImageFuser::Image> neighbors;
+  for (const int p : step.neighbors) neighbors.push_back(MakeImage(p));
+  const phi::BoundingBox* box = options_.box ? &*options_.box : nullptr;
+  const int height = cameras_[Index(step.reference)].pinhole.height;
+  if (IsPaper()) {
+    const phi::PaperFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
+    return WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+  }
+  phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
+  WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+  WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
+}
+
+}  // namespace colmap_ext

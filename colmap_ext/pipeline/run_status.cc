@@ -1,0 +1,123 @@
+#include "colmap_ext/pipeline/run_status.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "colmap_ext/progress.h"
+#include "colmap_ext/workspace.h"
+
+namespace colmap_ext {
+namespace {
+
+using KindOfRecords = std::map<std::string, TaskRecord>;  // by kind of result
+
+// As the latest shard says; without shards those of the records.
+std::vector<std::string> StageNames(const std::vector<ShardProcess>& shards,
+                                    const std::map<std::string, KindOfRecords>& images) {
+  const auto latest =
+      std::max_element(shards.begin(), shards.end(),
+                       [](const ShardProcess& a, const ShardProcess& b) { return a.generation < b.generation; });
+  if (latest != shards.end()) return latest->stages;
+  std::vector<std::string> names;
+  for (const std::string_view kind : {kPhotometric, kMeasured, kGeometric}) {
+    const bool is_there = std::any_of(images.begin(), images.end(),
+                                      [&](const auto& image) { return image.second.contains(std::string(kind)); });
+    if (is_there) names.emplace_back(kind);
+  }
+  return names;
+}
+
+// Whether the image gets no map of this stage any more.
+bool Count(const TaskRecord* record, const std::string& options_hash, bool has_failed, StageStatus* stage, double* seconds) {
+  const bool is_current = record != nullptr && (record->options_hash.empty() || record->options_hash == options_hash);
+  if (is_current && record->state == "done") {
+    ++stage->num_done;
+    *seconds += record->seconds;
+    return false;
+  }
+  has_failed |= is_current && record->state == "failed";
+  ++(has_failed ? stage->num_failed : stage->num_waiting);
+  return has_failed;
+}
+
+void AddShards(const std::vector<ShardProcess>& shards, RunStatus* status) {
+  std::map<std::string, ShardProcess> latest;  // by shard: it may have been started again
+  for (const ShardProcess& process : shards) {
+    ShardProcess& known = latest[process.shard];
+    if (process.generation >= known.generation) known = process;
+  }
+  for (const auto& [name, process] : latest) {
+    if (process.has_ended || name.empty()) continue;
+    status->open_shards.push_back(name);
+    status->num_workers += process.num_workers;
+  }
+}
+
+double SecondsLeft(const RunStatus& status) {
+  double seconds = 0;
+  for (const StageStatus& stage : status.stages) {
+    if (stage.num_waiting > 0 && stage.num_done == 0) return -1;
+    seconds += stage.num_waiting * stage.seconds_per_image;
+  }
+  if (seconds == 0) return 0;
+  return status.num_workers > 0 ? seconds / status.num_workers : -1;
+}
+
+}  // namespace
+
+RunStatus FindStatus(const RunRecord& record) {
+  std::map<std::string, KindOfRecords> images;
+  for (auto& [task, known] : record.Tasks()) images[task.first][task.second] = std::move(known);
+  const std::vector<ShardProcess> shards = record.Shards();
+  RunStatus status;
+  status.num_images = static_cast<int>(images.size());
+  for (const ShardProcess& process : shards) status.num_images = std::max(status.num_images, process.num_images);
+  std::set<std::string> failed;
+  for (const std::string& name : StageNames(shards, images)) {
+    StageStatus stage{.name = name};
+    double seconds = 0;
+    for (const auto& [image, records] : images) {
+      const auto found = records.find(name);
+      const TaskRecord* known = found == records.end() ? nullptr : &found->second;
+      if (!Count(known, record.options_hash(), failed.contains(image), &stage, &seconds)) continue;
+      if (!failed.insert(image).second) continue;
+      status.failures.push_back({image, name, known->warnings.empty() ? "" : known->warnings.front()});
+    }
+    stage.num_waiting += status.num_images - static_cast<int>(images.size());  // of which there is no record at all
+    if (stage.num_done > 0) stage.seconds_per_image = seconds / stage.num_done;
+    status.stages.push_back(stage);
+  }
+  AddShards(shards, &status);
+  status.seconds_left = SecondsLeft(status);
+  return status;
+}
+
+std::string StatusText(const RunStatus& status) {
+  char line[256];
+  std::snprintf(line, sizeof(line), "%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting", "s/image");
+  std::string text = std::to_string(status.num_images) + " images\n" + line;
+  int num_waiting = 0;
+  for (const StageStatus& stage : status.stages) {
+    std::snprintf(line, sizeof(line), "%-14s %8d %8d %8d %10.3f\n", stage.name.c_str(), stage.num_done, stage.num_failed,
+                  stage.num_waiting, stage.seconds_per_image);
+    text += line;
+    num_waiting += stage.num_waiting;
+  }
+  if (!status.open_shards.empty()) {
+    text += "shards at work, or killed and not started again:";
+    for (const std::string& shard : status.open_shards) text += " " + shard;
+    text += "\n";
+  }
+  if (num_waiting > 0) {
+    text += "time left: " + (status.seconds_left < 0 ? "not known yet" : "about " + FormatDuration(status.seconds_left)) +
+            "\n";
+  }
+  for (const FailedTask& failure : status.failures)
+    text += "failed: " + failure.image + ", " + failure.stage + ": " + failure.message + "\n";
+  return text;
+}
+
+}  // namespace colmap_ext

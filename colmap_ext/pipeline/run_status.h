@@ -1,0 +1,36 @@
+// How far the stereo of a workspace is, told by its records alone: no map and no photo is read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "colmap_ext/pipeline/run_record.h"
+
+namespace colmap_ext {
+
+struct StageStatus {
+  std::string name;
+  int num_done = 0, num_failed = 0, num_waiting = 0;  // images; failed: in this stage or one before
+  double seconds_per_image = 0;                       // mean of the tasks that are done; 0: none is
+};
+
+struct FailedTask {
+  std::string image, stage, message;
+};
+
+struct RunStatus {
+  int num_images = 0;
+  std::vector<StageStatus> stages;
+  std::vector<FailedTask> failures;
+  std::vector<std::string> open_shards;  // "3/8" at work, or killed and not started again
+  int num_workers = 0;                   // images that these do at once
+  double seconds_left = 0;               // by these; < 0: not known
+};
+
+// Of the options of the last run.
+RunStatus FindStatus(const RunRecord& record);
+
+// A table, what is at work, the time left and the failures.
+std::string StatusText(const RunStatus& status);
+
+}  // namespace colmap_ext

@@ -1,0 +1,174 @@
+// Parts of a scene: what they are, and that several processes make one process's cloud of them.
+#include "colmap_ext/fusion/fusion_parts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+#include <vector>
+
+#include "colmap_ext/fusion/fusion_shards.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/map_workspace.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using test_support::ReadBytes;
+using test_support::TemporaryFolder;
+using ::testing::ElementsAre;
+
+// Images on a square grid, neighbours of all at most `reach` columns and rows away.
+NeighborGraph Grid(int side, int reach) {
+  NeighborGraph graph(static_cast<std::size_t>(side * side));
+  for (int a = 0; a < side * side; ++a) {
+    for (int b = 0; b < side * side; ++b) {
+      const int columns = std::abs(a % side - b % side), rows = std::abs(a / side - b / side);
+      if (a != b && std::max(columns, rows) <= reach) graph[static_cast<std::size_t>(a)].push_back(b);
+    }
+  }
+  return graph;
+}
+
+NeighborGraph Row(int count) {
+  NeighborGraph graph(static_cast<std::size_t>(count));
+  for (int p = 0; p + 1 < count; ++p) {
+    graph[static_cast<std::size_t>(p)].push_back(p + 1);
+    graph[static_cast<std::size_t>(p) + 1].push_back(p);
+  }
+  return graph;
+}
+
+// All images that must be there for a part: the earlier parts that it knows, and theirs.
+std::set<int> Ancestors(const std::vector<std::vector<int>>& earlier, int part) {
+  std::set<int> all;
+  for (const int k : earlier[static_cast<std::size_t>(part)]) {
+    all.insert(k);
+    all.merge(Ancestors(earlier, k));
+  }
+  return all;
+}
+
+TEST(FusionParts, AFewImagesAreOnePartFromEndToEnd) {
+  EXPECT_THAT(DissectImages(Row(6), 6), ElementsAre(ElementsAre(0, 1, 2, 3, 4, 5)));
+}
+
+// Seven in a row: the one in the middle first, then either side, whose ends that touch it come first.
+TEST(FusionParts, TheMiddleOfARowSeparatesItsHalves) {
+  const std::vector<FusionPart> parts = DissectImages(Row(7), 3);
+  ASSERT_EQ(parts.size(), 3u);
+  EXPECT_THAT(parts[0], ElementsAre(3));
+  const auto earlier = FindEarlierParts(Row(7), parts);
+  EXPECT_THAT(earlier, ElementsAre(ElementsAre(), ElementsAre(0), ElementsAre(0)));
+  std::set<FusionPart> sides(parts.begin() + 1, parts.end());
+  EXPECT_EQ(sides, (std::set<FusionPart>{{2, 1, 0}, {4, 5, 6}}));
+}
+
+TEST(FusionParts, OfAGridMostNeedNothingOfOneAnother) {
+  const NeighborGraph graph = Grid(30, 2);
+  const std::vector<FusionPart> parts = DissectImages(graph, 100);
+  const auto earlier = FindEarlierParts(graph, parts);
+  std::vector<int> order = OrderOf(parts);
+  int num_in_leaves = 0;
+  for (int k = 0; k < static_cast<int>(parts.size()); ++k) {
+    EXPECT_LE(parts[static_cast<std::size_t>(k)].size(), 100u);
+    const bool is_leaf = std::none_of(earlier.begin(), earlier.end(), [&](const std::vector<int>& needed) {
+      return std::find(needed.begin(), needed.end(), k) != needed.end();
+    });
+    if (is_leaf) num_in_leaves += static_cast<int>(parts[static_cast<std::size_t>(k)].size());
+    EXPECT_LT(Ancestors(earlier, k).size(), parts.size() / 2) << "part " << k << " waits for half of the scene";
+  }
+  EXPECT_GT(num_in_leaves, 500) << "of 900";
+  std::sort(order.begin(), order.end());
+  for (int p = 0; p < 900; ++p) ASSERT_EQ(order[static_cast<std::size_t>(p)], p);
+}
+
+TEST(FusionParts, ImagesThatAllNeighbourAllStayTogether) {
+  EXPECT_EQ(DissectImages(Grid(5, 5), 10).size(), 1u);
+}
+
+TEST(FusionParts, ImagesWithoutNeighboursFillParts) {
+  const std::vector<FusionPart> parts = DissectImages(NeighborGraph(25), 10);
+  ASSERT_EQ(parts.size(), 3u);
+  EXPECT_EQ(parts[0].size() + parts[1].size() + parts[2].size(), 25u);
+}
+
+class FusionShards : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    test_support::WriteMapWorkspace(test_support::SphereScene({.width = 80, .height = 60, .focal = 75, .num_views = 9}),
+                                    folder_.path());
+    options_.max_neighbors = 2;
+    options_.max_part_images = 2;
+    options_.scratch_folder = folder_.path();
+  }
+
+  // Cloud and views.
+  std::string Fuse(const fs::path& name, bool join) {
+    const Workspace workspace({.path = folder_.path()});
+    const auto writer = MakePlyCloudWriter({.path = folder_ / name});
+    report_ = join ? JoinParts(workspace, options_, parts_, writer.get()) : FuseScene(workspace, options_, writer.get());
+    writer->Commit();
+    return ReadBytes(folder_ / name) + ReadBytes((folder_ / name).string() + ".vis");
+  }
+  ShardFusionReport FuseShard(int index, int count) {
+    return colmap_ext::FuseShard(Workspace({.path = folder_.path()}), options_, parts_, {.index = index, .count = count, .only_stage = {}});
+  }
+
+  TemporaryFolder folder_;
+  const fs::path parts_ = folder_ / "cloud.ply.parts";
+  SceneFusionOptions options_;
+  SceneFusionReport report_;
+};
+
+TEST_F(FusionShards, InAnyOrderEndInTheCloudOfOneProcess) {
+  const std::string whole = Fuse("whole.ply", false);
+  const SceneFusionReport expected = report_;
+  for (const int count : {1, 2, 3, 5}) {
+    int num_waiting = 1, num_made = 0, rounds = 0;
+    for (; num_waiting > 0 && rounds < 20; ++rounds) {
+      num_waiting = 0;
+      for (int k = count - 1; k >= 0; --k) {
+        const ShardFusionReport report = FuseShard(k, count);
+        num_waiting += report.num_waiting;
+        num_made += report.num_made;
+      }
+    }
+    EXPECT_LT(rounds, 20);
+    EXPECT_GT(num_made, 3) << "the scene is one part: nothing is tested";
+    if (count == 5) EXPECT_GT(rounds, 1) << "nobody waited: nothing is tested";
+    EXPECT_EQ(Fuse("joined.ply", true), whole) << count << " shards";
+    EXPECT_EQ(report_.num_points, expected.num_points);
+    EXPECT_EQ(report_.outcomes[phi::PixelOutcome::kCovered], expected.outcomes[phi::PixelOutcome::kCovered]);
+    RemoveParts(parts_);
+    EXPECT_FALSE(fs::exists(parts_));
+  }
+}
+
+TEST_F(FusionShards, PartsOfOtherOptionsOrMapsAreMadeAgain) {
+  FuseShard(0, 2);
+  options_.rule.max_depth_error = 0.005;
+  EXPECT_EQ(Fuse("joined.ply", true), Fuse("whole.ply", false));
+  const fs::path map = folder_ / "stereo/depth_maps" / (test_support::MapWorkspaceImageName(0) + ".geometric.bin");
+  fs::last_write_time(map, fs::last_write_time(map) + std::chrono::seconds(5));
+  EXPECT_GT(FuseShard(0, 1).num_made, 0);
+}
+
+// A part that breaks off is no part.
+TEST_F(FusionShards, DamagedPartsAreMadeAgain) {
+  FuseShard(0, 1);
+  int num_damaged = 0;
+  for (const auto& entry : fs::directory_iterator(parts_)) {
+    if (num_damaged++ % 2 == 0) fs::resize_file(entry.path(), fs::file_size(entry.path()) / 2);
+  }
+  EXPECT_GT(num_damaged, 3);
+  EXPECT_EQ(Fuse("joined.ply", true), Fuse("whole.ply", false));
+}
+
+}  // namespace
+}  // namespace colmap_ext
