@@ -42,7 +42,7 @@ void ForConfidenceTerms(const GrayImage& photo, double noise, const DepthPrecisi
 // The model's logarithm of the odds that the depth is right.
 float ConfidenceLogOdds(const ConfidenceTerms& terms);
 
-// From a probability of 0.8 on a depth is evidence for other pixels.
-inline constexpr float kEvidenceLogOdds = 1.3862944f;
+// From a probability of 0.8 on a depth is evidence for other pixels. Nothing is published that is more probably wrong than right.
+inline constexpr float kEvidenceLogOdds = 1.3862944f, kPublishedLogOdds = 0;
 
 }  // namespace phi

@@ -1,7 +1,6 @@
 #include "phi/filtering/judge_measurements.h"
 
 #include <cstddef>
-#include <cstdint>
 
 #include "phi/base/whole_array.h"
 #include "phi/filtering/confidence.h"
@@ -12,9 +11,9 @@ namespace phi {
 
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
                        MeasurementMap* map) {
-  Mask is_evidence(map->width(), map->height());
+  Array2D<float> log_odds(map->width(), map->height());
   ForConfidenceTerms(image, noise, precision, estimate, map->testimonies, [&](int x, int y, const ConfidenceTerms& terms) {
-    is_evidence(x, y) = ConfidenceLogOdds(terms) >= kEvidenceLogOdds;
+    log_odds(x, y) = ConfidenceLogOdds(terms);
   });
   map->testimonies = {};
   DropPlainPixels(image, noise, map);
@@ -23,11 +22,13 @@ void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecisio
     for (std::size_t i = begin; i < end; ++i) {
       PixelState& state = map->states.data()[i];
       const bool is_measured = state != PixelState::kNone;
-      if (is_evidence.data()[i] == 0) {
-        if (is_measured) state = PixelState::kUnsure;
-      } else {
+      if (log_odds.data()[i] >= kEvidenceLogOdds && estimate.data()[i].depth > 0) {
         map->planes.data()[i] = estimate.data()[i];
         state = is_measured ? PixelState::kMeasured : PixelState::kClue;
+      } else if (is_measured && log_odds.data()[i] >= kPublishedLogOdds) {
+        state = PixelState::kUnsure;
+      } else {
+        map->Drop(i);
       }
     }
   });

@@ -8,8 +8,8 @@
 
 namespace phi {
 
-// Drops plain and lonely pixels; of the rest, those that are not probable enough become unsure (confidence.h). What is dropped
-// here or was by the filter, though it is probable, becomes a clue.
+// Drops plain, lonely and improbable pixels; of the rest, those that are not probable enough for evidence become unsure
+// (confidence.h). What is dropped here or was by the filter, though it is as probable, becomes a clue.
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
 //   estimate: what the filter was given; map: what it returned.
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,

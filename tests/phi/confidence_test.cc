@@ -105,13 +105,14 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, 3, kPrecision, Wall(), &map);
+    JudgeMeasurements(photo_, 3, kPrecision, estimate_, &map);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);
   }
 
   GrayImage photo_;
+  PlaneMap estimate_ = Wall();
   MeasurementMap map_ = AllMeasured(Wall());
 };
 
@@ -122,6 +123,17 @@ TEST_F(JudgeMeasurementsTest, WhatIsProbableAndTexturedIsMeasured) {
 TEST_F(JudgeMeasurementsTest, WhatIsConfirmedButLessProbableIsUnsure) {
   map_.testimonies(15, 20) = {1, 0, 4};
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kUnsure);
+}
+
+// One of twelve confirms, and the neighbours disagree three pixels away, in a photo without noise or texture to speak of.
+TEST_F(JudgeMeasurementsTest, WhatIsMoreProbablyWrongGoes) {
+  map_.testimonies(15, 20) = {1, 0, 11};
+  for (int dy = -6; dy <= 6; dy += 3) {
+    for (int dx = -6; dx <= 6; dx += 3) {
+      if (dx != 0 || dy != 0) estimate_(15 + dx, 20 + dy).depth = 3.3f;
+    }
+  }
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kNone);
 }
 
 TEST_F(JudgeMeasurementsTest, WhatIsProbableButPlainIsAClue) { EXPECT_EQ(JudgedAt(36, 20), PixelState::kClue); }

@@ -70,7 +70,9 @@ class FakeBackend : public phi::Backend {
     const phi::MeasurementMap& reference = *input.reference.map;
     phi::PlaneMap map = reference.planes;
     if (input.reference.view->name == calls_.emptied) {
-      return phi::AllMeasured(phi::PlaneMap(map.width(), map.height()));
+      phi::MeasurementMap empty = phi::AllMeasured(phi::PlaneMap(map.width(), map.height()));
+      if (reference.states.empty()) empty.testimonies = phi::Array2D<phi::Testimonies>(map.width(), map.height());
+      return empty;
     }
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
@@ -79,6 +81,8 @@ class FakeBackend : public phi::Backend {
       if (i % 7 == 0) map.data()[i] = {};
     }
     phi::MeasurementMap kept = phi::AllMeasured(std::move(map));
+    if (reference.states.empty())
+      kept.testimonies = phi::Array2D<phi::Testimonies>(kept.width(), kept.height(), {8, 8, 0});
     for (std::size_t i = 0; i < kept.size() && !reference.states.empty(); ++i) {
       const phi::PixelState state = reference.states.data()[i];
       if (kept.states.data()[i] != phi::PixelState::kNone && phi::IsInferred(state))

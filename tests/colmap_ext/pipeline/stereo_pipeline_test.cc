@@ -448,6 +448,7 @@ TEST_F(StereoPipelineTest, SaysWhenTheFilterCanKeepNothing) {
   test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 2});
   const auto warnings =
       testing::Contains(HasSubstr("nothing will be kept of 2 of 2 images, a/0.png the first"));
+  options_.filter.min_num_consistent = 2;
   {
     const test_support::LogCapture log;
     Run(folder.path());
