@@ -55,8 +55,8 @@ void ReadViews(const std::filesystem::path& path, const std::vector<std::uint64_
   std::uint64_t row = 0;
   for (std::size_t i = 0; i < rows.size() && file; ++i) {
     for (; row < rows[i] && file; ++row) {
-      file.seekg(static_cast<std::streamoff>(sizeof(std::uint32_t)) * ReadValue<std::uint32_t>(file),
-                 std::ios::cur);
+      // Not seekg: it would empty the stream's buffer at every point.
+      file.ignore(static_cast<std::streamsize>(sizeof(std::uint32_t)) * ReadValue<std::uint32_t>(file));
     }
     const auto num_views = ReadValue<std::uint32_t>(file);
     for (std::uint32_t v = 0; v < num_views && file; ++v) {
