@@ -98,7 +98,8 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);
   scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
-  scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
+  // Only the judgement of estimates reads them.
+  if (map.states.empty()) scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);

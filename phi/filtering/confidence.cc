@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <vector>
 
 #include "phi/filtering/neighbor_planes.h"
-#include "phi/filtering/own_texture.h"
 
 namespace phi {
 namespace {
 
 constexpr int kNeighborSpacing = 3;  // pixels: windows that overlap less than the next pixel's
-constexpr float kNumNeighbors = 24;
 
 // As the fit printed them, in the order of ConfidenceTerm.
 constexpr ConfidenceTerms kWeights = {2.978f, 0.048f, -0.390f, 0.339f, -0.182f, 0.288f, 3.095f, -0.432f, 0.478f, 0.428f, -0.051f};
@@ -30,23 +27,23 @@ void SetViewTerms(const Testimonies& t, ConfidenceTerms* terms) {
 
 }  // namespace
 
-void ForConfidenceTerms(const GrayImage& photo, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
-                        const Array2D<Testimonies>& testimonies,
+void ForConfidenceTerms(const ConfidenceInput& input,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function) {
-  const Array2D<float> own = OwnVariance(photo);
-  const auto smoothed_noise = static_cast<float>(0.02 + noise * noise / 9);
+  const auto smoothed_noise = static_cast<float>(0.02 + input.noise * input.noise / 9);
   ForNeighborCounts(
-      precision, estimate, kNeighborSpacing, [&](int y, const std::vector<float>& depths, const NeighborCounts& counts) {
-        for (int x = 0; x < estimate.width(); ++x) {
-          if (!(depths[x] > 0)) continue;
-          const Vec3f ray = precision.reference().Ray(x + 0.5f, y + 0.5f);
+      input.rays, input.estimate, input.deviations, kNeighborSpacing, [&](int y, const NeighborCounts& counts) {
+        for (int x = 0; x < input.estimate.width(); ++x) {
+          const PlaneHypothesis& h = input.estimate(x, y);
+          if (!(h.depth > 0)) continue;
+          const Vec3f ray = input.rays.Ray(x + 0.5f, y + 0.5f);
+          const float own_variance = input.own_variance(x, y);
           ConfidenceTerms terms;
-          SetViewTerms(testimonies(x, y), &terms);
-          terms[kAgreeingShare] = static_cast<float>(counts.agreeing[x]) / kNumNeighbors;
-          terms[kOwnTexture] = std::log2(0.02f + own(x, y));
-          terms[kOwnTextureOverNoise] = std::log2(0.05f + own(x, y) / smoothed_noise);
-          terms[kFacing] = -Dot(estimate(x, y).normal, ray) / Norm(ray);
-          terms[kRelativeDeviation] = std::log2(1e-4f + precision.RelativeDeviation(x + 0.5f, y + 0.5f, depths[x]));
+          SetViewTerms(input.testimonies(x, y), &terms);
+          terms[kAgreeingShare] = static_cast<float>(counts.agreeing[x]) / static_cast<float>(kNumNeighbors);
+          terms[kOwnTexture] = std::log2(0.02f + own_variance);
+          terms[kOwnTextureOverNoise] = std::log2(0.05f + own_variance / smoothed_noise);
+          terms[kFacing] = -Dot(h.normal, ray) / Norm(ray);
+          terms[kRelativeDeviation] = std::log2(1e-4f + input.deviations(x, y));
           function(x, y, terms);
         }
       });

@@ -10,8 +10,7 @@
 #include <functional>
 
 #include "phi/base/array2d.h"
-#include "phi/base/images.h"
-#include "phi/geometry/depth_precision.h"
+#include "phi/geometry/device_camera.h"
 #include "phi/measurement.h"
 
 namespace phi {
@@ -25,18 +24,26 @@ enum ConfidenceTerm {
   kAnyClose,              // 1: one confirms closely
   kTwo,                   // 1: two confirm
   kAgreeingShare,         // of 24 neighbours three pixels apart, see neighbor_planes.h
-  kOwnTexture,            // log(0.02 + OwnVariance)
-  kOwnTextureOverNoise,   // log(0.05 + OwnVariance / (0.02 + a ninth of the noise's variance))
+  kOwnTexture,            // log(0.02 + OwnTexture::variance)
+  kOwnTextureOverNoise,   // log(0.05 + the same / (0.02 + a ninth of the noise's variance))
   kFacing,                // cosine of the angle between the surface's normal and the ray
   kRelativeDeviation,     // log(1e-4 + what matching can tell of the depth, DepthPrecision::RelativeDeviation)
   kNumConfidenceTerms
 };
 using ConfidenceTerms = std::array<float, kNumConfidenceTerms>;
 
-// Calls function(x, y, terms) for each pixel of `estimate` with a depth, from several threads. `photo`: the reference, grey;
-// `noise`: its NoiseDeviation, grey levels; `precision`: of its view.
-void ForConfidenceTerms(const GrayImage& photo, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
-                        const Array2D<Testimonies>& testimonies,
+// What the terms are found from. All arrays have one size.
+struct ConfidenceInput {
+  const RayModel& rays;  // of the estimate's view
+  const PlaneMap& estimate;
+  const Array2D<Testimonies>& testimonies;
+  const Array2D<float>& deviations;    // DepthPrecision::RelativeDeviations of the estimate
+  const Array2D<float>& own_variance;  // of the photo, see own_texture.h
+  double noise = 0;                    // of the photo: NoiseDeviation, grey levels
+};
+
+// Calls function(x, y, terms) for each pixel of the estimate with a depth, from several threads.
+void ForConfidenceTerms(const ConfidenceInput& input,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function);
 
 // The model's logarithm of the odds that the depth is right.

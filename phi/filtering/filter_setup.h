@@ -18,7 +18,8 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
 // The source views that have a map.
 std::vector<SourceMap> SourcesWithMap(const FilterInput& input);
 
-// `map` without the dropped pixels, and the others' states. One verdict and one testimony for each pixel.
+// `map` without the dropped pixels, and the others' states. One verdict for each pixel, and of an estimate one testimony (else
+// `testimonies` is not read).
 MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies);
 
 }  // namespace phi

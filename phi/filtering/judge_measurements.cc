@@ -11,13 +11,15 @@ namespace phi {
 
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
                        MeasurementMap* map) {
+  const RayModel& rays = precision.reference();
+  const OwnTexture texture = FindOwnTexture(image, noise);
+  const Array2D<float> deviations = precision.RelativeDeviations(estimate);
   Array2D<float> log_odds(map->width(), map->height());
-  ForConfidenceTerms(image, noise, precision, estimate, map->testimonies, [&](int x, int y, const ConfidenceTerms& terms) {
-    log_odds(x, y) = ConfidenceLogOdds(terms);
-  });
+  ForConfidenceTerms({rays, estimate, map->testimonies, deviations, texture.variance, noise},
+                     [&](int x, int y, const ConfidenceTerms& terms) { log_odds(x, y) = ConfidenceLogOdds(terms); });
   map->testimonies = {};
-  DropPlainPixels(image, noise, map);
-  DropLonelyPixels(precision, map);
+  DropPlainPixels(texture, map);
+  DropLonelyPixels(rays, deviations, map);
   ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       PixelState& state = map->states.data()[i];

@@ -5,7 +5,8 @@
 // wall, a speck or the rim of something before it, is often wrong.
 #pragma once
 
-#include "phi/geometry/depth_precision.h"
+#include "phi/base/array2d.h"
+#include "phi/geometry/device_camera.h"
 #include "phi/measurement.h"
 
 namespace phi {
@@ -16,7 +17,8 @@ inline constexpr int kMinNeighborsAsked = 12, kMinPercentAgreeing = 40;
 // Alone: fewer than these agree, a third of all. The corner pixel of an image has as many.
 inline constexpr int kMinNeighborsAgreeing = 8;
 
-// Drops what is contradicted or alone, judged by the map as it was. `precision`: of the map's view.
-void DropLonelyPixels(const DepthPrecision& precision, MeasurementMap* map);
+// Drops what is contradicted or alone, judged by the map as it was. `rays`: of the map's view; `deviations`: what matching can tell
+// of its depths (DepthPrecision::RelativeDeviations), at least where it has any.
+void DropLonelyPixels(const RayModel& rays, const Array2D<float>& deviations, MeasurementMap* map);
 
 }  // namespace phi

@@ -9,7 +9,8 @@
 
 #include <tbb/parallel_for.h>
 
-#include "phi/geometry/depth_precision.h"
+#include "phi/base/array2d.h"
+#include "phi/geometry/device_camera.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
@@ -21,6 +22,7 @@ namespace phi {
 inline constexpr float kMaxNeighborError = 0.003f, kMaxNeighborDeviations = 1.5f;
 
 inline constexpr int kNeighborRadius = 2;  // 5 x 5 pixels are asked, one or more pixels apart
+inline constexpr int kNumNeighbors = (2 * kNeighborRadius + 1) * (2 * kNeighborRadius + 1) - 1;
 
 // A row's planes n . X = offset, and its pixels' own: what loops over x read in vector instructions.
 struct PlaneRow {
@@ -28,15 +30,14 @@ struct PlaneRow {
   std::vector<float> depth, ray_x;
   std::vector<float> tolerance;  // of the depth
 
-  PlaneRow(const DepthPrecision& precision, const PlaneMap& map, int y)
+  PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y)
       : normal_x(map.width()),
         normal_y(map.width()),
         normal_z(map.width()),
         offset(map.width()),
         depth(map.width()),
         ray_x(map.width()),
-        tolerance(map.width(), kMaxNeighborError) {
-    const RayModel& rays = precision.reference();
+        tolerance(map.width()) {
     for (int x = 0; x < map.width(); ++x) {
       const PlaneHypothesis& h = map(x, y);
       const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
@@ -46,10 +47,7 @@ struct PlaneRow {
       offset[x] = h.depth > 0 ? h.depth * Dot(h.normal, ray) : std::numeric_limits<float>::quiet_NaN();
       depth[x] = h.depth;
       ray_x[x] = ray.x;
-      if (h.depth > 0) {
-        const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, h.depth);
-        tolerance[x] = std::max(kMaxNeighborError, kMaxNeighborDeviations * deviation);
-      }
+      tolerance[x] = std::max(kMaxNeighborError, kMaxNeighborDeviations * deviations(x, y));
     }
   }
 };
@@ -79,26 +77,27 @@ struct NeighborCounts {
   }
 };
 
-// Calls function(y, depths, counts) for all rows, bands of them in parallel: the row's depths and its pixels' neighbours, `spacing`
-// pixels apart. `precision`: of the map's view.
+// Calls function(y, counts) for all rows, bands of them in parallel: of the neighbours of the row's pixels, `spacing` pixels apart.
+// `deviations`: DepthPrecision::RelativeDeviations of the map, at least where it has depth.
 template <class Function>
-void ForNeighborCounts(const DepthPrecision& precision, const PlaneMap& map, int spacing, const Function& function) {
+void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int spacing,
+                       const Function& function) {
   constexpr int kBandRows = 64;
   const int reach = kNeighborRadius * spacing, height = map.height();
   tbb::parallel_for(0, (height + kBandRows - 1) / kBandRows, [&](int band) {
     const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
     const int first = std::max(begin - reach, 0), last = std::min(end - 1 + reach, height - 1);
     std::vector<PlaneRow> rows;
-    for (int y = first; y <= last; ++y) rows.emplace_back(precision, map, y);
+    for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y);
     for (int y = begin; y < end; ++y) {
       NeighborCounts counts(map.width());
       const PlaneRow& pixels = rows[y - first];
-      const float ray_y = precision.reference().Ray(0.5f, y + 0.5f).y;
+      const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
       for (int v = y - reach; v <= y + reach; v += spacing) {
         if (v < first || v > last) continue;
         for (int shift = -reach; shift <= reach; shift += spacing) counts.Add(pixels, ray_y, rows[v - first], shift);
       }
-      function(y, pixels.depth, counts);
+      function(y, counts);
     }
   });
 }

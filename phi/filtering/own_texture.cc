@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/box_sums.h"
+#include "phi/base/whole_array.h"
 
 namespace phi {
 namespace {
@@ -44,28 +45,27 @@ double SumsVariance(const Array2D<std::uint16_t>& sums, int x, int y) {
 
 }  // namespace
 
-Array2D<float> OwnVariance(const GrayImage& image) {
-  Array2D<float> variance(image.width(), image.height());
-  if (image.width() < kSide || image.height() < kSide) return variance;
+OwnTexture FindOwnTexture(const GrayImage& image, double noise) {
+  OwnTexture texture{Array2D<float>(image.width(), image.height()), Mask(image.width(), image.height())};
+  if (image.width() < kSide || image.height() < kSide) return texture;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
+  constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
+  const double min_variance = kSquaredSums *
+                              std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
-      variance(x, y) = static_cast<float>(SumsVariance(sums, x, y) / (kSumsPerGreyLevel * kSumsPerGreyLevel));
+      const double variance = SumsVariance(sums, x, y);
+      texture.variance(x, y) = static_cast<float>(variance / kSquaredSums);
+      texture.is_plain(x, y) = variance < min_variance;
     }
   });
-  return variance;
+  return texture;
 }
 
-void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map) {
-  if (image.width() < kSide || image.height() < kSide) return;
-  const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
-  const double min_variance = kSumsPerGreyLevel * kSumsPerGreyLevel *
-                              std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
-  tbb::parallel_for(0, map->height(), [&](int y) {
-    for (int x = 0; x < map->width(); ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * map->width() + x;
-      const bool has_depth = map->states.data()[i] != PixelState::kNone;
-      if (has_depth && SumsVariance(sums, x, y) < min_variance) map->Drop(i);
+void DropPlainPixels(const OwnTexture& texture, MeasurementMap* map) {
+  ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (texture.is_plain.data()[i] != 0) map->Drop(i);
     }
   });
 }

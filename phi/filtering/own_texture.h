@@ -20,11 +20,16 @@ inline constexpr double kMinOwnVariance = 0.125;
 // of a facade's faint texture.
 inline constexpr double kMinOwnVarianceOverNoise = 1;
 
-// Of each pixel, squared grey levels: what kMinOwnVariance is compared with. 0 in images smaller than the surroundings.
-Array2D<float> OwnVariance(const GrayImage& image);
+// Of each pixel; images smaller than the surroundings have no variance, and nothing in them is plain.
+struct OwnTexture {
+  Array2D<float> variance;  // squared grey levels
+  Mask is_plain;            // not 0: less than kMinOwnVariance, or than the noise makes
+};
 
-// Drops the pixels around which the smoothed image differs from a plane by less than kMinOwnVariance or than
-// its noise lets it (NoiseDeviation, grey levels). The map has the image's size; images smaller than the surroundings keep all.
-void DropPlainPixels(const GrayImage& image, double noise, MeasurementMap* map);
+// `noise`: NoiseDeviation, grey levels.
+OwnTexture FindOwnTexture(const GrayImage& image, double noise);
+
+// Drops the plain pixels. The map has the image's size.
+void DropPlainPixels(const OwnTexture& texture, MeasurementMap* map);
 
 }  // namespace phi

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <tbb/parallel_for.h>
+
 namespace phi {
 
 DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources)
@@ -24,6 +26,17 @@ float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {
     ++num_seeing;
   }
   return squares > 0 ? kMatchDeviation / std::sqrt(squares / num_seeing) : 0;
+}
+
+Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map) const {
+  auto deviations = Array2D<float>::Uninitialized(map.width(), map.height());
+  tbb::parallel_for(0, map.height(), [&](int y) {
+    for (int x = 0; x < map.width(); ++x) {
+      const float depth = map(x, y).depth;
+      deviations(x, y) = depth > 0 ? RelativeDeviation(x + 0.5f, y + 0.5f, depth) : 0.0f;
+    }
+  });
+  return deviations;
 }
 
 }  // namespace phi

@@ -4,8 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "phi/base/array2d.h"
 #include "phi/geometry/camera.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
 
@@ -27,6 +29,8 @@ class DepthPrecision {
   // view tells it: a typical one of those whose images contain the point, by the root mean square of how far the point
   // moves in them when its depth changes.
   float RelativeDeviation(float u, float v, float depth) const;
+  // Of each pixel of a map of the reference; 0 where it has no depth.
+  Array2D<float> RelativeDeviations(const PlaneMap& map) const;
 
  private:
   RayModel reference_;

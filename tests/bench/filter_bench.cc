@@ -8,9 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "phi/filtering/neighbor_agreement.h"
 #include "phi/base/image_noise.h"
+#include "phi/filtering/judge_measurements.h"
+#include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
+#include "phi/geometry/depth_precision.h"
 
 namespace {
 
@@ -55,7 +57,7 @@ void NeighborAgreement(benchmark::State& state) {
     state.PauseTiming();
     phi::MeasurementMap judged = map;
     state.ResumeTiming();
-    phi::DropLonelyPixels(precision, &judged);
+    phi::DropLonelyPixels(kRays, precision.RelativeDeviations(judged.planes), &judged);
     benchmark::DoNotOptimize(judged.planes.data());
   }
 }
@@ -74,10 +76,30 @@ void OwnTexture(benchmark::State& state) {
     state.PauseTiming();
     phi::MeasurementMap kept = map;
     state.ResumeTiming();
-    phi::DropPlainPixels(image, phi::NoiseDeviation(image.view()), &kept);
+    phi::DropPlainPixels(phi::FindOwnTexture(image, phi::NoiseDeviation(image.view())), &kept);
     benchmark::DoNotOptimize(kept.planes.data());
   }
 }
 BENCHMARK(OwnTexture)->Unit(benchmark::kMillisecond);
+
+// All that the judgement of an image costs.
+void Judgement(benchmark::State& state) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const phi::DepthPrecision precision = Precision();
+  const phi::PlaneMap estimate = NoisyPlane();
+  phi::MeasurementMap map = phi::AllMeasured(estimate);
+  map.testimonies = phi::Array2D<phi::Testimonies>(kWidth, kHeight, {5, 4, 2});
+  phi::GrayImage image(kWidth, kHeight);
+  std::mt19937 random(1);
+  for (std::uint8_t& value : image) value = static_cast<std::uint8_t>(100 + random() % 50);
+  for (auto _ : state) {
+    state.PauseTiming();
+    phi::MeasurementMap judged = map;
+    state.ResumeTiming();
+    phi::JudgeMeasurements(image, 1, precision, estimate, &judged);
+    benchmark::DoNotOptimize(judged.planes.data());
+  }
+}
+BENCHMARK(Judgement)->Unit(benchmark::kMillisecond);
 
 }  // namespace

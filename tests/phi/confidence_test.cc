@@ -9,6 +9,7 @@
 #include "phi/base/array2d.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/filtering/own_texture.h"
+#include "phi/geometry/depth_precision.h"
 
 namespace phi {
 namespace {
@@ -31,7 +32,10 @@ GrayImage Bowl() {
 ConfidenceTerms TermsAt(const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, double noise, int x, int y) {
   ConfidenceTerms found = {};
   std::atomic<int> num_told = 0;
-  ForConfidenceTerms(Bowl(), noise, kPrecision, estimate, testimonies, [&](int u, int v, const ConfidenceTerms& terms) {
+  const Array2D<float> deviations = kPrecision.RelativeDeviations(estimate),
+                       own_variance = FindOwnTexture(Bowl(), noise).variance;
+  const ConfidenceInput input{kRays, estimate, testimonies, deviations, own_variance, noise};
+  ForConfidenceTerms(input, [&](int u, int v, const ConfidenceTerms& terms) {
     ++num_told;
     if (u == x && v == y) found = terms;
   });
@@ -59,7 +63,7 @@ TEST(Confidence, TermsAreWhatTheyAreNamed) {
   EXPECT_FLOAT_EQ(terms[kAgreeingShare], 18 / 24.0f);
   EXPECT_FLOAT_EQ(terms[kFacing], 1);
   EXPECT_FLOAT_EQ(terms[kRelativeDeviation], std::log2(1e-4f));
-  const float own = OwnVariance(Bowl())(20, 20);
+  const float own = FindOwnTexture(Bowl(), 0).variance(20, 20);
   EXPECT_FLOAT_EQ(terms[kOwnTexture], std::log2(0.02f + own));
   EXPECT_FLOAT_EQ(terms[kOwnTextureOverNoise], std::log2(0.05f + own / 1.02f));
   const ConfidenceTerms silent = TermsAt(wall, Array2D<Testimonies>(kSide, kSide), 3, 20, 20);
@@ -70,7 +74,7 @@ TEST(Confidence, TermsAreWhatTheyAreNamed) {
 
 // Brightness is 0, 0, 2, 4 at 0, 1, 2, 3 columns from the middle, besides a constant. Means over three columns are 2, 2/3, 0, 2/3, 2
 // there: about their mean 16/15 and without a slope the mean square is 0.64.
-TEST(OwnTexture, VarianceIsThatOfTheSmoothedSurroundings) { EXPECT_NEAR(OwnVariance(Bowl())(20, 20), 0.64, 1e-5); }
+TEST(OwnTexture, VarianceIsThatOfTheSmoothedSurroundings) { EXPECT_NEAR(FindOwnTexture(Bowl(), 0).variance(20, 20), 0.64, 1e-5); }
 
 // A map that all views confirm and that goes on around the pixel is believed, what half of them contradict or what stands in
 // disorder is not.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "phi/filtering/neighbor_agreement.h"
+#include "phi/geometry/depth_precision.h"
 
 namespace phi {
 namespace {
@@ -30,7 +31,7 @@ PlaneMap Plane(const Vec3f& n, double offset) {
 
 StateMap Judged(const PlaneMap& planes) {
   MeasurementMap map = AllMeasured(planes);
-  DropLonelyPixels(kPrecision, &map);
+  DropLonelyPixels(kPrecision.reference(), kPrecision.RelativeDeviations(planes), &map);
   return map.states;
 }
 

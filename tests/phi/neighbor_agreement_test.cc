@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "phi/geometry/camera.h"
+#include "phi/geometry/depth_precision.h"
 
 namespace phi {
 namespace {
@@ -28,7 +29,7 @@ PlaneMap Wall(float depth) { return Plane({0, 0, -1}, -depth); }
 
 MeasurementMap Judged(const PlaneMap& planes, const DepthPrecision& precision = kPrecision) {
   MeasurementMap map = AllMeasured(planes);
-  DropLonelyPixels(precision, &map);
+  DropLonelyPixels(precision.reference(), precision.RelativeDeviations(planes), &map);
   return map;
 }
 
@@ -118,7 +119,7 @@ TEST(NeighborAgreement, WhatStandsAloneGoesAndOthersKeepTheirState) {
     };
     put(10, 10);
     for (int i = 0; i < num_neighbors; ++i) put(8 + i % 5, 8 + i / 5);
-    DropLonelyPixels(kPrecision, &map);
+    DropLonelyPixels(kPrecision.reference(), kPrecision.RelativeDeviations(map.planes), &map);
     EXPECT_EQ(map.states(10, 10), num_neighbors == 8 ? PixelState::kUnsure : PixelState::kNone) << num_neighbors;
     EXPECT_EQ(map.planes(10, 10).depth, num_neighbors == 8 ? 3 : 0) << num_neighbors;
   }

@@ -25,7 +25,7 @@ GrayImage Stripes(std::uint8_t bright) {
 
 double KeptShare(const GrayImage& image) {
   MeasurementMap map = AllMeasured(PlaneMap(image.width(), image.height(), {{0, 0, -1}, 3}));
-  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
+  DropPlainPixels(FindOwnTexture(image, NoiseDeviation(image.view())), &map);
   int kept = 0;
   for (const PlaneHypothesis& h : map.planes) kept += h.depth > 0;
   return static_cast<double>(kept) / static_cast<double>(map.size());
@@ -79,7 +79,7 @@ TEST(OwnTexture, TextureStaysWhereNoiseIs) {
   }
   MeasurementMap map = AllMeasured(PlaneMap(200, 200, {{0, 0, -1}, 3}));
   const GrayImage noisy = AddNoise(image, 8);
-  DropPlainPixels(noisy, NoiseDeviation(noisy.view()), &map);
+  DropPlainPixels(FindOwnTexture(noisy, NoiseDeviation(noisy.view())), &map);
   int num_plain = 0;
   for (int y = 0; y < 200; ++y) {
     for (int x = 0; x < 95; ++x) num_plain += map.planes(x, y).depth > 0;
@@ -95,7 +95,7 @@ TEST(OwnTexture, AnEdgeBelongsToThePixelsBesideIt) {
     for (int x = 20; x < kSide; ++x) image(x, y) = 255;
   }
   MeasurementMap map = AllMeasured(PlaneMap(kSide, kSide, {{0, 0, -1}, 3}));
-  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
+  DropPlainPixels(FindOwnTexture(image, NoiseDeviation(image.view())), &map);
   for (int x = 0; x < kSide; ++x) EXPECT_EQ(map.planes(x, 7).depth > 0, x >= 17 && x <= 22) << x;
 }
 
@@ -107,7 +107,7 @@ TEST(OwnTexture, DropsDepthAndNormalOfPlainPixelsOnly) {
   PlaneMap planes(kSide, kSide, {{0, 0, -1}, 3});
   planes(30, 15).depth = 0;
   MeasurementMap map = AllMeasured(planes);
-  DropPlainPixels(image, NoiseDeviation(image.view()), &map);
+  DropPlainPixels(FindOwnTexture(image, NoiseDeviation(image.view())), &map);
   EXPECT_EQ(map.planes(5, 5).depth, 0);
   EXPECT_EQ(map.planes(5, 5).normal.z, 0);
   EXPECT_EQ(map.planes(30, 5).depth, 3);

@@ -20,6 +20,8 @@
 #include "phi/base/image_noise.h"
 #include "phi/cpu/cpu_filter.h"
 #include "phi/filtering/confidence.h"
+#include "phi/filtering/own_texture.h"
+#include "phi/geometry/depth_precision.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace {
@@ -77,14 +79,16 @@ class Table {
     for (double* value : {&k.fx, &k.fy, &k.cx, &k.cy}) *value *= scale;
     std::mutex mutex;
     std::vector<float> rows;
-    phi::ForConfidenceTerms(*photo, noise, precision, estimate, filtered.testimonies,
+    const phi::Array2D<float> deviations = precision.RelativeDeviations(estimate);
+    const phi::OwnTexture texture = phi::FindOwnTexture(*photo, noise);
+    phi::ForConfidenceTerms({precision.reference(), estimate, filtered.testimonies, deviations, texture.variance, noise},
                             [&](int x, int y, const phi::ConfidenceTerms& terms) {
                               if (x % kStride != 0 || y % kStride != 0) return;
                               const int u = static_cast<int>((x + 0.5) * scale), v = static_cast<int>((y + 0.5) * scale);
                               if (u >= truth.width() || v >= truth.height()) return;
                               const float z = truth(u, v), depth = estimate(x, y).depth;
                               if (!(z > 0) && !is_covered_) return;
-                              const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, depth);
+                              const float deviation = deviations(x, y);
                               const bool right = z > 0 && std::fabs(depth - z) * SlantFactor(truth, k, u, v) <
                                                               std::fmax(kRightShare, kRightDeviations * deviation) * z;
                               const std::lock_guard<std::mutex> lock(mutex);
