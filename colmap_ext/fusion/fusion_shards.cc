@@ -1,7 +1,6 @@
 #include "colmap_ext/fusion/fusion_shards.h"
 
 #include <sys/stat.h>
-#include <tbb/task_arena.h>
 
 #include <cstdint>
 #include <string>
@@ -75,9 +74,9 @@ class PartedFusion {
   // Returns what it found.
   SceneFuser::Findings Make(int part) {
     for (const int earlier : earlier_[Index(part)]) {
-      for (const PartImage& image : ReadPartSummary(PathOf(earlier)).images) {
-        if (!fuser_.IsDone(image.position)) fuser_.SetDone(image.position, image.flags);
-      }
+      // Fused here, or read for a part before.
+      if (fuser_.IsDone(fuser_.parts()[Index(earlier)].front())) continue;
+      for (const PartImage& image : ReadPartImages(PathOf(earlier))) fuser_.SetDone(image.position, image.flags);
     }
     PartFileWriter writer(PathOf(part), KeyOf(part));
     const FusionPart& images = fuser_.parts()[Index(part)];
@@ -96,7 +95,7 @@ class PartedFusion {
     for (int part = 0; part < num_parts(); ++part) {
       if (!IsMade(part)) Make(part);
       CopyPartPoints(PathOf(part), writer);
-      const SceneFuser::Findings findings = ReadPartSummary(PathOf(part)).findings;
+      const SceneFuser::Findings findings = ReadPartFindings(PathOf(part));
       all.num_map_reads += findings.num_map_reads;
       all.num_points += findings.num_points;
       all.outcomes += findings.outcomes;
@@ -156,12 +155,6 @@ class PartedFusion {
   std::vector<std::string> image_keys_, keys_;  // by position, by part; empty: not asked for yet
 };
 
-template <typename Function>
-auto WithThreads(const SceneFusionOptions& options, const Function& function) {
-  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
-  return arena.execute(function);
-}
-
 // Every shard's parts lie all over the scene, so that none waits for long.
 ShardFusionReport MakeShardParts(PartedFusion* fusion, const Shard& shard) {
   ShardFusionReport report;
@@ -200,7 +193,7 @@ ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions
     throw phi::UsageError(
         "--shard is not for --PhiFusion.formulas paper, in which every image waits for all before it");
   }
-  return WithThreads(options, [&] {
+  return OnFusionThreads(options, [&] {
     PartedFusion fusion(workspace, options, parts_folder);
     return MakeShardParts(&fusion, shard);
   });
@@ -208,7 +201,7 @@ ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions
 
 SceneFusionReport JoinParts(const Workspace& workspace, const SceneFusionOptions& options,
                             const fs::path& parts_folder, CloudWriter* writer) {
-  return WithThreads(options, [&] { return PartedFusion(workspace, options, parts_folder).Join(writer); });
+  return OnFusionThreads(options, [&] { return PartedFusion(workspace, options, parts_folder).Join(writer); });
 }
 
 void RemoveParts(const fs::path& parts_folder) {

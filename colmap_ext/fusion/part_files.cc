@@ -9,15 +9,14 @@
 #include <type_traits>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
+#include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kMagic = "phimvsF1";
 constexpr std::size_t kKeyBytes = 16;
@@ -99,19 +98,28 @@ Json ToJson(const PartSummary& summary) {
           {"points", summary.findings.num_points}};
 }
 
-PartSummary FromJson(const Json& json, PartFileReader* reader) {
-  PartSummary summary;
-  SceneFuser::Findings& findings = summary.findings;
+SceneFuser::Findings FindingsFromJson(const Json& json) {
+  SceneFuser::Findings findings;
   findings.num_map_reads = json.at("reads").get<std::int64_t>();
   findings.num_points = json.at("points").get<std::int64_t>();
   for (int i = 0; i < phi::kNumPixelOutcomes; ++i)
     findings.outcomes[static_cast<phi::PixelOutcome>(i)] = json.at("outcomes").at(i).get<std::int64_t>();
   for (const Json& failure : json.at("failures")) findings.failures[failure.at(0)] = failure.at(1);
   for (const Json& noise : json.at("noise")) findings.noise[noise.at(0)] = noise.at(1);
-  for (const Json& image : json.at("images"))
-    summary.images.push_back(
-        {image.at(0).get<int>(), reader->Values<std::uint8_t>(image.at(1).get<std::uint64_t>())});
-  return summary;
+  return findings;
+}
+
+// function(json, reader), which stands where the flags begin.
+template <typename Function>
+auto WithSummary(const fs::path& path, const Function& function) {
+  PartFileReader reader(path);
+  reader.GoToSummary();
+  const std::vector<char> text = reader.Values<char>(reader.Number());
+  try {
+    return function(ParseJson(std::string(text.begin(), text.end())), &reader);
+  } catch (const Json::exception&) {
+    reader.Fail();
+  }
 }
 
 }  // namespace
@@ -130,7 +138,7 @@ void PartFileWriter::Write(const phi::FusedBlock& block) {
 
 void PartFileWriter::Commit() {
   const std::uint64_t offset = file_.bytes_written();
-  const std::string json = ToJson(summary_).dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string json = DumpJson(ToJson(summary_), -1);
   file_.Write(NumberBytes(json.size()) + json);
   for (const PartImage& image : summary_.images) file_.Write(BytesOf(image.flags));
   file_.Overwrite(kNumbersOffset, NumberBytes(offset) + NumberBytes(file_.bytes_written()));
@@ -145,15 +153,18 @@ bool IsPartFile(const fs::path& path, const std::string& key) {
   }
 }
 
-PartSummary ReadPartSummary(const fs::path& path) {
-  PartFileReader reader(path);
-  reader.GoToSummary();
-  const std::vector<char> text = reader.Values<char>(reader.Number());
-  try {
-    return FromJson(Json::parse(text), &reader);
-  } catch (const Json::exception&) {
-    reader.Fail();
-  }
+SceneFuser::Findings ReadPartFindings(const fs::path& path) {
+  return WithSummary(path, [](const Json& json, PartFileReader*) { return FindingsFromJson(json); });
+}
+
+std::vector<PartImage> ReadPartImages(const fs::path& path) {
+  return WithSummary(path, [](const Json& json, PartFileReader* reader) {
+    std::vector<PartImage> images;
+    for (const Json& image : json.at("images"))
+      images.push_back(
+          {image.at(0).get<int>(), reader->Values<std::uint8_t>(image.at(1).get<std::uint64_t>())});
+    return images;
+  });
 }
 
 void CopyPartPoints(const fs::path& path, CloudWriter* writer) {

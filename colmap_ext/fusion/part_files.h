@@ -40,7 +40,8 @@ class PartFileWriter final : public CloudWriter {
 // Whether the file is there, whole and of this key.
 bool IsPartFile(const std::filesystem::path& path, const std::string& key);
 // Throw phi::InputError where the file is damaged.
-PartSummary ReadPartSummary(const std::filesystem::path& path);
+SceneFuser::Findings ReadPartFindings(const std::filesystem::path& path);
+std::vector<PartImage> ReadPartImages(const std::filesystem::path& path);
 void CopyPartPoints(const std::filesystem::path& path, CloudWriter* writer);
 
 }  // namespace colmap_ext

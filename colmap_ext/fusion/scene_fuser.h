@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <tbb/task_arena.h>
+
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/flag_store.h"
 #include "colmap_ext/fusion/fusion_parts.h"
@@ -17,6 +19,13 @@
 #include "phi/fusion/image_fusion.h"
 
 namespace colmap_ext {
+
+// function() on as many threads as the options say.
+template <typename Function>
+auto OnFusionThreads(const SceneFusionOptions& options, const Function& function) {
+  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
+  return arena.execute(function);
+}
 
 // Positions as in NeighborGraph index the images that are fused.
 class SceneFuser {

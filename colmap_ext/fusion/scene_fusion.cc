@@ -1,15 +1,12 @@
 #include "colmap_ext/fusion/scene_fusion.h"
 
-#include <tbb/task_arena.h>
-
 #include "colmap_ext/fusion/scene_fuser.h"
 
 namespace colmap_ext {
 
 SceneFusionReport FuseScene(const Workspace& workspace, const FusionMapSource& maps,
                             const SceneFusionOptions& options, CloudWriter* writer) {
-  tbb::task_arena arena(options.num_threads > 0 ? options.num_threads : tbb::task_arena::automatic);
-  return arena.execute([&] {
+  return OnFusionThreads(options, [&] {
     SceneFuser fuser(workspace, maps, options);
     fuser.Fuse(OrderOf(fuser.parts()), writer);
     return fuser.MakeReport(fuser.TakeFindings());
