@@ -4,31 +4,25 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "phi/inference/infer.h"
+#include "tests/support/centered_view.h"
 
 namespace phi {
 namespace {
 
-SceneView MakeView(std::uint32_t id, int width, int height, double focal) {
-  SceneView view;
-  view.name = "view" + std::to_string(id);
-  view.image_id = id;
-  view.camera.pinhole = {width, height, focal, focal, width / 2.0, height / 2.0};
-  return view;
-}
+using test_support::CenteredView;
 
 // A white plate of 80 x 80 cm, 2 m before the reference camera, and a white wall a metre behind it. The plate covers the
 // columns 80 +- 150 * 0.4 / 2 = 50 to 109 of the reference, and the rows 30 to 89. The source stands 1.5 m to the right: of
 // the wall behind the plate (x within 0.6 m) it sees what lies right of 1.5 - 3 / 2 * 1.1 = -0.15 m, which would be at column
 // 80 + 150 * -0.15 / 3 = 72.5 of the reference and right of it.
 struct PlateBeforeAWall {
-  SceneView reference = MakeView(1, 160, 120, 150), source = MakeView(2, 320, 240, 240),
-            beside = MakeView(3, 320, 240, 240);
+  SceneView reference = CenteredView(1, 160, 120, 150), source = CenteredView(2, 320, 240, 240),
+            beside = CenteredView(3, 320, 240, 240);
   std::shared_ptr<GrayImage> reference_image = std::make_shared<GrayImage>(160, 120, std::uint8_t{200});
   std::shared_ptr<GrayImage> source_image = std::make_shared<GrayImage>(320, 240, std::uint8_t{200});
   std::shared_ptr<PlaneMap> measured = std::make_shared<PlaneMap>(160, 120);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -12,6 +11,7 @@
 
 #include "phi/inference/infer.h"
 #include "phi/inference/region_planes.h"
+#include "tests/support/centered_view.h"
 
 namespace phi {
 namespace {
@@ -28,17 +28,11 @@ double WallInverseDepth(const Camera& camera, double u, double v) {
   return normal.dot(ray) / (kWallOffset + normal.dot(camera.pose.translation));
 }
 
-SceneView MakeView(std::uint32_t id, int width, int height, double focal) {
-  SceneView view;
-  view.name = "view" + std::to_string(id);
-  view.image_id = id;
-  view.camera.pinhole = {width, height, focal, focal, width / 2.0, height / 2.0};
-  return view;
-}
+using test_support::CenteredView;
 
 // Plain images: the whole wall is one region. The source view has another size, stands 0.4 m aside and looks askew.
 struct WallScene {
-  SceneView reference = MakeView(7, 160, 120, 150), source = MakeView(8, 300, 260, 240);
+  SceneView reference = CenteredView(7, 160, 120, 150), source = CenteredView(8, 300, 260, 240);
   std::shared_ptr<GrayImage> reference_image = std::make_shared<GrayImage>(160, 120, std::uint8_t{128});
   std::shared_ptr<GrayImage> source_image = std::make_shared<GrayImage>(300, 260, std::uint8_t{130});
   std::shared_ptr<PlaneMap> measured = std::make_shared<PlaneMap>(160, 120);
@@ -92,7 +86,7 @@ struct WallScene {
 // 3 * ((100.5 - 160) / 300, (90.5 - 120) / 300, 1) + (0.5, 0, 0) = (-0.095, -0.295, 3), which the reference sees at
 // (150 * -0.095 / 3 + 80, 150 * -0.295 / 3 + 60) = (75.25, 45.25): in pixel (75, 45).
 struct OnePointScene {
-  SceneView reference = MakeView(1, 160, 120, 150), source = MakeView(2, 320, 240, 300);
+  SceneView reference = CenteredView(1, 160, 120, 150), source = CenteredView(2, 320, 240, 300);
   GrayImage reference_image = GrayImage(160, 120, 128), source_image = GrayImage(320, 240, 128);
   MeasurementMap measured = AllMeasured(PlaneMap(160, 120));
   MeasuredDepths source_depths = AllMeasured(DepthMap(320, 240));
@@ -171,7 +165,7 @@ TEST(PooledAnchors, AMeasuredPixelIsLeftAlone) {
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 
-TEST(PooledAnchors, DoubtfulPixelsCountAsMeasured) {
+TEST(PooledAnchors, CluesCountAsMeasured) {
   OnePointScene scene;
   scene.PutSource(3, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 1u);
@@ -266,8 +260,8 @@ TEST(PooledAnchors, AreTheSameForAnyNumberOfThreads) {
 
 TEST(PooledAnchors, LargeViewsAreSampledMoreSparsely) {
   const auto num_pooled = [](int scale) {
-    const SceneView reference = MakeView(1, 210, 140, 200),
-                    source = MakeView(2, 210 * scale, 140 * scale, 200 * scale);
+    const SceneView reference = CenteredView(1, 210, 140, 200),
+                    source = CenteredView(2, 210 * scale, 140 * scale, 200 * scale);
     InferenceInput input;
     input.reference = {&reference, std::make_shared<GrayImage>(210, 140, std::uint8_t{128})};
     input.sources = {{&source, std::make_shared<GrayImage>(210 * scale, 140 * scale, std::uint8_t{128})}};
