@@ -27,7 +27,7 @@ std::uint8_t ValueOf(PixelState state) {
       return 0;
     case PixelState::kClue:
     case PixelState::kInferredAlone:
-      return kDoubtfulValue;
+      return kClueValue;
     case PixelState::kUnsure:
     case PixelState::kInferredConfirmed:
       return kMarkedValue;
@@ -41,7 +41,7 @@ PixelState StateOf(std::string_view kind, std::uint8_t value, float depth) {
   if (is_measured && depth < 0) return PixelState::kClue;  // an earlier version's
   if (!(depth > 0)) return PixelState::kNone;
   if (value == 0) return PixelState::kMeasured;
-  if (is_measured) return value == kDoubtfulValue ? PixelState::kClue : PixelState::kUnsure;
+  if (is_measured) return value == kClueValue ? PixelState::kClue : PixelState::kUnsure;
   return value == kMarkedValue ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 
@@ -107,7 +107,7 @@ phi::DepthMap ReadPublishedDepths(const fs::path& depth_path) {
   if (mask_path.empty() || !fs::exists(mask_path)) return depths;
   const phi::Mask mask = ReadMask(mask_path);
   for (std::size_t i = 0; i < std::min(depths.size(), mask.size()); ++i) {
-    if (mask.data()[i] == kDoubtfulValue) depths.data()[i] = 0;
+    if (mask.data()[i] == kClueValue) depths.data()[i] = 0;
   }
   return depths;
 }

@@ -1,8 +1,8 @@
 // Measurement maps on the disk: a depth map, a normal map, and a mask in stereo/filled_masks that says what their pixels are.
-//   <image>.measured.png: 128 = doubtful, 255 = few witnesses, 0 = measured or empty.
+//   <image>.measured.png: 128 = clue, 255 = unsure, 0 = measured or empty.
 //   <image>.png, of the geometric map: 255 = inferred, 0 = measured or empty; of what inference hands to the last filter also
 //   128 = inferred, and no view confirms it.
-// Earlier versions marked doubtful pixels by negative depths in the measured map; they are read as what they are.
+// Earlier versions marked clues by negative depths in the measured map; they are read as what they are.
 #pragma once
 
 #include <filesystem>
@@ -23,10 +23,10 @@ phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std:
 // Of the same map, without its normals.
 phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, std::string_view kind);
 
-// The depth map for all who take depths > 0 for depths: without what the mask beside a measured map calls doubtful.
+// The depth map for all who take depths > 0 for depths: without what the mask beside a measured map calls clues.
 phi::DepthMap ReadPublishedDepths(const std::filesystem::path& depth_path);
 
-// The value of a doubtful pixel in <image>.measured.png.
-inline constexpr std::uint8_t kDoubtfulValue = 128;
+// The value of a clue in <image>.measured.png.
+inline constexpr std::uint8_t kClueValue = 128;
 
 }  // namespace colmap_ext

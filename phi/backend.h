@@ -71,7 +71,7 @@ struct FieldStatistics {
 };
 
 struct InferenceResult {
-  // What is evidence unchanged, the rest filled where a hypothesis was chosen. Pixels with few witnesses are holes like others
+  // What is evidence unchanged, the rest filled where a hypothesis was chosen. Unsure pixels are holes like others
   // here: InferHoles puts them back.
   MeasurementMap map;
   FieldStatistics statistics;

@@ -32,8 +32,8 @@ PlaneMap PublishedPlanes(const MeasurementMap& map) {
   auto planes = PlaneMap::Uninitialized(map.width(), map.height());
   ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const bool is_doubtful = map.states.data()[i] == PixelState::kClue;
-      planes.data()[i] = is_doubtful ? PlaneHypothesis() : map.planes.data()[i];
+      const bool is_clue = map.states.data()[i] == PixelState::kClue;
+      planes.data()[i] = is_clue ? PlaneHypothesis() : map.planes.data()[i];
     }
   });
   return planes;

@@ -87,7 +87,7 @@ MeasuredDepths AllMeasured(DepthMap depths);
 
 MeasuredDepths DepthsOf(const MeasurementMap& map);
 
-// The planes of the finished map: without what is doubtful.
+// The planes of the finished map: without clues.
 PlaneMap PublishedPlanes(const MeasurementMap& map);
 std::int64_t CountPublished(const MeasurementMap& map);
 

@@ -96,7 +96,7 @@ phi::FusionMap FusionMapReader::Read(int image) const {
   AddMaps(image, &map);
   AddColors(image, &map);
   if (input_.kind == kGeometric) AddInferred(image, &map);
-  if (input_.kind == kMeasured) DropDoubtful(image, &map);
+  if (input_.kind == kMeasured) DropClues(image, &map);
   if (!input_.mask_path.empty()) ApplyMask(image, &map);
   return map;
 }
@@ -149,11 +149,11 @@ void FusionMapReader::AddInferred(int image, phi::FusionMap* map) const {
   });
 }
 
-void FusionMapReader::DropDoubtful(int image, phi::FusionMap* map) const {
+void FusionMapReader::DropClues(int image, phi::FusionMap* map) const {
   const fs::path path = workspace_.FilledMaskPath(image, kMeasured);
   if (!fs::exists(path)) return;
   ForPixels(ReadMask(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
-    if (value != kDoubtfulValue) return;
+    if (value != kClueValue) return;
     pixel.depth = 0;
     pixel.normal = {};
   });

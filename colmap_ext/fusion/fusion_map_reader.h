@@ -57,7 +57,7 @@ class FusionMapReader final : public FusionMapSource {
   void AddMaps(int image, phi::FusionMap* map) const;
   void AddColors(int image, phi::FusionMap* map) const;
   void AddInferred(int image, phi::FusionMap* map) const;
-  void DropDoubtful(int image, phi::FusionMap* map) const;
+  void DropClues(int image, phi::FusionMap* map) const;
   void ApplyMask(int image, phi::FusionMap* map) const;
 
   const Workspace& workspace_;

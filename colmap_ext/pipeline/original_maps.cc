@@ -74,7 +74,7 @@ void KeepOriginalMaps(const Workspace& workspace, int image) {
     RemoveMaps(workspace, image, kOriginal);  // of maps that these replaced
     return;
   }
-  // A negative depth is none there; in ours it would be an earlier version's doubtful one.
+  // A negative depth is none there; in ours it would be an earlier version's clue.
   GiveSecondName(workspace, image, kOriginal);
   std::replace_if(map.begin(), map.end(), is_negative, phi::PlaneHypothesis{});
   WritePlaneMap(workspace.DepthMapPath(image, kMeasured), workspace.NormalMapPath(image, kMeasured), map);

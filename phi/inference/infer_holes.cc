@@ -8,7 +8,7 @@ namespace phi {
 namespace {
 
 // In the place of what was inferred there.
-void RestoreFewWitnesses(const MeasurementMap& measured, MeasurementMap* inferred) {
+void RestoreUnsure(const MeasurementMap& measured, MeasurementMap* inferred) {
   ForParts(measured.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (measured.states.data()[i] != PixelState::kUnsure) continue;
@@ -23,7 +23,7 @@ void RestoreFewWitnesses(const MeasurementMap& measured, MeasurementMap* inferre
 InferenceResult InferHoles(Backend& backend, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options) {
   InferenceResult inferred = backend.Infer(input, stereo, options);
-  RestoreFewWitnesses(*input.measured, &inferred.map);
+  RestoreUnsure(*input.measured, &inferred.map);
   if (input.mask != nullptr) DropMasked(*input.mask, &inferred.map);
   return inferred;
 }

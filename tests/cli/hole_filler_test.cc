@@ -144,9 +144,9 @@ TEST(HoleFillerCommand, ANegativeDepthOfAnotherProgramIsNone) {
   }
 }
 
-// Some measured pixels of the first image become doubtful: by the mask beside the map, or as earlier versions wrote them, by
+// Some measured pixels of the first image become clues: by the mask beside the map, or as earlier versions wrote them, by
 // negative depths. Returns what filling made of the map.
-std::string FilledWithDoubtfulPixels(const std::string& mode, bool as_earlier_versions) {
+std::string FilledWithClues(const std::string& mode, bool as_earlier_versions) {
   const ForeignWorkspace workspace;
   EXPECT_EQ(workspace.Fill("mrf").exit_code, 0);
   const fs::path measured = workspace.path() / "stereo/depth_maps" / MapName(0, "measured");
@@ -157,7 +157,7 @@ std::string FilledWithDoubtfulPixels(const std::string& mode, bool as_earlier_ve
   for (int x = 10; x < 50; ++x) {
     EXPECT_EQ(mask(x, 20), 0);
     if (as_earlier_versions) marked(x, 20) *= -1;
-    if (!as_earlier_versions) mask(x, 20) = colmap_ext::kDoubtfulValue;
+    if (!as_earlier_versions) mask(x, 20) = colmap_ext::kClueValue;
   }
   colmap_ext::WriteDepthMap(measured, marked);
   colmap_ext::WriteMask(mask_path, mask);
@@ -172,9 +172,9 @@ std::string FilledWithDoubtfulPixels(const std::string& mode, bool as_earlier_ve
 }
 
 // The published map does not show them, filled or not.
-TEST(HoleFillerCommand, DoubtfulDepthsAreNotPublished) {
+TEST(HoleFillerCommand, CluesAreNotPublished) {
   for (const std::string mode : {"mrf", "off"}) {
-    EXPECT_EQ(FilledWithDoubtfulPixels(mode, false), FilledWithDoubtfulPixels(mode, true)) << mode;
+    EXPECT_EQ(FilledWithClues(mode, false), FilledWithClues(mode, true)) << mode;
   }
 }
 

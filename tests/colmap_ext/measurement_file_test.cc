@@ -68,8 +68,8 @@ TEST_F(MeasurementFileTest, TheMaskSaysWhatThePixelsOfAMeasuredMapAre) {
                depths);
 }
 
-// A pixel with few witnesses never was doubtful there.
-TEST_F(MeasurementFileTest, NegativeDepthsOfEarlierVersionsAreDoubtful) {
+// An unsure pixel never was a clue there.
+TEST_F(MeasurementFileTest, NegativeDepthsOfEarlierVersionsAreClues) {
   Write("measured", {1, -2, 3, 0, -5, 6}, {0, 0, 255, 0, 0, 0});
   ExpectStates("measured",
                {PixelState::kMeasured, PixelState::kClue, PixelState::kUnsure, PixelState::kNone,
@@ -109,7 +109,7 @@ TEST_F(MeasurementFileTest, AMaskOfAnotherSizeIsAnError) {
               HasSubstr(path));
 }
 
-TEST_F(MeasurementFileTest, WhoTakesAllDepthsForDepthsGetsNoDoubtfulOnes) {
+TEST_F(MeasurementFileTest, WhoTakesAllDepthsForDepthsGetsNoClues) {
   const auto read = [&](const std::string& kind) {
     const phi::DepthMap depths = ReadPublishedDepths(Open().DepthMapPath(0, kind));
     return std::vector<float>(depths.begin(), depths.end());

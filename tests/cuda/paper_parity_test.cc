@@ -74,7 +74,7 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
   EXPECT_LE(num_different, measured.size() / 2000);  // thresholds met within rounding
 
   for (int y = 0; y < holes.height(); ++y) {
-    for (int x = 0; x < holes.width(); ++x) {  // doubtful pixels are no supports here
+    for (int x = 0; x < holes.width(); ++x) {  // clues are no anchors here
       if (x / 14 % 3 == 1 && IsMeasured(measured.states(x, y))) measured.states(x, y) = PixelState::kClue;
     }
   }

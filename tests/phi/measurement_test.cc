@@ -36,7 +36,7 @@ TEST(Measurement, AStateSaysWhatAPixelMayBeUsedFor) {
   }
 }
 
-TEST(Measurement, DoubtfulPixelsAreNotPublished) {
+TEST(Measurement, CluesAreNotPublished) {
   const MeasurementMap map = OneOfEach();
   const PlaneMap published = PublishedPlanes(map);
   for (int i = 0; i < kNumStates; ++i) {

@@ -512,7 +512,7 @@ TEST_F(StereoPipelineTest, WithoutInferenceTheGeometricMapsAreTheMeasuredOnes) {
   options_.inference.mode = phi::InferenceMode::kOff;
   Run();
   EXPECT_EQ(calls_.inferences, 0);
-  const phi::DepthMap measured = ReadPublishedDepths(DepthPath(0, "measured"));  // without the doubtful ones
+  const phi::DepthMap measured = ReadPublishedDepths(DepthPath(0, "measured"));  // without clues
   const phi::DepthMap geometric = ReadDepthMap(DepthPath(0, "geometric"));
   for (std::size_t i = 0; i < measured.size(); ++i) ASSERT_EQ(geometric.data()[i], measured.data()[i]);
 }

@@ -120,8 +120,8 @@ TEST(Infer, APlaneWithAHoleComesBack) {
   ExpectTheWholeWall(measured);
 }
 
-// The left third is doubtful: it comes back on the wall, as inferred depth. A doubtful speck 10 % before the wall does too.
-TEST(Infer, DoubtfulPixelsCarryTheWallAndAreInferred) {
+// The left third is a clue: it comes back on the wall, as inferred depth. A speck that is one 10 % before the wall does too.
+TEST(Infer, CluesCarryTheWallAndAreInferred) {
   MeasurementMap measured = MakeMeasured(0);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < 50; ++x) measured.states(x, y) = PixelState::kClue;
@@ -131,7 +131,7 @@ TEST(Infer, DoubtfulPixelsCarryTheWallAndAreInferred) {
   ExpectTheWholeWall(measured);
 }
 
-TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
+TEST(Infer, AClueWithoutAHypothesisIsAHole) {
   PlaneMap planes(kWidth, kHeight);
   planes(80, 60) = {{0, 0, -1}, 3};
   MeasurementMap measured = AllMeasured(planes);
@@ -144,7 +144,7 @@ TEST(Infer, ADoubtfulPixelWithoutAHypothesisIsAHole) {
 }
 
 // In the paper's form they are holes.
-TEST(Infer, DoubtfulPixelsAnchorNothingInThePapersForm) {
+TEST(Infer, CluesAnchorNothingInThePapersForm) {
   MeasurementMap measured = MakeMeasured(0);
   std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kClue);
   InferenceOptions options;
@@ -267,7 +267,7 @@ TEST(Infer, PixelsWithFewWitnessesAreNoEvidenceAndComeBack) {
   }
 }
 
-// Another view's doubtful pixels and those with few witnesses neither confirm nor see through.
+// Another view's clues and unsure pixels neither confirm nor see through.
 TEST(Infer, OnlyEvidenceOfAnotherViewConfirms) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));
