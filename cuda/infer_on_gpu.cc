@@ -120,11 +120,11 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, cons
   const int width = launch.anchors.width, height = launch.anchors.height;
   const std::int64_t n = launch.anchors.size();
   InferenceScratch& buffers = scratch->inference;
-  const std::vector<PooledAnchor> pooled = PoolAnchors(input);
+  const std::vector<PooledAnchor> pooled = PoolAnchors(input, launch.parameters.rules);
   anchors_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
   RegionPlanes planes(*RegionImage(input), {host_buffers.anchor_values, width, height},
-                      input.reference.view->image_id, pooled, PrecisionOf(input));
+                      input.reference.view->image_id, pooled, PrecisionOf(input), launch.parameters.rules);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
@@ -226,7 +226,8 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   InferenceLaunch launch;
   launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                        .window = MakeMatchingWindow(stereo),
-                       .formulas = options.formulas};
+                       .formulas = options.formulas,
+                       .rules = options.rules};
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);
@@ -258,7 +259,8 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
                          {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
-  if (region_planes) SetRegionNormals(*region_planes, launch.parameters.reference, &result.map);
+  if (region_planes && options.rules.IsOn(Rule::kRegionNormals))
+    SetRegionNormals(*region_planes, launch.parameters.reference, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -80,7 +80,8 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
   if (!(launch.evidence(x, y) > 0)) {
     float planes[kPlanesPerRegion];
     for (int i = 0; i < kPlanesPerRegion; ++i) planes[i] = launch.region_planes[i](x, y);
-    const float brightness = launch.reference_texture(x + 0.5f, y + 0.5f);
+    const bool asks_brightness = launch.parameters.rules.IsOn(Rule::kOverexposed);
+    const float brightness = asks_brightness ? launch.reference_texture(x + 0.5f, y + 0.5f) : 0.0f;
     from_region = PutRegionPlanes(planes, brightness, x, y, launch.hypotheses);
   }
   launch.from_region(x, y) = from_region;
@@ -162,19 +163,14 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
                                       launch.inferred(x, y), launch.filled_and_measured, x, y);
 }
 
-LineOptions Lines(const InferenceLaunch& launch) {
-  LineOptions options;
-  options.formulas = launch.parameters.formulas;
-  return options;
-}
-
 }  // namespace
 
 void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
   const int width = launch.anchors.width, height = launch.anchors.height;
   InverseDepthKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
   CheckLaunch("InverseDepthKernel", task);
-  AnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch, Lines(launch));
+  AnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(
+      launch, MakeLineOptions({launch.parameters.formulas, launch.parameters.rules}));
   CheckLaunch("AnchorKernel", task);
 }
 
@@ -182,7 +178,8 @@ void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const T
   const int width = launch.anchors.width, height = launch.anchors.height;
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
-  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, Lines(launch));
+  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(
+      launch, MakeLineOptions({launch.parameters.formulas, launch.parameters.rules}));
   CheckLaunch("ScanlineKernel", task);
 }
 

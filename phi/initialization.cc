@@ -39,13 +39,14 @@ double ReprojectionError(const std::vector<SceneView>& views, const std::vector<
 }
 
 // Unknown when the depths are too few.
-DepthRange RobustRange(std::vector<float> depths) {
+DepthRange RobustRange(std::vector<float> depths, float scale) {
   if (depths.size() < kFewestPointsForRange) return {};
   std::sort(depths.begin(), depths.end());
   const auto last = static_cast<double>(depths.size() - 1);
-  const float near = depths[static_cast<std::size_t>(std::lround(kOutlierShare * last))];
-  const float far = depths[static_cast<std::size_t>(std::lround((1 - kOutlierShare) * last))];
-  return {static_cast<float>(near / kRangeMargin), static_cast<float>(far * kRangeMargin)};
+  const float near = depths[static_cast<std::size_t>(std::lround(scale * kOutlierShare * last))];
+  const float far = depths[static_cast<std::size_t>(std::lround((1 - scale * kOutlierShare) * last))];
+  return {static_cast<float>(near / (scale * kRangeMargin)),
+          static_cast<float>(far * (scale * kRangeMargin))};
 }
 
 std::vector<float> DepthsOf(const std::vector<SparseObservation>& points) {
@@ -73,8 +74,13 @@ DepthRange RangeFromBaselines(const std::vector<SceneView>& views, int view) {
 
 }  // namespace
 
-SparseDepthSource::SparseDepthSource(const std::vector<SceneView>& views, const SparseScene& scene)
-    : views_(views), scene_(scene), visible_points_(scene), reliable_(scene.num_points(), 0) {
+SparseDepthSource::SparseDepthSource(const std::vector<SceneView>& views, const SparseScene& scene,
+                                     const Rules& rules)
+    : views_(views),
+      scene_(scene),
+      scale_(rules.Scale(Rule::kDepthBounds)),
+      visible_points_(scene),
+      reliable_(scene.num_points(), 0) {
   if (scene.num_points() == 0) return;
   const double mean_track =
       static_cast<double>(scene.num_observations()) / static_cast<double>(scene.num_points());
@@ -105,14 +111,15 @@ std::vector<SparseObservation> SparseDepthSource::PointsOf(int view, bool reliab
 SparseDepth SparseDepthSource::ForView(int view) const {
   SparseDepth sparse;
   sparse.points = PointsOf(view, /*reliable_only=*/true);
-  sparse.range = RobustRange(DepthsOf(sparse.points));
-  if (sparse.range.max <= 0) sparse.range = RobustRange(DepthsOf(PointsOf(view, /*reliable_only=*/false)));
-  if (sparse.range.max <= 0) sparse.range = DepthRangeWithoutOwnPoints(views_, scene_, view);
+  sparse.range = RobustRange(DepthsOf(sparse.points), scale_);
+  if (sparse.range.max <= 0)
+    sparse.range = RobustRange(DepthsOf(PointsOf(view, /*reliable_only=*/false)), scale_);
+  if (sparse.range.max <= 0) sparse.range = DepthRangeWithoutOwnPoints(views_, scene_, view, scale_);
   return sparse;
 }
 
-DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene,
-                                      int view) {
+DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene, int view,
+                                      float scale) {
   const Camera& camera = views[view].camera;
   const Eigen::Vector3d center = camera.pose.Center();
   const std::size_t stride = scene.num_points() / kMostPointsForFrustum + 1;
@@ -125,7 +132,7 @@ DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const
                         pixel.y() <= camera.pinhole.height;
     if (inside) depths.push_back(static_cast<float>(in_camera.z()));
   }
-  const DepthRange range = RobustRange(std::move(depths));
+  const DepthRange range = RobustRange(std::move(depths), scale);
   return range.max > 0 ? range : RangeFromBaselines(views, view);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "phi/base/array2d.h"
+#include "phi/base/rules.h"
 #include "phi/matching/depth_ranges.h"
 #include "phi/scene_view.h"
 #include "phi/sparse_scene.h"
@@ -22,7 +23,7 @@ struct SparseDepth {
 // Safe to call from several threads at once. `views` and `scene` must outlive it.
 class SparseDepthSource {
  public:
-  SparseDepthSource(const std::vector<SceneView>& views, const SparseScene& scene);
+  SparseDepthSource(const std::vector<SceneView>& views, const SparseScene& scene, const Rules& rules = {});
   SparseDepth ForView(int view) const;
 
   // floor(v - 1) of the paper, v the scene's mean track length: a reliable point is seen by at least so many
@@ -34,15 +35,16 @@ class SparseDepthSource {
 
   const std::vector<SceneView>& views_;
   const SparseScene& scene_;
+  float scale_;
   VisiblePoints visible_points_;
   std::vector<std::uint8_t> reliable_;  // by point
   int min_track_length_ = 0;
 };
 
 // For a view whose own points do not tell: from the scene's points that lie in the view's frustum, else from
-// the distances to the neighbouring cameras.
-DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene,
-                                      int view);
+// the distances to the neighbouring cameras. scale: of the share left out and of the factor.
+DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene, int view,
+                                      float scale = 1);
 
 // Depth range of the nearest points, one in each quadrant and none farther than width / 10. One range for
 // each cell of kDepthRangeCell x kDepthRangeCell pixels, exact at the cell's centre. Unknown where fewer than

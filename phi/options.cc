@@ -37,6 +37,8 @@ OptionList StereoOptions::List() {
   list.AddChoice<Formulas>("PhiStereo.formulas", &formulas,
                            {{"robust", Formulas::kRobust}, {"paper", Formulas::kPaper}},
                            "paper = the paper's equations; --preset paper sets this and its values");
+  list.AddRules("PhiStereo.rules", &rules, RuleStage::kSourceViews, RuleStage::kInference)
+      .NotInKey("each stage's key holds its own rules");
   list.Add("PatchMatchStereo.num_iterations", &num_iterations, "Rounds of propagation and refinement")
       .ColmapDefault("5")
       .Between(1, 100);

@@ -13,6 +13,15 @@ namespace phi {
 // that --preset paper sets no rule is left that the paper does not have. Every branch on it is written as a comparison
 // with one of the two and stands in docs/development/paper_mode.md.
 enum class Formulas { kRobust, kPaper };
+
+// The form in which the method runs: one of the two, and in the robust one the rules with their factors.
+struct Method {
+  Formulas formulas = Formulas::kRobust;
+  Rules rules = {};
+
+  Method(Formulas form = Formulas::kRobust, const Rules& of_robust = {}) : formulas(form), rules(of_robust) {}
+};
+
 enum class Quality { kStandard, kFast };
 
 struct ViewSelectionOptions {
@@ -21,6 +30,7 @@ struct ViewSelectionOptions {
   double min_displacement = 0.1;          // t_tau of Eq. 2, pixels at the working resolution
   double min_triangulation_angle = 1;     // degrees
   Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
+  Rules rules = {};                       // as StereoOptions::rules
   OptionList List();
   std::string Check() const;
 };
@@ -31,6 +41,7 @@ struct StereoOptions {
   int num_iterations = 8;
   int num_window_levels = 3;
   Formulas formulas = Formulas::kRobust;
+  Rules rules = {};  // of all stages but fusion
   Quality quality = Quality::kStandard;
   std::uint32_t seed = 0;  // --default_random_seed, which every command has
 
@@ -53,6 +64,7 @@ struct FilterOptions {
   double min_triangulation_angle = 0;     // degrees; 0 = off
   double min_ncc = -1;                    // 1 - matching cost; -1 = off; never applied to filled pixels
   Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
+  Rules rules = {};                       // as StereoOptions::rules
 
   bool UsesCost() const { return min_ncc > -1; }
   OptionList List();
@@ -69,6 +81,7 @@ struct InferenceOptions {
   double kappa3 = 2;                      // Eq. 7
   double truncation = 1;                  // of the relative difference in Eq. 7
   Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
+  Rules rules = {};                       // as StereoOptions::rules
   OptionList List();
   std::string Check() const;
 };

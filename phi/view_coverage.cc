@@ -26,11 +26,13 @@ constexpr double kUnitsPerGain = 4294967296.0;
 float Square(float x) { return x * x; }
 
 // Share of a view's evidence that another one from a direction `angle` radians apart does not repeat.
-float Independence(float angle) { return 1 - std::exp(-Square(angle / kIndependentAngle)); }
+float Independence(float angle, float scale) {
+  return 1 - std::exp(-Square(angle / (scale * kIndependentAngle)));
+}
 
-float Worth(const ViewSample& sample) {
+float Worth(const ViewSample& sample, float scale) {
   // A source that sees the surface at another scale compares blurred with sharp.
-  return UsefulAngle(sample.angle) * std::exp(-std::abs(sample.log_scale));
+  return UsefulAngle(sample.angle, scale) * std::exp(-std::abs(sample.log_scale));
 }
 
 // How well a point is shown by evidence worth so many good views: half by one, two thirds by two, and ever less is gained.
@@ -44,11 +46,14 @@ int Cell(const ViewSample& sample) {
 
 }  // namespace
 
-float UsefulAngle(float angle) {
-  return (1 - std::exp(-Square(angle / kTellingAngle))) * std::exp(-Square(angle / kMatchingAngle));
+float UsefulAngle(float angle, float scale) {
+  return (1 - std::exp(-Square(angle / (scale * kTellingAngle)))) *
+         std::exp(-Square(angle / (scale * kMatchingAngle)));
 }
 
-ViewCoverage::ViewCoverage(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids) {
+ViewCoverage::ViewCoverage(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids,
+                           float scale)
+    : scale_(scale) {
   std::map<std::uint32_t, int> view_of_id;
   for (const ViewSample& sample : samples) view_of_id.emplace(image_ids[sample.view], sample.view);
   std::map<int, int> candidate_of_view;
@@ -65,10 +70,10 @@ ViewCoverage::ViewCoverage(std::span<const ViewSample> samples, const std::vecto
       ++num_points[cells.back()];
     }
     ++points_.back().end;
-    witnesses_.push_back({candidate_of_view[sample.view], Worth(sample), 1, sample.to_source});
+    witnesses_.push_back({candidate_of_view[sample.view], Worth(sample, scale), 1, sample.to_source});
   }
   for (std::size_t p = 0; p < points_.size(); ++p) {
-    points_[p].weight = 1 / (static_cast<float>(num_points[cells[p]]) + kFewPoints);
+    points_[p].weight = 1 / (static_cast<float>(num_points[cells[p]]) + scale * kFewPoints);
   }
 }
 
@@ -97,7 +102,7 @@ void ViewCoverage::Add(int candidate) {
     for (auto other = begin; other != end; ++other) {
       // The chord, for the small angles that matter.
       const float apart = (other->to_source - taken->to_source).norm();
-      other->novelty = std::min(other->novelty, Independence(apart));
+      other->novelty = std::min(other->novelty, Independence(apart, scale_));
     }
   }
 }
@@ -117,7 +122,7 @@ std::vector<int> ViewCoverage::Take(const std::vector<int>& candidates, std::siz
     }
     if (best < 0 || gains[best] <= 0) break;
     if (taken.empty()) first_gain = gains[best];
-    if (static_cast<double>(gains[best]) < kLeastGain * static_cast<double>(first_gain)) break;
+    if (static_cast<double>(gains[best]) < scale_ * kLeastGain * static_cast<double>(first_gain)) break;
     is_open[best] = 0;
     taken.push_back(views_[best]);
     Add(best);

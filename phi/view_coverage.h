@@ -15,14 +15,16 @@
 namespace phi {
 
 // How well a pair matches and tells depth, [0, 1]. angle: at the point, radians. Half at 4 degrees and at 25, best at
-// about 10: narrower ones tell depth poorly, wider ones distort the window.
-float UsefulAngle(float angle);
+// about 10: narrower ones tell depth poorly, wider ones distort the window. scale: of these angles.
+float UsefulAngle(float angle, float scale = 1);
 
 // A greedy choice, view by view. Does not depend on the samples' order; ties go to the smaller image id.
 class ViewCoverage {
  public:
-  // samples: as ViewSampler makes them, those of a point one after the other. image_ids: by view.
-  ViewCoverage(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids);
+  // samples: as ViewSampler makes them, those of a point one after the other. image_ids: by view. scale: of the angles
+  // and of the least gain.
+  ViewCoverage(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids,
+               float scale = 1);
 
   // Takes the one of `candidates` (views) that gains most, until there are `max_size` or none gains anything more.
   // Returns those taken, best first. What was taken before counts as shown.
@@ -44,6 +46,7 @@ class ViewCoverage {
   std::vector<std::int64_t> Gains() const;
   void Add(int candidate);
 
+  float scale_;
   std::vector<int> views_;  // that samples name, by image id
   std::vector<Witness> witnesses_;
   std::vector<Point> points_;

@@ -11,7 +11,7 @@ namespace phi {
 namespace {
 
 // The cameras' own evidence looks at so many candidates around the reference; the far ones of 10,000 cannot matter.
-constexpr std::size_t kMostNearbyCameras = 128;
+constexpr int kMostNearbyCameras = 128;
 // A point that two views see from directions farther apart than this says little: no window matches itself there.
 constexpr double kWidestAngle = 60 * std::numbers::pi / 180;
 
@@ -29,7 +29,11 @@ bool Contains(const Pinhole& k, const Eigen::Vector2d& pixel) {
 
 ViewSampler::ViewSampler(const std::vector<SceneView>& views, const std::vector<Eigen::Vector3d>& centers,
                          const ViewSelectionOptions& options, int reference)
-    : views_(views), centers_(centers), options_(options), reference_(reference) {}
+    : views_(views),
+      centers_(centers),
+      options_(options),
+      scale_(options.rules.Scale(Rule::kCameraEvidence)),
+      reference_(reference) {}
 
 // False when the point is behind one of the cameras, or when `inside` asks for it and the source's image misses it.
 bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool inside,
@@ -48,7 +52,7 @@ bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool in
       in_source + options_.displacement_epsilon * (source.pose.rotation * from_reference);
   if (moved.z() <= 0) return false;
   sample->angle = static_cast<float>(AngleBetween(from_reference, from_source));
-  if (options_.formulas == Formulas::kRobust && sample->angle > kWidestAngle) return false;
+  if (options_.formulas == Formulas::kRobust && sample->angle > scale_ * kWidestAngle) return false;
   sample->view = source_view;
   sample->displacement = static_cast<float>((source.pinhole.Project(moved) - pixel).norm());
   sample->log_scale = static_cast<float>(std::log(FocalLength(source.pinhole) / in_source.z() *
@@ -77,15 +81,17 @@ std::vector<ViewSample> ViewSampler::FromPoints(const SparseScene& scene,
 }
 
 std::vector<Eigen::Vector3d> ViewSampler::FrustumPoints(double depth_min, double depth_max) const {
-  constexpr int kColumns = 8, kRows = 6, kDepths = 6;
+  constexpr Rule kRule = Rule::kCameraEvidence;
+  const int num_columns = options_.rules.Count(kRule, 8), num_rows = options_.rules.Count(kRule, 6),
+            num_depths = options_.rules.Count(kRule, 6);
   const Camera& camera = views_[reference_].camera;
   const Pinhole& k = camera.pinhole;
   std::vector<Eigen::Vector3d> points;
-  for (int d = 0; d < kDepths; ++d) {
-    const double depth = depth_min * std::pow(depth_max / depth_min, (d + 0.5) / kDepths);
-    for (int row = 0; row < kRows; ++row) {
-      for (int column = 0; column < kColumns; ++column) {
-        const double u = (column + 0.5) / kColumns * k.width, v = (row + 0.5) / kRows * k.height;
+  for (int d = 0; d < num_depths; ++d) {
+    const double depth = depth_min * std::pow(depth_max / depth_min, (d + 0.5) / num_depths);
+    for (int row = 0; row < num_rows; ++row) {
+      for (int column = 0; column < num_columns; ++column) {
+        const double u = (column + 0.5) / num_columns * k.width, v = (row + 0.5) / num_rows * k.height;
         const Eigen::Vector3d ray((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1);
         points.push_back(centers_[reference_] + camera.pose.rotation.transpose() * (depth * ray));
       }
@@ -101,7 +107,8 @@ std::vector<int> ViewSampler::NearbyCameras() const {
     if (view == reference_) continue;
     order.emplace_back((centers_[view] - centers_[reference_]).squaredNorm(), views_[view].image_id, view);
   }
-  const std::size_t count = std::min(order.size(), kMostNearbyCameras);
+  const std::size_t count =
+      std::min<std::size_t>(order.size(), options_.rules.Count(Rule::kCameraEvidence, kMostNearbyCameras));
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end());
   std::vector<int> nearby;
   for (std::size_t i = 0; i < count; ++i) nearby.push_back(std::get<2>(order[i]));

@@ -45,6 +45,7 @@ class ViewSampler {
   const std::vector<SceneView>& views_;
   const std::vector<Eigen::Vector3d>& centers_;
   const ViewSelectionOptions& options_;
+  double scale_;  // of the rule's constants
   int reference_;
 };
 

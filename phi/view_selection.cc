@@ -19,7 +19,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 // With fewer views than these the geometric filter has too few witnesses, so views that the angle's bound rejects are
 // taken after all: a weak view is better than a hole.
-constexpr std::size_t kFewestViews = 4;
+constexpr int kFewestViews = 4;
 // A view that shares fewer points than these may share none but mismatched ones.
 constexpr int kFewestSharedPoints = 3;
 // --PatchMatchStereo.min_triangulation_angle bounds this percentile of the shared points' angles, as in COLMAP: where the
@@ -53,7 +53,9 @@ double MeanInPlace(std::vector<float>& values) {
 }
 
 // By source view.
-std::vector<Evidence> Summarize(std::vector<ViewSample> samples) {
+std::vector<Evidence> Summarize(std::vector<ViewSample> samples, const Rules& rules) {
+  const double wide_percentile =
+      std::min(1.0, static_cast<double>(rules.Scale(Rule::kWeakViews)) * kAnglePercentile);
   std::stable_sort(samples.begin(), samples.end(),
                    [](const ViewSample& a, const ViewSample& b) { return a.view < b.view; });
   std::vector<Evidence> all;
@@ -68,7 +70,7 @@ std::vector<Evidence> Summarize(std::vector<ViewSample> samples) {
     all.push_back({.view = samples[begin].view,
                    .num_points = static_cast<int>(end - begin),
                    .median_angle = Percentile(angles, 0.5),
-                   .wide_angle = Percentile(angles, kAnglePercentile),
+                   .wide_angle = Percentile(angles, wide_percentile),
                    .displacement = MeanInPlace(displacements)});
   }
   return all;
@@ -149,23 +151,33 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
   const double bound = options_.min_triangulation_angle;
   const ViewSampler sampler(views_, centers_, options_, reference);
   std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
-  std::vector<Evidence> evidence = Summarize(samples);
+  std::vector<Evidence> evidence = Summarize(samples, options_.rules);
   if (options_.formulas == Formulas::kPaper) {
     std::vector<SourceView> ranked = RankByPaper(views_, centers_, options_, reference, evidence);
     ranked.resize(std::min(ranked.size(), size));
     return ranked;
   }
-  const std::size_t fewest = std::min(size, kFewestViews);
+  const Rules& rules = options_.rules;
+  const int wanted = rules.IsOn(Rule::kWeakViews) ? rules.Count(Rule::kWeakViews, kFewestViews) : 0;
+  const std::size_t fewest = std::min<std::size_t>(size, wanted);
+  const std::size_t fewest_of_cameras =
+      rules.IsOn(Rule::kCameraEvidence) ? std::max<std::size_t>(fewest, 1) : 0;
+  const float scale = rules.Scale(Rule::kViewCoverage);
   std::vector<SourceView> selected;
-  ViewCoverage coverage(samples, image_ids_);
-  Cover(evidence, bound, kAnyAngle, /*from_points=*/true, size, &coverage, &selected);
+  ViewCoverage coverage(samples, image_ids_, scale);
+  if (rules.IsOn(Rule::kViewCoverage)) {
+    Cover(evidence, bound, kAnyAngle, /*from_points=*/true, size, &coverage, &selected);
+  } else {
+    selected = RankByPaper(views_, centers_, options_, reference, evidence);
+    selected.resize(std::min(selected.size(), size));
+  }
   Cover(evidence, kOnePlace * bound, bound, /*from_points=*/true, fewest, &coverage, &selected);
-  if (selected.size() >= fewest) return selected;
+  if (selected.size() >= fewest_of_cameras) return selected;
 
   const DepthRange range = DepthRangeWithoutOwnPoints(views_, scene_, reference);
   samples = sampler.FromFrustum(range.min, range.max);
-  evidence = Summarize(samples);
-  coverage = ViewCoverage(samples, image_ids_);
+  evidence = Summarize(samples, options_.rules);
+  coverage = ViewCoverage(samples, image_ids_, scale);
   Cover(evidence, bound, kAnyAngle, /*from_points=*/false, size, &coverage, &selected);
   Cover(evidence, kOnePlace * bound, bound, /*from_points=*/false, fewest, &coverage, &selected);
   return selected;

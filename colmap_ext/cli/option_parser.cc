@@ -310,6 +310,7 @@ void OptionParser::LogEffectiveValues() const {
 void OptionParser::PrintJson() const {
   nlohmann::ordered_json options = nlohmann::ordered_json::array();
   for (const phi::Option& option : options_) {
+    if (option.is_for_developers()) continue;
     options.push_back({{"name", option.name()},
                        {"type", NameOf(option.type())},
                        {"help", option.help()},
@@ -327,6 +328,7 @@ void OptionParser::PrintHelp() const {
   const int description_columns = columns * 5 / 8;  // long names have lines of their own
   std::map<std::string, po::options_description> groups;
   for (const phi::Option& option : options_) {
+    if (option.is_for_developers()) continue;
     const std::string group = GroupOf(option.name());
     auto it = groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
     auto* value = po::value<std::string>();

@@ -25,7 +25,7 @@ struct StereoInput {
   StereoInput(const StereoCommandOptions& options, const Shard& shard)
       : workspace(options.workspace),
         scene(MakeSparseScene(workspace.model())),
-        sparse_depth(workspace.views(), scene),
+        sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));

@@ -19,8 +19,8 @@ void StereoCommandOptions::RegisterFilling(OptionParser* parser) {
   phi::OptionList list;
   list.Append(pipeline.RunList(),
               {"overwrite", "PatchMatchStereo.allow_missing_files", "PatchMatchStereo.cache_size"});
-  list.Append(pipeline.stereo.List(),
-              {"PhiStereo.formulas", "PatchMatchStereo.window_radius", "PatchMatchStereo.window_step"});
+  list.Append(pipeline.stereo.List(), {"PhiStereo.formulas", "PhiStereo.rules",
+                                       "PatchMatchStereo.window_radius", "PatchMatchStereo.window_step"});
   list.Append(pipeline.view_selection.List());
   list.Append(pipeline.filter.List());
   list.Append(pipeline.inference.List());
@@ -83,7 +83,7 @@ void StereoCommandOptions::RegisterPreset(OptionParser* parser) {
 }
 
 void StereoCommandOptions::ApplyFormulas(const OptionParser& parser) {
-  pipeline.SetFormulas(pipeline.stereo.formulas);
+  pipeline.SetMethod({pipeline.stereo.formulas, pipeline.stereo.rules});
   if (pipeline.stereo.formulas == phi::Formulas::kPaper) {
     parser.WarnWithoutEffect({"PhiStereo.quality"},
                              "with --PhiStereo.formulas paper all iterations are at full size");

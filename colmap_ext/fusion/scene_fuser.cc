@@ -182,10 +182,12 @@ phi::FusionMap SceneFuser::ReadMap(int position) {
 }
 
 void SceneFuser::Smooth(int position, phi::FusionMap* map) {
+  const float scale = options_.rule.rules.Factor(phi::Rule::kMapNoise);
+  if (scale == 0) return;
   const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
   const float noise = phi::EstimateNoise(*map, pinhole);
-  if (noise <= kNegligibleNoise * options_.rule.max_depth_error) return;
-  phi::SmoothNoise(noise, pinhole, map);
+  if (noise <= scale * kNegligibleNoise * options_.rule.max_depth_error) return;
+  phi::SmoothNoise(noise, pinhole, map, scale);
   std::lock_guard<std::mutex> lock(findings_mutex_);
   findings_.noise[position] = noise;
 }

@@ -34,7 +34,7 @@ class MemoryRun {
       : workspace_(workspace),
         stages_(std::move(stages)),
         scene_(MakeSparseScene(workspace.model())),
-        sparse_depth_(workspace.views(), scene_),
+        sparse_depth_(workspace.views(), scene_, options.stereo.rules),
         jobs_(MakeMemoryJobs(workspace, scene_, sources, options.view_selection)),
         options_(options),
         loop_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, backends,

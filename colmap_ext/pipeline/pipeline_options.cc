@@ -61,8 +61,9 @@ phi::OptionList PipelineOptions::List() {
   return list;
 }
 
-void PipelineOptions::SetFormulas(phi::Formulas formulas) {
-  view_selection.formulas = stereo.formulas = filter.formulas = inference.formulas = formulas;
+void PipelineOptions::SetMethod(const phi::Method& method) {
+  view_selection.formulas = stereo.formulas = filter.formulas = inference.formulas = method.formulas;
+  view_selection.rules = stereo.rules = filter.rules = inference.rules = method.rules;
 }
 
 int PipelineOptions::NumGuidedPasses() const {

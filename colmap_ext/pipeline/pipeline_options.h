@@ -31,8 +31,8 @@ struct PipelineOptions {
   // Every option of the stages, this struct's included.
   phi::OptionList List();
 
-  // The stages compute by the same formulas.
-  void SetFormulas(phi::Formulas formulas);
+  // The stages compute by the same formulas and rules.
+  void SetMethod(const phi::Method& method);
   // Estimations after the first one, one iteration each, that start from all views' maps and are guided by them. They
   // are part of num_iterations. None where only photometric maps are wanted.
   int NumGuidedPasses() const;

@@ -30,15 +30,17 @@ std::string RevisionText(int revision, phi::Formulas formulas) {
 std::string EstimationText(PipelineOptions o) {
   return RevisionText(kEstimateRevision, o.stereo.formulas) + o.stereo.List().KeyText() +
          o.EstimationList().KeyText() + " seed=" + std::to_string(o.stereo.seed) +
-         " cost=" + std::to_string(o.NeedsCost());
+         " cost=" + std::to_string(o.NeedsCost()) + o.stereo.rules.KeyText(phi::RuleStage::kEstimation);
 }
 
 std::string FilterText(phi::FilterOptions o) {
-  return RevisionText(kFilterRevision, o.formulas) + o.List().KeyText();
+  return RevisionText(kFilterRevision, o.formulas) + o.List().KeyText() +
+         o.rules.KeyText(phi::RuleStage::kFilter);
 }
 
 std::string InferenceText(phi::InferenceOptions o) {
-  return RevisionText(kInferRevision, o.formulas) + o.List().KeyText();
+  return RevisionText(kInferRevision, o.formulas) + o.List().KeyText() +
+         o.rules.KeyText(phi::RuleStage::kInference);
 }
 
 Stage MakeFilter(std::string_view result, const PipelineOptions& options) {

@@ -123,7 +123,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
     const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes, &filtered);
+    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes,
+                           &filtered, options_.filter.rules);
   }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {

@@ -88,6 +88,11 @@ Option& Option::NotInKey(const char*) {
   return *this;
 }
 
+Option& Option::ForDevelopers() {
+  is_for_developers_ = true;
+  return *this;
+}
+
 std::string Option::RangeText() const {
   const std::string least = PrintNumber(least_), most = PrintNumber(most_);
   const std::string of_unit = unit_.empty() ? "" : " " + unit_;
@@ -159,6 +164,14 @@ Option& OptionList::Add(const std::string& name, std::filesystem::path* value, c
   return AddOption(
       name, help, Option::Type::kPath, [value](const std::string& text) { *value = text; },
       [value] { return value->string(); });
+}
+
+Option& OptionList::AddRules(const std::string& name, Rules* value, RuleStage first, RuleStage last) {
+  return AddOption(
+             name, "Rules that are off or scaled", Option::Type::kText,
+             [=](const std::string& text) { value->Assign(text, first, last); },
+             [=] { return value->Text(first, last); })
+      .ForDevelopers();
 }
 
 void OptionList::Append(OptionList other) {

@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "phi/base/rules.h"
+
 namespace phi {
 
 inline constexpr int kMaxThreads = 1024;  // that options may ask for
@@ -38,6 +40,8 @@ class Option {
   Option& LessThan(double limit);
   // Results do not follow from it, or their keys learn of it in another way: `why` is for the reader of the list.
   Option& NotInKey(const char* why);
+  // No part of what the program promises: accepted, and in no help.
+  Option& ForDevelopers();
 
   const std::string& name() const { return name_; }
   const std::string& help() const { return help_; }
@@ -48,6 +52,7 @@ class Option {
   const std::vector<std::string>& colmap_defaults() const { return colmap_defaults_; }
   bool required() const { return required_; }
   bool in_key() const { return in_key_; }
+  bool is_for_developers() const { return is_for_developers_; }
 
   // The value as it would be written on a command line; it reads back as the same value.
   std::string Text() const { return print_(); }
@@ -63,7 +68,7 @@ class Option {
   std::string name_, help_, unit_, default_text_;
   Type type_ = Type::kText;
   std::vector<std::string> choices_, colmap_defaults_;
-  bool required_ = false, in_key_ = true;
+  bool required_ = false, in_key_ = true, is_for_developers_ = false;
   double least_ = -std::numeric_limits<double>::infinity(), most_ = std::numeric_limits<double>::infinity();
   bool is_above_least_ = false, is_below_most_ = false;  // the bound itself is refused
   std::function<void(const std::string&)> assign_;
@@ -80,6 +85,8 @@ class OptionList {
   Option& Add(const std::string& name, double* value, const std::string& help);
   Option& Add(const std::string& name, std::string* value, const std::string& help);
   Option& Add(const std::string& name, std::filesystem::path* value, const std::string& help);
+  // The switches of the rules of some stages (rules.h); for developers.
+  Option& AddRules(const std::string& name, Rules* value, RuleStage first, RuleStage last);
   template <typename Value>
   Option& AddChoice(const std::string& name, Value* value, std::vector<std::pair<std::string, Value>> choices,
                     const std::string& help);

@@ -11,6 +11,14 @@
 
 namespace phi {
 
+// Shares of the thresholds. One view alone is believed only this close: by chance a depth comes so near less than half as often.
+inline constexpr float kCloseDepth = 0.4f, kCloseReprojection = 0.5f;
+// Where a window around the pixel does not fit into the image there is no matching; pixels.
+inline constexpr float kWindowReach = 5;
+// Cosines of the angles beyond which no window matches: of the surface against the source's ray (80 degrees) and between
+// the rays of both views (60 degrees).
+inline constexpr float kMinFacingCosine = 0.17f, kMinRaysCosine = 0.5f;
+
 struct ConsistencyThresholds {
   float max_reprojection_error = 1;        // pixels in the reference image
   float max_relative_depth_error = 0.01f;  // of the depth in the source camera
@@ -18,11 +26,16 @@ struct ConsistencyThresholds {
   float max_ray_cosine = 1;                // cosine of the smallest triangulation angle that counts; 1 = any
   float max_depth_error = 0;               // world units, instead of the relative one; 0: the relative one
   Formulas formulas = Formulas::kRobust;
+  float same_depth = kSameDepth;  // of the four taps of a bilinear depth
+  // What a close confirmation is, and which views could see a point: the constants above.
+  float close_depth = kCloseDepth, close_reprojection = kCloseReprojection, window_reach = kWindowReach;
+  float min_facing_cosine = kMinFacingCosine, min_rays_cosine = kMinRaysCosine, depth_gap = kDepthGap;
 };
 
 // Depth of `map` at (u, v): bilinear where the four taps agree within 1 % (paper: where they have depth), else the nearest
 // pixel's. 0 = none.
-PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v, Formulas formulas) {
+PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v, Formulas formulas,
+                               float same_depth = kSameDepth) {
   const int nearest_x = static_cast<int>(floorf(u)), nearest_y = static_cast<int>(floorf(v));
   if (!map.Contains(nearest_x, nearest_y)) return 0;
   const float nearest = map(nearest_x, nearest_y).depth;
@@ -34,7 +47,7 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
               highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
   if (!(lowest > 0)) return nearest;
-  if (formulas == Formulas::kRobust && highest - lowest > kSameDepth * highest) return nearest;
+  if (formulas == Formulas::kRobust && highest - lowest > same_depth * highest) return nearest;
   const float fx = x - x0, fy = y - y0;
   const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
   return top + fy * (bottom - top);
@@ -48,17 +61,10 @@ enum class Testimony : std::uint8_t {
   kConfirmsClosely,  // the same within kCloseDepth and kCloseReprojection of the thresholds
 };
 
-// Shares of the thresholds. One view alone is believed only this close: by chance a depth comes so near less than half as often.
-inline constexpr float kCloseDepth = 0.4f, kCloseReprojection = 0.5f;
-
-// Where a window around the pixel does not fit into the image there is no matching; pixels.
-inline constexpr float kWindowReach = 5;
-// Cosines of the angles beyond which no window matches: of the surface against the source's ray (80 degrees) and between
-// the rays of both views (60 degrees).
-inline constexpr float kMinFacingCosine = 0.17f, kMinRaysCosine = 0.5f;
 // Whether the point, in the source's frame and at (su, sv) of its image, lies behind what the source's map holds at most of the
 // pixels around: one wrong pixel of a map that nobody has judged yet hides nothing.
-PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, float sv, float depth) {
+PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, float sv, float depth,
+                     float gap) {
   constexpr int kSpacing = 2;
   int asked = 0, nearer = 0;
   for (int dy = -kSpacing; dy <= kSpacing; dy += kSpacing) {
@@ -66,7 +72,7 @@ PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, fl
       const int x = static_cast<int>(floorf(su)) + dx, y = static_cast<int>(floorf(sv)) + dy;
       if (!source_map.Contains(x, y) || !(source_map(x, y).depth > 0)) continue;
       ++asked;
-      nearer += LiesBefore(source_map(x, y).depth, depth);
+      nearer += LiesBefore(source_map(x, y).depth, depth, gap);
     }
   }
   return 2 * nearer > asked;
@@ -80,17 +86,18 @@ struct ProjectedPoint {
 
 // Whether the source view can see the hypothesis at all.
 PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const ProjectedPoint& point,
-                   ArrayView2D<const PlaneHypothesis> source_map) {
-  if (!(point.at.u >= kWindowReach && point.at.v >= kWindowReach && point.at.u <= source_map.width - kWindowReach &&
-        point.at.v <= source_map.height - kWindowReach)) {
+                   ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
+  if (!(point.at.u >= t.window_reach && point.at.v >= t.window_reach &&
+        point.at.u <= source_map.width - t.window_reach &&
+        point.at.v <= source_map.height - t.window_reach)) {
     return false;
   }
   const float distance = Norm(point.in_source);
   const Vec3f ray =
       TransposedTimes(view.rotation, point.in_source);  // from the source's centre, in the reference's axes
-  if (!(-Dot(h.normal, ray) > kMinFacingCosine * distance)) return false;
-  if (!(Dot(ray, point.in_reference) > kMinRaysCosine * distance * Norm(point.in_reference))) return false;
-  return !IsHidden(source_map, point.at.u, point.at.v, point.in_source.z);
+  if (!(-Dot(h.normal, ray) > t.min_facing_cosine * distance)) return false;
+  if (!(Dot(ray, point.in_reference) > t.min_rays_cosine * distance * Norm(point.in_reference))) return false;
+  return !IsHidden(source_map, point.at.u, point.at.v, point.in_source.z, t.depth_gap);
 }
 
 // Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
@@ -100,7 +107,7 @@ enum class Agreement : std::uint8_t { kNone, kWithin, kClose };
 PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
                                 const PlaneHypothesis& h, const ProjectedPoint& point,
                                 ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
-  const float depth = InterpolatedDepth(source_map, point.at.u, point.at.v, t.formulas);
+  const float depth = InterpolatedDepth(source_map, point.at.u, point.at.v, t.formulas, t.same_depth);
   if (!(depth > 0)) return Agreement::kNone;
 
   const float own_depth = point.in_source.z;
@@ -126,8 +133,8 @@ PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& v
     const float cosine = Dot(point.in_source, to_reference) / (Norm(point.in_source) * Norm(to_reference));
     if (cosine > t.max_ray_cosine) return Agreement::kNone;
   }
-  const bool is_close = DepthsAgree(own_depth, depth, kCloseDepth * t.max_relative_depth_error) &&
-                        error < kCloseReprojection * t.max_reprojection_error;
+  const bool is_close = DepthsAgree(own_depth, depth, t.close_depth * t.max_relative_depth_error) &&
+                        error < t.close_reprojection * t.max_reprojection_error;
   return is_close ? Agreement::kClose : Agreement::kWithin;
 }
 
@@ -155,7 +162,7 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
       break;
   }
   // What hides the point is looked for only here: it takes nine reads.
-  return CanSee(view, h, point, source_map) ? Testimony::kContradicts : Testimony::kNone;
+  return CanSee(view, h, point, source_map, t) ? Testimony::kContradicts : Testimony::kNone;
 }
 
 }  // namespace phi

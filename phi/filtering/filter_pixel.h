@@ -24,6 +24,9 @@ struct FilterReference {
   ConsistencyThresholds thresholds;
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
+  bool accepts_few_views =
+      true;                    // Testimonies::num_close may take the place of views that cannot see the pixel
+  bool keeps_measured = true;  // what was judged before inference is not asked again
   ArrayView2D<const PlaneHypothesis> map;
   ArrayView2D<const float> cost = {};         // no data: not tested
   ArrayView2D<const PixelState> states = {};  // no data: estimates, which are judged for the first time
@@ -85,14 +88,15 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
   const bool was_inferred = WasInferred(f, x, y);
   // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
-  if (f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !was_inferred)
+  if (f.thresholds.formulas == Formulas::kRobust && f.keeps_measured && f.states.data != nullptr &&
+      !was_inferred)
     return FilterVerdict::kKept;
   if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost)
     return FilterVerdict::kDropped;
   if (t.num_confirming >= RequiredViews(f, was_inferred))
     return FilterVerdict::kKept;
   const bool all_confirm = t.num_contradicting == 0 && t.num_close > 0;
-  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && !was_inferred;
+  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && f.accepts_few_views && !was_inferred;
   return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
 }
 

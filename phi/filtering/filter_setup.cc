@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "phi/base/whole_array.h"
 #include "phi/geometry/camera.h"
@@ -22,10 +23,39 @@ PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
   return PixelState::kNone;
 }
 
+constexpr double kPi = 3.14159265358979323846, kRadianPerDegree = kPi / 180;
+
+// Of an angle so many times as wide.
+float ScaledCosine(float cosine, double scale) {
+  return static_cast<float>(std::cos(std::min(kPi, scale * std::acos(static_cast<double>(cosine)))));
+}
+
+void ApplyRules(const Rules& rules, ConsistencyThresholds* t) {
+  constexpr float kPaperDepthError = 0.02f;  // world units
+  constexpr double kPaperNormalError = 30;   // degrees
+  const float one_surface = rules.Factor(Rule::kOneSurfaceDepth),
+              tolerances = rules.Factor(Rule::kFilterTolerances);
+  t->same_depth = one_surface > 0 ? one_surface * t->same_depth : std::numeric_limits<float>::infinity();
+  if (tolerances > 0) {
+    t->max_relative_depth_error *= tolerances;
+    if (tolerances != 1) t->min_normal_cosine = ScaledCosine(t->min_normal_cosine, tolerances);
+  } else {
+    t->max_depth_error = kPaperDepthError;
+    t->min_normal_cosine = static_cast<float>(std::cos(kPaperNormalError * kRadianPerDegree));
+  }
+  // Off: only the verdict is another; the probability rests on the same testimonies.
+  const float few = rules.Scale(Rule::kFewViews);
+  t->close_depth *= few;
+  t->close_reprojection *= few;
+  t->window_reach *= few;
+  t->depth_gap *= few;
+  t->min_facing_cosine = ScaledCosine(t->min_facing_cosine, few);
+  t->min_rays_cosine = ScaledCosine(t->min_rays_cosine, few);
+}
+
 }  // namespace
 
 ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
-  constexpr double kRadianPerDegree = 3.14159265358979323846 / 180;
   ConsistencyThresholds t;
   t.max_reprojection_error = static_cast<float>(options.max_reprojection_error);
   t.max_relative_depth_error = static_cast<float>(options.max_relative_depth_error);
@@ -35,6 +65,7 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
                          : 1.0f;
   t.max_depth_error = static_cast<float>(options.max_depth_error);
   t.formulas = options.formulas;
+  ApplyRules(options.rules, &t);
   return t;
 }
 
@@ -44,6 +75,8 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .min_num_consistent = options.min_num_consistent,
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_cost = static_cast<float>(1 - options.min_ncc),
+                    .accepts_few_views = options.rules.IsOn(Rule::kFewViews),
+                    .keeps_measured = options.rules.IsOn(Rule::kMeasuredStay),
                     .map = input.reference.map->planes.view()};
   if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
   if (!input.reference.map->states.empty()) f.states = input.reference.map->states.view();

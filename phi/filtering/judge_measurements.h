@@ -3,6 +3,7 @@
 #pragma once
 
 #include "phi/base/images.h"
+#include "phi/base/rules.h"
 #include "phi/geometry/depth_precision.h"
 #include "phi/measurement.h"
 
@@ -12,7 +13,7 @@ namespace phi {
 // (confidence.h). What is dropped here or was by the filter, though it is as probable, becomes a clue.
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
 //   estimate: what the filter was given; map: what it returned.
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, const PlaneMap& estimate,
-                       MeasurementMap* map);
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision,
+                       const PlaneMap& estimate, MeasurementMap* map, const Rules& rules = {});
 
 }  // namespace phi

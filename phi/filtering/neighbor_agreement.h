@@ -6,6 +6,7 @@
 #pragma once
 
 #include "phi/base/array2d.h"
+#include "phi/base/rules.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/measurement.h"
 
@@ -19,6 +20,7 @@ inline constexpr int kMinNeighborsAgreeing = 8;
 
 // Drops what is contradicted or alone, judged by the map as it was. `rays`: of the map's view; `deviations`: what matching can tell
 // of its depths (DepthPrecision::RelativeDeviations), at least where it has any.
-void DropLonelyPixels(const RayModel& rays, const Array2D<float>& deviations, MeasurementMap* map);
+void DropLonelyPixels(const RayModel& rays, const Array2D<float>& deviations, MeasurementMap* map,
+                      const Rules& rules = {});
 
 }  // namespace phi

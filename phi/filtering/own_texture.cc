@@ -45,13 +45,13 @@ double SumsVariance(const Array2D<std::uint16_t>& sums, int x, int y) {
 
 }  // namespace
 
-OwnTexture FindOwnTexture(const GrayImage& image, double noise) {
+OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
   OwnTexture texture{Array2D<float>(image.width(), image.height()), Mask(image.width(), image.height())};
   if (image.width() < kSide || image.height() < kSide) return texture;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
-  const double min_variance = kSquaredSums *
-                              std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
+  const double min_variance =
+      scale * kSquaredSums * std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
       const double variance = SumsVariance(sums, x, y);

@@ -26,8 +26,8 @@ struct OwnTexture {
   Mask is_plain;            // not 0: less than kMinOwnVariance, or than the noise makes
 };
 
-// `noise`: NoiseDeviation, grey levels.
-OwnTexture FindOwnTexture(const GrayImage& image, double noise);
+// `noise`: NoiseDeviation, grey levels; scale: of the limits below which a pixel is plain.
+OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale = 1);
 
 // Drops the plain pixels. The map has the image's size.
 void DropPlainPixels(const OwnTexture& texture, MeasurementMap* map);

@@ -9,10 +9,10 @@
 
 namespace phi {
 
-// A pixel is in a hole when no pixel up to this many columns and rows away gave a point or is covered by one.
+// A pixel is in a hole when no pixel up to so many (`edge`) columns and rows away gave a point or is covered by one.
 inline constexpr int kMaxEdgeOfHole = 3;
 
 // For each pixel of row y whether it is in a hole, and only the difference in normals kept it from giving a point.
-std::vector<char> FindHoles(const Array2D<PixelOutcome>& outcomes, int y);
+std::vector<char> FindHoles(const Array2D<PixelOutcome>& outcomes, int y, int edge = kMaxEdgeOfHole);
 
 }  // namespace phi

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "phi/base/error.h"
@@ -17,18 +18,31 @@ constexpr float kInferredDepthTolerance = 0.25f;
 
 float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * M_PI / 180)); }
 
+void ApplyRules(const Rules& rules, FusionGates* gates) {
+  const float inferred = rules.Factor(Rule::kInferredClosely);
+  gates->max_depth_error_inferred =
+      (inferred > 0 ? inferred * kInferredDepthTolerance : 1.0f) * gates->max_depth_error;
+  gates->min_ray_cosine *= rules.Scale(Rule::kRayAgreement);
+  gates->hopeless_factor *= rules.Scale(Rule::kRayAgreement);
+  gates->seen_through_factor *= rules.Scale(Rule::kConflicts);
+  if (!rules.IsOn(Rule::kConflicts)) gates->max_conflicts = std::numeric_limits<float>::infinity();
+  gates->cover_factor *= rules.Scale(Rule::kCover);
+  gates->max_coarsening *= rules.Scale(Rule::kCover);
+  gates->min_slant_cosine *= rules.Scale(Rule::kCover);
+}
+
 FusionGates MakeGates(const FusionOptions& options) {
   FusionGates gates;
   gates.max_reproj_error = static_cast<float>(options.max_reproj_error);
   gates.max_depth_error = static_cast<float>(options.max_depth_error);
   gates.min_normal_cosine = CosineOfDegrees(options.max_normal_error);
-  gates.max_depth_error_inferred = kInferredDepthTolerance * gates.max_depth_error;
   gates.min_support = static_cast<float>(options.min_support);
   gates.min_support_inferred =
       static_cast<float>(std::max(options.min_support, options.min_support_inferred));
   gates.max_conflicts = static_cast<float>(options.max_conflicts);
   gates.min_num_views = options.min_num_views;
   gates.max_num_views = options.max_num_views;
+  ApplyRules(options.rules, &gates);
   return gates;
 }
 
@@ -52,10 +66,14 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       rays_(MakeRayModel(reference.camera.pinhole)),
       gates_(MakeGates(options)),
       hole_gates_(gates_),
+      hole_edge_(options.rules.Count(Rule::kCloudHoles, kMaxEdgeOfHole)),
       box_(box),
       outcomes_(reference.map->width(), reference.map->height(), PixelOutcome::kNoDepth) {
-  hole_gates_.min_normal_cosine =
-      std::min(gates_.min_normal_cosine, CosineOfDegrees(options.max_normal_error_in_holes));
+  // With the same gates no hole is looked for.
+  if (options.rules.IsOn(Rule::kCloudHoles)) {
+    hole_gates_.min_normal_cosine =
+        std::min(gates_.min_normal_cosine, CosineOfDegrees(options.max_normal_error_in_holes));
+  }
   if (neighbors.size() > kMaxFusionNeighbors) {
     throw UsageError("fusion: an image has " + std::to_string(neighbors.size()) + " neighbours, at most " +
                      std::to_string(kMaxFusionNeighbors) +
@@ -69,9 +87,9 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
         throw ResourceError("fusion: a depth map of " + std::to_string(k.width) + "x" +
                             std::to_string(k.height) + " is too large; lower --StereoFusion.max_image_size");
       }
-      neighbors_.push_back({image.index, earlier, MakeRelativeView(reference.camera, image.camera),
-                            static_cast<float>(1 / k.fx), static_cast<float>(1 / k.fy),
-                            static_cast<const FusionMap*>(image.map)->view()});
+      neighbors_.push_back({image.index, earlier && options.rules.IsOn(Rule::kCover),
+                            MakeRelativeView(reference.camera, image.camera), static_cast<float>(1 / k.fx),
+                            static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view()});
     }
   }
 }
@@ -90,7 +108,7 @@ FusedBlock ImageFuser::FillHoles(int begin, int end) {
   if (hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return block;
   SupportRun run(neighbors_);
   for (int y = begin; y < end; ++y) {
-    const std::vector<char> row = FindHoles(outcomes_, y);
+    const std::vector<char> row = FindHoles(outcomes_, y, hole_edge_);
     for (int x = 0; x < outcomes_.width(); x += kRunLength) {
       RunBits holes = 0;
       for (int i = 0; i < std::min(kRunLength, outcomes_.width() - x); ++i)

@@ -52,6 +52,7 @@ class ImageFuser {
   std::vector<FusionNeighbor> neighbors_;  // earlier ones first: they may end a pixel's work
   FusionGates gates_;
   FusionGates hole_gates_;  // normals that differ by more
+  int hole_edge_;           // pixels, see FindHoles
   const BoundingBox* box_;
   Array2D<PixelOutcome> outcomes_;  // of the reference's pixels, as FuseRows left them
 };

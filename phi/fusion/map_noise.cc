@@ -148,9 +148,9 @@ float EstimateNoise(const FusionMap& map, const Pinhole& pinhole) {
   return *middle / (0.6745f * std::sqrt(1.5f));
 }
 
-void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map) {
+void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map, float scale) {
   const RayModel rays = MakeRayModel(pinhole);
-  const float limit = kMaxDeviations * std::sqrt(2.0f) * noise;
+  const float limit = scale * kMaxDeviations * std::sqrt(2.0f) * noise;
   // Rows as they were before smoothing: row y at y % kWindow, without depth where there is none.
   std::vector<InverseDepthRow> rows(kWindow, InverseDepthRow(map->width()));
   const auto row = [&](int y) -> InverseDepthRow& {

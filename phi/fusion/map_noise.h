@@ -14,7 +14,7 @@ namespace phi {
 float EstimateNoise(const FusionMap& map, const Pinhole& pinhole);
 
 // Moves each measured depth towards the mean of those around it that differ by noise alone, the less the more they
-// differ beyond the noise (a Wiener filter).
-void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map);
+// differ beyond the noise (a Wiener filter). scale: of the difference from which on it is another surface.
+void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map, float scale = 1);
 
 }  // namespace phi

@@ -114,8 +114,8 @@ HWY_INLINE Intersection Intersect(const FusionNeighbor& neighbor, const FusionGa
   const VF along = hn::Div(Dot(m.normal, offset), slope);
   m.relative_depth = hn::Sub(hn::Div(along, part.depth), Set(1));
   const Vectors3 y = ScaleAndAdd(along, s.direction, t);
-  m.meets = hn::And(hn::And(hn::Lt(slope, Set(-kMinRayCosine)), hn::Gt(y.z, hn::Zero(df))),
-                    hn::Le(hn::Abs(m.relative_depth), Set(kCoverFactor * gates.max_depth_error)));
+  m.meets = hn::And(hn::And(hn::Lt(slope, Set(-gates.min_ray_cosine)), hn::Gt(y.z, hn::Zero(df))),
+                    hn::Le(hn::Abs(m.relative_depth), Set(gates.cover_factor * gates.max_depth_error)));
   const Projection agreed = Project(k, y);
   const VF du = hn::Sub(agreed.u, s.seen.u), dv = hn::Sub(agreed.v, s.seen.v);
   m.reproj_error = hn::Sqrt(hn::Add(hn::Mul(du, du), hn::Mul(dv, dv)));
@@ -125,13 +125,16 @@ HWY_INLINE Intersection Intersect(const FusionNeighbor& neighbor, const FusionGa
 // Whether the neighbour samples the surface finely enough to stand for the reference's pixels. A pixel's longest step
 // along the surface is depth / (focal length * slant cosine); the reference's normal serves both sides, so that noise in
 // normals matters little.
-HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const Part& part, const Lookup& s) {
+HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
+                              const Lookup& s) {
   const Vectors3 ray = {Load(part.reference->ray_x + part.first), Set(part.reference->ray_y), Set(1)};
   const Vectors3 normal = Rotate(neighbor.view.rotation, part.normal);
-  const VF slant = hn::Max(Set(kMinSlantCosine), hn::Neg(Dot(part.normal, ray)));
-  const VF their_slant = hn::Max(Set(kMinSlantCosine), hn::Neg(hn::Div(Dot(normal, s.point), s.point.z)));
-  return hn::Le(hn::Mul(hn::Mul(s.depth, Set(part.reference->fx)), slant),
-                hn::Mul(hn::Mul(Set(kMaxCoarsening * neighbor.view.source.fx), part.depth), their_slant));
+  const VF slant = hn::Max(Set(gates.min_slant_cosine), hn::Neg(Dot(part.normal, ray)));
+  const VF their_slant =
+      hn::Max(Set(gates.min_slant_cosine), hn::Neg(hn::Div(Dot(normal, s.point), s.point.z)));
+  return hn::Le(
+      hn::Mul(hn::Mul(s.depth, Set(part.reference->fx)), slant),
+      hn::Mul(hn::Mul(Set(gates.max_coarsening * neighbor.view.source.fx), part.depth), their_slant));
 }
 
 // Which of the pixels `compared` the neighbour covers, if it is an earlier one.
@@ -140,7 +143,7 @@ HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& g
   const Mask close = hn::Le(reproj_error, Set(gates.max_reproj_error));
   const Mask candidates = hn::And(compared, hn::And(close, HasFlag(color, FusionPixel::kEmitted)));
   if (hn::AllFalse(Floats(), candidates)) return candidates;
-  return hn::And(candidates, SamplesFinely(neighbor, part, s));
+  return hn::And(candidates, SamplesFinely(neighbor, gates, part, s));
 }
 
 // Counts the neighbour among those that see through the pixels `beyond` where it measured a surface. An inferred one behind
@@ -163,8 +166,8 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const VF difference = hn::Sub(s.depth, s.point.z);
   const auto tolerances = [&](float factor)
                               HWY_ATTR { return hn::Mul(Set(factor * gates.max_depth_error), s.point.z); };
-  const Mask beyond = hn::Gt(difference, tolerances(kSeenThroughFactor));
-  const Mask near = hn::AndNot(hn::Gt(hn::Abs(difference), tolerances(kHopelessFactor)), has_depth);
+  const Mask beyond = hn::Gt(difference, tolerances(gates.seen_through_factor));
+  const Mask near = hn::AndNot(hn::Gt(hn::Abs(difference), tolerances(gates.hopeless_factor)), has_depth);
   const int first = part.first;
   const auto gather_color = [&]() HWY_ATTR {
     return hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);

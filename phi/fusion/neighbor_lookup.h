@@ -17,32 +17,6 @@
 
 namespace phi {
 
-// Thresholds in the units that the pixel's code compares; see FusionOptions.
-struct FusionGates {
-  float max_reproj_error = 8;
-  float max_depth_error = 0.01f;
-  float min_normal_cosine = 0.99f;
-  float max_depth_error_inferred =
-      0.0025f;  // of a reference pixel whose depth was inferred, from the consensus
-  float min_support = 0, min_support_inferred = 0.5f;
-  float max_conflicts = 0.5f;
-  int min_num_views = 2;
-  int max_num_views = 10000;
-};
-
-struct FusionNeighbor {
-  std::uint32_t image = 0;  // index of the image in the model, as in .vis files
-  bool earlier = false;     // decided before the reference image
-  RelativeView view;
-  float inverse_fx = 1, inverse_fy = 1;  // of view.source: divisions are dear here
-  ArrayView2D<const FusionPixel> map;
-
-  // The ray through the centre of a pixel, z = 1.
-  PHI_HD Vec3f Ray(int column, int row) const {
-    return {(column + 0.5f - view.source.cx) * inverse_fx, (row + 0.5f - view.source.cy) * inverse_fy, 1.0f};
-  }
-};
-
 // Least cosine between a ray and a neighbour's surface for their intersection to mean anything (87 degrees).
 inline constexpr float kMinRayCosine = 0.05f;
 // A neighbour sees through a point when its own surface lies beyond it by this many depth tolerances.
@@ -58,6 +32,35 @@ inline constexpr float kCoverFactor = 4;
 inline constexpr float kMaxCoarsening = 1.2f;
 // Least cosine of a slant in that comparison (84 degrees): normals are not exact enough to tell more.
 inline constexpr float kMinSlantCosine = 0.1f;
+// Thresholds in the units that the pixel's code compares; see FusionOptions.
+struct FusionGates {
+  float max_reproj_error = 8;
+  float max_depth_error = 0.01f;
+  float min_normal_cosine = 0.99f;
+  float max_depth_error_inferred =
+      0.0025f;  // of a reference pixel whose depth was inferred, from the consensus
+  float min_support = 0, min_support_inferred = 0.5f;
+  float max_conflicts = 0.5f;
+  int min_num_views = 2;
+  int max_num_views = 10000;
+  float min_ray_cosine = kMinRayCosine, seen_through_factor = kSeenThroughFactor,
+        hopeless_factor = kHopelessFactor;
+  float cover_factor = kCoverFactor, max_coarsening = kMaxCoarsening, min_slant_cosine = kMinSlantCosine;
+};
+
+struct FusionNeighbor {
+  std::uint32_t image = 0;  // index of the image in the model, as in .vis files
+  bool earlier = false;     // decided before the reference image
+  RelativeView view;
+  float inverse_fx = 1, inverse_fy = 1;  // of view.source: divisions are dear here
+  ArrayView2D<const FusionPixel> map;
+
+  // The ray through the centre of a pixel, z = 1.
+  PHI_HD Vec3f Ray(int column, int row) const {
+    return {(column + 0.5f - view.source.cx) * inverse_fx, (row + 0.5f - view.source.cy) * inverse_fy, 1.0f};
+  }
+};
+
 // An upper bound for the neighbours of one image.
 inline constexpr int kMaxFusionNeighbors = 256;
 // And for the pixels of a map, whose words are numbered in 31 bits.

@@ -14,13 +14,14 @@ float SoftAgreement(float error, float gate) {
 
 // A pixel's longest step along a surface is depth / (focal length * slant cosine). The reference's normal serves both sides,
 // so that noise in normals matters little.
-bool SamplesFinely(const FusionNeighbor& neighbor, const ReferencePixel& reference, float their_depth, Vec3f point) {
+bool SamplesFinely(const FusionNeighbor& neighbor, const FusionGates& gates, const ReferencePixel& reference,
+                   float their_depth, Vec3f point) {
   const Vec3f normal = UnpackNormal(reference.pixel.normal);
-  const float slant = std::max(kMinSlantCosine, -Dot(normal, reference.ray));
+  const float slant = std::max(gates.min_slant_cosine, -Dot(normal, reference.ray));
   const float their_slant =
-      std::max(kMinSlantCosine, -(Dot(neighbor.view.rotation * normal, point) / point.z));
+      std::max(gates.min_slant_cosine, -(Dot(neighbor.view.rotation * normal, point) / point.z));
   return their_depth * reference.fx * slant <=
-         kMaxCoarsening * neighbor.view.source.fx * reference.pixel.depth * their_slant;
+         gates.max_coarsening * neighbor.view.source.fx * reference.pixel.depth * their_slant;
 }
 
 // The neighbours that agree and are merged, the nearest depths' middle, and who is near it.
@@ -76,9 +77,9 @@ NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, const FusionGates& ga
 
   answer.test = NeighborTest::kOtherDepth;
   const float difference = depth - point.z;
-  const bool is_beyond = difference > kSeenThroughFactor * gates.max_depth_error * point.z;
+  const bool is_beyond = difference > gates.seen_through_factor * gates.max_depth_error * point.z;
   answer.sees_through = is_beyond && (answer.pixel.flags & FusionPixel::kInferred) == 0;
-  if (std::fabs(difference) > kHopelessFactor * gates.max_depth_error * point.z) return answer;
+  if (std::fabs(difference) > gates.hopeless_factor * gates.max_depth_error * point.z) return answer;
 
   // The neighbour's plane, met by the reference ray.
   const Vec3f normal = UnpackNormal(answer.pixel.normal);
@@ -87,15 +88,16 @@ NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, const FusionGates& ga
   const float along = Dot(normal, offset) / slope;
   answer.relative_depth = along / own_depth - 1;
   const Vec3f met = along * direction + neighbor.view.translation;
-  const bool meets =
-      slope < -kMinRayCosine && met.z > 0 && std::fabs(answer.relative_depth) <= kCoverFactor * gates.max_depth_error;
+  const bool meets = slope < -gates.min_ray_cosine && met.z > 0 &&
+                     std::fabs(answer.relative_depth) <= gates.cover_factor * gates.max_depth_error;
   if (!meets) return answer;
   answer.sees_through = false;
   const ImagePoint agreed = ProjectPoint(k, met);
   const float du = agreed.u - seen.u, dv = agreed.v - seen.v;
   const float reproj_error = std::sqrt(du * du + dv * dv);
   answer.covers = neighbor.earlier && reproj_error <= gates.max_reproj_error &&
-                  (answer.pixel.flags & FusionPixel::kEmitted) != 0 && SamplesFinely(neighbor, reference, depth, point);
+                  (answer.pixel.flags & FusionPixel::kEmitted) != 0 &&
+                  SamplesFinely(neighbor, gates, reference, depth, point);
 
   if (!(std::fabs(answer.relative_depth) <= gates.max_depth_error)) return answer;
   answer.test = NeighborTest::kOtherReprojection;

@@ -26,6 +26,6 @@ PHI_HD bool DepthsAgree(float own, float other, float tolerance) {
 }
 
 // Whether `near` lies before `far`, beyond a gap.
-PHI_HD bool LiesBefore(float near, float far) { return near < (1 - kDepthGap) * far; }
+PHI_HD bool LiesBefore(float near, float far, float gap = kDepthGap) { return near < (1 - gap) * far; }
 
 }  // namespace phi

@@ -13,7 +13,7 @@ namespace phi {
 // References `input`, which must outlive it. Safe for concurrent calls.
 class Surroundings {
  public:
-  explicit Surroundings(const InferenceInput& input);
+  explicit Surroundings(const InferenceInput& input, const Rules& rules = {});
 
   // Whether what the reference measured around pixel (x, y) hides a point there. The nearest measured pixels to the left, to
   // the right, above and below continue over (x, y) along their planes, but where the source views see through them, as
@@ -27,12 +27,14 @@ class Surroundings {
 
   RayModel rays_;
   const MeasurementMap& measured_;
+  const Rules rules_;
   std::vector<RelativeView> views_;
   std::vector<MeasuredDepthsView> source_depths_;  // parallel to views_
 };
 
 // Takes away the points that others hide: of those that land in the same few pixels, all beyond a gap in depth that at least
 // three stand before. `step`: the pixels that the views were sampled at are so far apart.
-void RemoveHidden(int width, int height, int step, std::vector<PooledAnchor>* pooled);
+void RemoveHidden(int width, int height, int step, std::vector<PooledAnchor>* pooled,
+                  const Rules& rules = {});
 
 }  // namespace phi

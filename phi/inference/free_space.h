@@ -38,13 +38,17 @@ struct DepthEvidence {
 };
 
 // Of a source view's measured depth, for ProjectInverseDepth's `p` at inverse depth w.
-PHI_HD bool LiesBehind(Vec3f p, float measured, float w) { return p.z < (1 - kDepthGap) * measured * w; }
-PHI_HD bool Agrees(Vec3f p, float measured, float w) { return DepthsAgree(p.z, measured * w, kSameDepth); }
+PHI_HD bool LiesBehind(Vec3f p, float measured, float w, float scale) {
+  return p.z < (1 - scale * kDepthGap) * measured * w;
+}
+PHI_HD bool Agrees(Vec3f p, float measured, float w, float scale) {
+  return DepthsAgree(p.z, measured * w, scale * kSameDepth);
+}
 
 // Adds what one source view knows about the point at inverse depth w on the ray of pixel (u, v). Without
-// data, or without evidence at the pixel where the point lands, it knows nothing.
+// data, or without evidence at the pixel where the point lands, it knows nothing. scale: of both tolerances.
 PHI_HD void AddEvidence(const RelativeView& view, const MeasuredDepthsView& source, float u, float v, float w,
-                        DepthEvidence* evidence) {
+                        DepthEvidence* evidence, float scale = 1) {
   if (!source.IsKnown()) return;
   const Vec3f p = ProjectInverseDepth(view, u, v, w);
   if (!(p.z > 0)) return;
@@ -53,16 +57,16 @@ PHI_HD void AddEvidence(const RelativeView& view, const MeasuredDepthsView& sour
   const int x = static_cast<int>(su), y = static_cast<int>(sv);
   const float own = source.Evidence(x, y);
   if (!(own > 0)) return;
-  bool confirms = Agrees(p, own, w);
+  bool confirms = Agrees(p, own, w, scale);
   // Only against its own word are the pixels around asked: on a slanted surface one of them agrees with many a depth.
-  const bool own_lies_behind = LiesBehind(p, own, w);
+  const bool own_lies_behind = LiesBehind(p, own, w, scale);
   bool all_lie_behind = own_lies_behind;
   for (int i = 0; own_lies_behind && i < 9; ++i) {
     const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
     const float beside = source.depths.Contains(nx, ny) ? source.Evidence(nx, ny) : 0;
     if (!(beside > 0)) continue;
-    all_lie_behind = all_lie_behind && LiesBehind(p, beside, w);
-    confirms = confirms || Agrees(p, beside, w);
+    all_lie_behind = all_lie_behind && LiesBehind(p, beside, w, scale);
+    confirms = confirms || Agrees(p, beside, w, scale);
   }
   evidence->num_confirming += confirms;
   evidence->num_seeing_through += all_lie_behind;

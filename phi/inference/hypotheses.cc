@@ -34,13 +34,13 @@ Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Anc
 
 }  // namespace
 
-Hypotheses::Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image,
+Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image,
                        std::uint32_t image_id, std::span<const PooledAnchor> pooled,
                        const DepthPrecision& precision)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
   const int width = measured.width(), height = measured.height();
-  LineOptions options;
-  options.formulas = formulas;
+  const Formulas formulas = method.formulas;
+  const LineOptions options = MakeLineOptions(method);
   const Array2D<float> carrying = InverseDepth(
       measured, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
   const ArrayView2D<const float> inverse_depth = carrying.view();
@@ -58,12 +58,12 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, Formulas formulas, const 
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    region_planes_.emplace(*image, ValuesOf(const_anchors.view()), image_id, pooled, precision);
-    AddRegionPlanes(*image);
+    region_planes_.emplace(*image, ValuesOf(const_anchors.view()), image_id, pooled, precision, method.rules);
+    AddRegionPlanes(*image, method.rules);
   }
 }
 
-void Hypotheses::AddRegionPlanes(const GrayImage& image) {
+void Hypotheses::AddRegionPlanes(const GrayImage& image, const Rules& rules) {
   from_region_ = Array2D<std::uint8_t>(evidence_.width(), evidence_.height(), 0);
   ArrayView2D<float> maps[kNumDirections];
   for (int k = 0; k < kNumDirections; ++k) maps[k] = inverse_depth_[k].view();
@@ -73,7 +73,8 @@ void Hypotheses::AddRegionPlanes(const GrayImage& image) {
       const auto& region = region_planes_->At(x, y);
       float planes[kPlanesPerRegion];
       for (int i = 0; i < kPlanesPerRegion; ++i) planes[i] = region[i].At(x, y);
-      from_region_(x, y) = PutRegionPlanes(planes, image(x, y), x, y, maps);
+      from_region_(x, y) =
+          PutRegionPlanes(planes, rules.IsOn(Rule::kOverexposed) ? image(x, y) : 0, x, y, maps);
     }
   });
 }

@@ -17,7 +17,7 @@ class Hypotheses {
   // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
   // `pooled`: what else the planes rest on. `precision`: of the image's view.
-  Hypotheses(const MeasurementMap& measured, Formulas formulas, const GrayImage* image = nullptr,
+  Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image = nullptr,
              std::uint32_t image_id = 0, std::span<const PooledAnchor> pooled = {},
              const DepthPrecision& precision = {});
 
@@ -27,7 +27,7 @@ class Hypotheses {
   const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
 
  private:
-  void AddRegionPlanes(const GrayImage& image);
+  void AddRegionPlanes(const GrayImage& image, const Rules& rules);
 
   Array2D<float> evidence_;  // inverse depth
   std::optional<RegionPlanes> region_planes_;

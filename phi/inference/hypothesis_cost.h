@@ -80,25 +80,27 @@ struct PixelHypotheses {
 inline constexpr float kRegionPlaneDiscount = 0.05f;
 
 // Planes that rest on an even region's many measured pixels are likelier than lines through six. Bit k of `from_region`:
-// hypothesis k is such a plane.
-PHI_HD void PreferRegionPlanes(std::uint8_t from_region, PixelHypotheses* hypotheses) {
+// hypothesis k is such a plane; scale: of the discount.
+PHI_HD void PreferRegionPlanes(std::uint8_t from_region, PixelHypotheses* hypotheses, float scale = 1) {
   for (int k = 0; k < kNumDirections; ++k) {
-    if (from_region >> k & 1) hypotheses->cost[k] = fmaxf(0.0f, hypotheses->cost[k] - kRegionPlaneDiscount);
+    if (from_region >> k & 1)
+      hypotheses->cost[k] = fmaxf(0.0f, hypotheses->cost[k] - scale * kRegionPlaneDiscount);
   }
 }
 
-// Takes away the hypotheses that the texture at (x, y) contradicts.
+// Takes away the hypotheses that the texture at (x, y) contradicts. scale: of both limits.
 template <class Sampler>
 PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,
-                             PixelHypotheses* hypotheses) {
+                             PixelHypotheses* hypotheses, float scale = 1) {
   std::uint8_t kept = 0;
   for (int k = 0; k < kNumDirections; ++k) {
-    if ((hypotheses->unobstructed >> k & 1) && hypotheses->cost[k] <= kMaxTexturedCost) {
+    if ((hypotheses->unobstructed >> k & 1) && hypotheses->cost[k] <= scale * kMaxTexturedCost) {
       kept |= static_cast<std::uint8_t>(1 << k);
     }
   }
   if (kept == hypotheses->unobstructed) return;
-  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= kTexturedVariance) hypotheses->allowed = kept;
+  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= scale * kTexturedVariance)
+    hypotheses->allowed = kept;
 }
 
 }  // namespace phi

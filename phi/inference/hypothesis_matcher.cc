@@ -12,7 +12,7 @@ constexpr int kLanes = 8;  // independent partial sums, so that the compiler may
 }  // namespace
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
-                                     const StereoOptions& stereo, Formulas formulas)
+                                     const StereoOptions& stereo, const Method& method)
     : reference_{input.reference.image->view()}, state_(hypotheses.state()) {
   const std::size_t num_views = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_views; ++j) {
@@ -24,7 +24,8 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
   parameters_ = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                  .window = MakeMatchingWindow(stereo),
                  .num_views = static_cast<int>(num_views),
-                 .formulas = formulas};
+                 .formulas = method.formulas,
+                 .rules = method.rules};
   const int n = parameters_.window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {

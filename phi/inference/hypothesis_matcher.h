@@ -15,7 +15,7 @@ namespace phi {
 class HypothesisMatcher {
  public:
   HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses, const StereoOptions& stereo,
-                    Formulas formulas);
+                    const Method& method);
 
   class Context;
 

@@ -61,17 +61,17 @@ void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uin
   }
 }
 
-// Where all pixels up to kMargin away are even.
-Mask FindInside(const BrightnessSums& sums, int max_step) {
+// Where all pixels up to `margin` away are even.
+Mask FindInside(const BrightnessSums& sums, int max_step, int margin) {
   const auto both = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
   const int width = sums.width(), height = sums.height(), num_bands = (height + kBandRows - 1) / kBandRows;
   Mask inside = Mask::Uninitialized(width, height);
   tbb::parallel_for(0, num_bands, [&](int band) {
     const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
-    const int first = std::max(begin - kMargin, 0), last = std::min(end + kMargin, height) - 1;
+    const int first = std::max(begin - margin, 0), last = std::min(end + margin, height) - 1;
     Mask even(width, last - first + 1);
     for (int y = first; y <= last; ++y) FindEven(sums, max_step, y, &even(0, y - first));
-    for (int y = begin; y < end; ++y) JoinSquares(even, kMargin, y - first, both, &inside(0, y));
+    for (int y = begin; y < end; ++y) JoinSquares(even, margin, y - first, both, &inside(0, y));
   });
   return inside;
 }
@@ -191,13 +191,13 @@ class RegionLabelling {
   std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
 };
 
-// The region inside which a pixel at most kReachPixels away lies, the one most alike; kNoRegion where there is none.
+// The region inside which a pixel at most `reach` pixels away lies, the one most alike; kNoRegion where there is none.
 std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const Array2D<std::int32_t>& region,
-                          int x, int y) {
+                          int x, int y, int reach) {
   std::int32_t beside = kNoRegion;
   int least = std::numeric_limits<int>::max();
-  for (int v = std::max(y - kReachPixels, 0); v <= std::min(y + kReachPixels, sums.height() - 1); ++v) {
-    for (int u = std::max(x - kReachPixels, 0); u <= std::min(x + kReachPixels, sums.width() - 1); ++u) {
+  for (int v = std::max(y - reach, 0); v <= std::min(y + reach, sums.height() - 1); ++v) {
+    for (int u = std::max(x - reach, 0); u <= std::min(x + reach, sums.width() - 1); ++u) {
       const int difference = std::abs(sums(u, v) - sums(x, y));
       if (inside(u, v) == 0 || difference >= least) continue;
       least = difference;
@@ -209,10 +209,13 @@ std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const 
 
 }  // namespace
 
-ImageRegions FindRegions(const GrayImage& image) {
+ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
+  const int margin = rules.Count(Rule::kEvenRegions, kMargin),
+            reach = rules.Count(Rule::kEvenRegions, kReachPixels);
   const BrightnessSums sums = SumBoxes3x3Twice(image.view());
-  const double max_step = std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
-  const Mask inside = FindInside(sums, static_cast<int>(kSumsPerGreyLevel * max_step));
+  const double max_step =
+      rules.Scale(Rule::kEvenRegions) * std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
+  const Mask inside = FindInside(sums, static_cast<int>(kSumsPerGreyLevel * max_step), margin);
   ImageRegions regions = RegionLabelling(inside).Run();
   const int width = image.width(), height = image.height();
   tbb::parallel_for(0, height, [&](int y) {
@@ -221,10 +224,10 @@ ImageRegions FindRegions(const GrayImage& image) {
   const auto either = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; };
   tbb::parallel_for(0, height, [&](int y) {
     std::vector<std::uint8_t> near(width);  // a pixel inside a region is within reach
-    JoinSquares(inside, kReachPixels, y, either, near.data());
+    JoinSquares(inside, reach, y, either, near.data());
     for (int x = 0; x < width; ++x) {
       if (inside(x, y) != 0 || near[x] == 0) continue;
-      regions.region(x, y) = RegionBeside(sums, inside, regions.region, x, y);
+      regions.region(x, y) = RegionBeside(sums, inside, regions.region, x, y, reach);
     }
   });
   return regions;

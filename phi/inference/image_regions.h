@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "phi/base/images.h"
+#include "phi/base/rules.h"
 
 namespace phi {
 
@@ -17,6 +18,6 @@ struct ImageRegions {
 };
 
 // The same for any number of threads.
-ImageRegions FindRegions(const GrayImage& image);
+ImageRegions FindRegions(const GrayImage& image, const Rules& rules = {});
 
 }  // namespace phi

@@ -79,11 +79,11 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
   return result;
 }
 
-Hypotheses MakeHypotheses(const InferenceInput& input, Formulas formulas) {
+Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
   std::vector<PooledAnchor> pooled;
-  if (formulas == Formulas::kRobust) pooled = PoolAnchors(input);
-  return Hypotheses(*input.measured, formulas, RegionImage(input).get(), input.reference.view->image_id,
-                    pooled, PrecisionOf(input));
+  if (method.formulas == Formulas::kRobust) pooled = PoolAnchors(input, method.rules);
+  return Hypotheses(*input.measured, method, RegionImage(input).get(), input.reference.view->image_id, pooled,
+                    PrecisionOf(input));
 }
 
 void CheckInput(const InferenceInput& input) {
@@ -103,16 +103,17 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   CheckInput(input);
   const MeasurementMap& measured = *input.measured;
   if (options.mode == InferenceMode::kOff) return {measured, {}};
-  const Hypotheses hypotheses = MakeHypotheses(input, options.formulas);
+  const Method method(options.formulas, options.rules);
+  const Hypotheses hypotheses = MakeHypotheses(input, method);
   ThrowIfCancelled();
-  const HypothesisMatcher matcher(input, hypotheses, stereo, options.formulas);
+  const HypothesisMatcher matcher(input, hypotheses, stereo, method);
   InferenceResult result;
   InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
                                  ? ChooseMinCost(matcher)
                                  : ChooseByField(matcher, options, &result.statistics);
   ThrowIfCancelled();
   result.map = Compose(measured.planes, matcher, &inferred);
-  if (hypotheses.region_planes() != nullptr) {
+  if (hypotheses.region_planes() != nullptr && options.rules.IsOn(Rule::kRegionNormals)) {
     SetRegionNormals(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
                      &result.map);
   }

@@ -34,6 +34,7 @@ struct InferenceParameters {
   MatchingWindow window;
   int num_views = 0;
   Formulas formulas = Formulas::kRobust;
+  Rules rules = {};
 };
 
 // What is known of the pixels before one is chosen. Inverse depths; arrays of the reference's size.
@@ -82,8 +83,10 @@ template <class Context>
 PHI_HD DepthEvidence EvidenceOfViews(const Context& context, int x, int y, float w) {
   DepthEvidence evidence;
   for (int j = 0; j < context.parameters.num_views; ++j) {
-    AddEvidence(context.View(j), context.Depths(j), x + 0.5f, y + 0.5f, w, &evidence);
+    AddEvidence(context.View(j), context.Depths(j), x + 0.5f, y + 0.5f, w, &evidence,
+                context.parameters.rules.Scale(Rule::kFreeSpace));
   }
+  if (!context.parameters.rules.IsOn(Rule::kFreeSpace)) evidence.num_seeing_through = 0;
   return evidence;
 }
 
@@ -107,12 +110,14 @@ PHI_HD PixelHypotheses JudgeHypotheses(const Context& context, int x, int y) {
     if (!(result.unobstructed >> k & 1)) continue;
     float costs[kMaxSourceViews];
     context.Costs(patch, x, y, k, costs);
-    result.cost[k] = p.formulas == Formulas::kRobust ? BestMatchesCost(costs, p.num_views)
-                                                     : HarmonicMeanCost(costs, p.num_views);
+    const bool is_of_best = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kBestViews);
+    result.cost[k] = is_of_best ? BestMatchesCost(costs, p.num_views) : HarmonicMeanCost(costs, p.num_views);
   }
   if (p.formulas == Formulas::kRobust) {
-    RefuseMismatches(context.reference, p.window, x, y, &result);
-    PreferRegionPlanes(context.state.FromRegion(x, y), &result);
+    if (p.rules.IsOn(Rule::kTextureRefuses)) {
+      RefuseMismatches(context.reference, p.window, x, y, &result, p.rules.Factor(Rule::kTextureRefuses));
+    }
+    PreferRegionPlanes(context.state.FromRegion(x, y), &result, p.rules.Factor(Rule::kRegionsFirst));
   }
   return result;
 }

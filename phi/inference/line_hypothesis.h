@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
@@ -28,7 +29,31 @@ struct LineOptions {
       12;              // pixels that a line reaches beyond its outermost anchor where only one side has any
   int max_reach = 16;  // pixels from the gap within which a side's anchors are looked for
   float max_jump = kDepthEdge;  // relative: a gap whose two sides miss each other by more is a depth edge
+  float max_change = 2;     // an extrapolated line never changes the depth of what it rests on by this factor
+  bool fits_planes = true;  // anchors are planes of 7 x 7 pixels, else the pixels themselves
+  float same_surface = kSameSurface;  // of the pixels that an anchor or a side rests on, relative
+  int min_surface_pixels =
+      12;  // of the 49 around an anchor; less than a third of the half window at a straight border
 };
+
+inline LineOptions MakeLineOptions(const Method& method) {
+  LineOptions options;
+  options.formulas = method.formulas;
+  const Rules& rules = method.rules;
+  options.fits_planes = rules.IsOn(Rule::kFittedLines);
+  options.same_surface *= rules.Scale(Rule::kFittedLines);
+  options.min_surface_pixels = rules.Count(Rule::kFittedLines, options.min_surface_pixels);
+  options.max_reach = rules.Count(Rule::kFittedLines, options.max_reach);
+  if (rules.IsOn(Rule::kDepthEdges)) {
+    options.max_jump *= rules.Factor(Rule::kDepthEdges);
+    options.max_change *= rules.Factor(Rule::kDepthEdges);
+    options.max_extrapolation = rules.Count(Rule::kDepthEdges, options.max_extrapolation);
+  } else {
+    options.max_jump = options.max_change = std::numeric_limits<float>::infinity();
+    options.max_extrapolation = std::numeric_limits<int>::max();
+  }
+  return options;
+}
 
 // A pixel that lines may rest on: value (inverse depth; paper: depth) and its slopes per pixel; value <= 0 = none.
 struct Anchor {
@@ -130,7 +155,7 @@ PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Anchor> anch
     const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
     if (options.formulas == Formulas::kRobust && sums.n > 0) {
       const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
-      if (!(fabsf(s.value - predicted) < kSameSurface * sums.nearest_w)) break;
+      if (!(fabsf(s.value - predicted) < options.same_surface * sums.nearest_w)) break;
     }
     sums.Add(position, s.value, slope);
   }
@@ -196,8 +221,8 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   if (options.formulas == Formulas::kRobust && is_far) return 0;
   const float value = from_before <= from_after ? model.before.At(t) : model.after.At(t);
   if (options.formulas == Formulas::kPaper) return value > 0 ? value : 0;
-  // An extrapolated line never doubles or halves the depth of what it rests on.
-  return value > 0.5f * model.min_value && value < 2 * model.max_value ? value : 0;
+  return options.max_change * value > model.min_value && value < options.max_change * model.max_value ? value
+                                                                                                      : 0;
 }
 
 // The inverse depth that a hypothesis map holds before the lines, 0 in gaps. `evidence`: the pixel's inverse depth where that is
@@ -232,12 +257,12 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Anchor> anchors
 // The anchor at a measured pixel. Robust: the plane of the 7 x 7 window, so that a line rests on more than single
 // noisy pixels; none for isolated specks, whose window holds too few pixels of their surface.
 PHI_HD Anchor MakeAnchor(ArrayView2D<const float> inverse_depth, int x, int y, const LineOptions& options) {
-  constexpr int kMinSurfacePixels = 12;  // of 49; less than a third of the half window at a straight border
   const float w = inverse_depth(x, y);
   if (!(w > 0)) return {};
   if (options.formulas == Formulas::kPaper) return {1 / w, 0, 0};
-  const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y);
-  if (plane.count < kMinSurfacePixels || !(plane.value > 0)) return {};
+  if (!options.fits_planes) return {w, 0, 0};
+  const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y, options.same_surface);
+  if (plane.count < options.min_surface_pixels || !(plane.value > 0)) return {};
   return {plane.value, plane.slope_x, plane.slope_y};
 }
 

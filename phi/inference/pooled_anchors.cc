@@ -23,17 +23,17 @@ namespace {
 constexpr float kMaxBrightnessChange = 6;
 // Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
 constexpr int kGainStride = 4;
-constexpr std::size_t kMinGainSamples = 100;
+constexpr int kMinGainSamples = 100;
 // Grey levels: darker ones are mostly noise, brighter ones may be clipped.
 constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
 // Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own anchors.
 constexpr int kMinStep = 2;
 
-int SamplingStep(int width, int height) {
+int SamplingStep(int width, int height, const Rules& rules) {
   const auto num_sampled = [&](std::int64_t step) {
     return ((width + step - 1) / step) * ((height + step - 1) / step);
   };
-  int step = kMinStep;
+  int step = rules.Count(Rule::kPooledAnchors, kMinStep);
   while (num_sampled(step) > kMaxPooledPerView) ++step;
   return step;
 }
@@ -41,14 +41,15 @@ int SamplingStep(int width, int height) {
 class SourcePool {
  public:
   SourcePool(const InferenceInput& input, const Surroundings& surroundings, const ViewImage& source,
-             const MeasuredDepths& depths)
+             const MeasuredDepths& depths, const Rules& rules)
       : measured_(*input.measured),
         surroundings_(surroundings),
         mask_(input.mask.get()),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
         depths_(depths),
-        step_(SamplingStep(depths.width(), depths.height())),
+        rules_(rules),
+        step_(SamplingStep(depths.width(), depths.height(), rules)),
         source_id_(source.view->image_id),
         source_rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
@@ -71,7 +72,7 @@ class SourcePool {
     for (int y = 0; y < depths_.height(); y += kGainStride * step_) {
       for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddRatio(x, y, &ratios);
     }
-    if (ratios.size() < kMinGainSamples) return;
+    if (ratios.size() < static_cast<std::size_t>(rules_.Count(Rule::kPooledAnchors, kMinGainSamples))) return;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
     gain_ = *middle;
@@ -101,8 +102,8 @@ class SourcePool {
     if (CarriesPlanes(measured_.states(px, py))) return;
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
-    if (!(std::abs(change) <= kMaxBrightnessChange)) return;
-    if (surroundings_.Hide(px, py, anchor->inverse_depth)) return;
+    if (!(std::abs(change) <= rules_.Scale(Rule::kPooledAnchors) * kMaxBrightnessChange)) return;
+    if (rules_.IsOn(Rule::kHiddenAnchors) && surroundings_.Hide(px, py, anchor->inverse_depth)) return;
     anchor->hash = Hash(x, y);
     row->push_back(*anchor);
   }
@@ -130,6 +131,7 @@ class SourcePool {
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
   const MeasuredDepths& depths_;
+  const Rules& rules_;
   int step_;
   float gain_ = 1;
   std::uint32_t source_id_;
@@ -139,15 +141,16 @@ class SourcePool {
 
 }  // namespace
 
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input) {
-  const Surroundings surroundings(input);
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules) {
+  if (!rules.IsOn(Rule::kPooledAnchors)) return {};
+  const Surroundings surroundings(input, rules);
   std::vector<SourcePool> sources;
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
   const std::size_t num_views =
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
-    sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j]);
+    sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j], rules);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
@@ -163,7 +166,8 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input) {
     row = {};
   }
   const int width = input.measured->width(), height = input.measured->height();
-  RemoveHidden(width, height, SamplingStep(width, height), &pooled);
+  if (rules.IsOn(Rule::kHiddenAnchors))
+    RemoveHidden(width, height, SamplingStep(width, height, rules), &pooled, rules);
   return pooled;
 }
 

@@ -27,6 +27,6 @@ struct PooledAnchor {
 
 // Measured pixels and clues of the source views that land on a pixel without depth that is about as bright, but those that something
 // nearer hides (anchor_visibility.h). Same order for any number of threads. Views without a map take no part.
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input);
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {});
 
 }  // namespace phi

@@ -33,6 +33,25 @@ constexpr double kMinSpread = 3;          // standard deviation across the inlie
 // Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
 constexpr double kReachDeviations = 5;
 
+// The same, scaled.
+struct Limits {
+  int min_anchors, max_draws;
+  double min_share, min_apart, min_spread, reach_deviations;
+  float tolerance, tolerance_deviations;
+
+  explicit Limits(const Rules& rules)
+      : min_anchors(rules.Count(Rule::kRegionPlanes, kMinAnchors)),
+        max_draws(rules.Count(Rule::kRegionPlanes, kMaxDraws)) {
+    const float scale = rules.Scale(Rule::kRegionPlanes);
+    min_share = scale * kMinShare;
+    min_apart = scale * kMinApart;
+    min_spread = scale * kMinSpread;
+    reach_deviations = scale * kReachDeviations;
+    tolerance = scale * kTolerance;
+    tolerance_deviations = scale * kToleranceDeviations;
+  }
+};
+
 struct Point {
   float x, y;
   double w;
@@ -90,7 +109,7 @@ bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* p
 }
 
 // Least squares over the inliers; false when they do not carry a plane. Sets the ellipse.
-bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
+bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane* plane) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   const double cx = points[0].x, cy = points[0].y;  // relative coordinates keep the equations well scaled
@@ -102,16 +121,16 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
     normal += row * row.transpose();
     right += p.w * row;
   }
-  if (n < kMinAnchors) return false;
+  if (n < limits.min_anchors) return false;
   const Eigen::Vector2d mean = normal.block<2, 1>(1, 0) / n;
   const Eigen::Matrix2d covariance = normal.block<2, 2>(1, 1) / n - mean * mean.transpose();
   const double narrow = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(0);
-  if (!(narrow > kMinSpread * kMinSpread)) return false;
+  if (!(narrow > limits.min_spread * limits.min_spread)) return false;
   const Eigen::Vector3d solution = normal.ldlt().solve(right);
   plane->b = solution(1);
   plane->c = solution(2);
   plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
-  const Eigen::Matrix2d ellipse = covariance.inverse() / (kReachDeviations * kReachDeviations);
+  const Eigen::Matrix2d ellipse = covariance.inverse() / (limits.reach_deviations * limits.reach_deviations);
   plane->center_x = cx + mean.x();
   plane->center_y = cy + mean.y();
   plane->xx = ellipse(0, 0);
@@ -121,11 +140,11 @@ bool Refine(const std::vector<Point>& points, RegionPlane* plane) {
 }
 
 // Draws after which one of them is likely to have hit inliers only.
-int NumDraws(double inlier_share) {
+int NumDraws(double inlier_share, int most) {
   const double hit = inlier_share * inlier_share * inlier_share;
   if (hit >= 1) return 1;
   const double draws = std::log(1 - kConfidence) / std::log1p(-hit);
-  return draws < kMaxDraws ? static_cast<int>(std::ceil(draws)) : kMaxDraws;
+  return draws < most ? static_cast<int>(std::ceil(draws)) : most;
 }
 
 // The point whose hash is the next from `word` on. Points by ascending hash.
@@ -148,11 +167,11 @@ std::size_t CountInliers(const std::vector<Point>& points, std::size_t num_point
 }
 
 // The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
-bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t region, std::uint32_t round,
-              RegionPlane* best) {
+bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey key, std::uint64_t region,
+              std::uint32_t round, RegionPlane* best) {
   const std::size_t num_scored = std::min(points.size(), kMaxScored);
   std::size_t best_count = 0;
-  int num_draws = kMaxDraws;
+  int num_draws = limits.max_draws;
   for (int draw = 0; draw < num_draws; ++draw) {
     const Random4 random = Philox(key, region, round, static_cast<std::uint32_t>(draw));
     RegionPlane plane;
@@ -164,10 +183,10 @@ bool FitPlane(const std::vector<Point>& points, RandomKey key, std::uint64_t reg
     if (count <= best_count) continue;
     best_count = count;
     *best = plane;
-    num_draws = NumDraws(static_cast<double>(count) / num_scored);
+    num_draws = NumDraws(static_cast<double>(count) / num_scored, limits.max_draws);
   }
-  if (best_count < kMinShare * num_scored) return false;
-  return Refine(points, best) && Refine(points, best);
+  if (best_count < limits.min_share * num_scored) return false;
+  return Refine(limits, points, best) && Refine(limits, points, best);
 }
 
 // How far the planes differ where the second one's inliers lie, relative to it.
@@ -198,18 +217,18 @@ double DetachedBy(const std::vector<Point>& points, const RegionPlane& first, co
 
 // Noise of the first plane's anchors, or the rim of something that stands before the surface: seen in front of an even
 // region, it would end in a step of brightness within. Where two walls meet, anchors lie at the crease too.
-bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& first,
-                       const RegionPlane& second) {
-  return Apart(points, first, second) < kMinApart || DetachedBy(points, first, second) > kMinApart;
+bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second,
+                       double min_apart) {
+  return Apart(points, first, second) < min_apart || DetachedBy(points, first, second) > min_apart;
 }
 
-std::array<RegionPlane, kPlanesPerRegion> FitPlanes(std::vector<Point> points, RandomKey key,
-                                                    std::uint64_t region) {
+std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::vector<Point> points,
+                                                    RandomKey key, std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
-  for (int k = 0; k < kPlanesPerRegion && points.size() >= kMinAnchors; ++k) {
+  for (int k = 0; k < kPlanesPerRegion && std::ssize(points) >= limits.min_anchors; ++k) {
     RegionPlane plane;
-    if (!FitPlane(points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
-    if (k > 0 && IsNoSecondSurface(points, planes[0], plane)) break;
+    if (!FitPlane(limits, points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
+    if (k > 0 && IsNoSecondSurface(points, planes[0], plane, limits.min_apart)) break;
     planes[k] = plane;
     std::erase_if(points, [&](const Point& p) { return IsInlier(plane, p); });
   }
@@ -254,11 +273,12 @@ struct AnchoredRegion {
   std::int32_t num_members = 0;
 };
 
-std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts, std::int64_t* num_places) {
+std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts, int min_anchors,
+                                         std::int64_t* num_places) {
   std::vector<AnchoredRegion> list;
   *num_places = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
-    if (counts[r] < kMinAnchors) continue;
+    if (counts[r] < min_anchors) continue;
     const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
     list.push_back(
         {static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), *num_places});
@@ -267,20 +287,22 @@ std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts
   return list;
 }
 
-Point MakePoint(const DepthPrecision& precision, float x, float y, float w, std::uint32_t hash) {
+Point MakePoint(const Limits& limits, const DepthPrecision& precision, float x, float y, float w,
+                std::uint32_t hash) {
   const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w);
-  return {x, y, w, std::max(kTolerance, kToleranceDeviations * deviation) * w, hash};
+  return {x, y, w, std::max(limits.tolerance, limits.tolerance_deviations * deviation) * w, hash};
 }
 
-Point MeasuredPoint(const DepthPrecision& precision, AnchorValues anchors, std::int32_t pixel) {
+Point MeasuredPoint(const Limits& limits, const DepthPrecision& precision, AnchorValues anchors,
+                    std::int32_t pixel) {
   const int x = pixel % anchors.width, y = pixel / anchors.width;
-  return MakePoint(precision, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
+  return MakePoint(limits, precision, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
                    PixelHash(PixelHash(pixel)));
 }
 
 // Another view measured it, about as precisely as this one would.
-Point PooledPoint(const DepthPrecision& precision, const PooledAnchor& anchor) {
-  return MakePoint(precision, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
+Point PooledPoint(const Limits& limits, const DepthPrecision& precision, const PooledAnchor& anchor) {
+  return MakePoint(limits, precision, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
 }
 
 }  // namespace
@@ -297,10 +319,17 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
 }
 
 RegionPlanes::RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
-                           std::span<const PooledAnchor> pooled, const DepthPrecision& precision) {
-  ImageRegions regions = FindRegions(image);
+                           std::span<const PooledAnchor> pooled, const DepthPrecision& precision,
+                           const Rules& rules) {
+  if (!rules.IsOn(Rule::kRegionPlanes)) {
+    region_ = Array2D<std::int32_t>(image.width(), image.height(), -1);
+    return;
+  }
+  const Limits limits(rules);
+  ImageRegions regions = FindRegions(image, rules);
   std::int64_t num_places = 0;
-  std::vector<AnchoredRegion> anchored = ListAnchored(CountAnchors(regions, anchors, pooled), &num_places);
+  std::vector<AnchoredRegion> anchored =
+      ListAnchored(CountAnchors(regions, anchors, pooled), limits.min_anchors, &num_places);
   std::vector<std::int32_t> index(regions.num_regions, -1);
   for (std::size_t k = 0; k < anchored.size(); ++k) index[anchored[k].region] = static_cast<std::int32_t>(k);
 
@@ -330,11 +359,11 @@ RegionPlanes::RegionPlanes(const GrayImage& image, AnchorValues anchors, std::ui
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(precision, anchors, *member)
-                                    : PooledPoint(precision, pooled[~*member]));
+      points.push_back(*member >= 0 ? MeasuredPoint(limits, precision, anchors, *member)
+                                    : PooledPoint(limits, precision, pooled[~*member]));
     }
     // Threads found them in any order.
-    planes_[k] = FitPlanes(Sorted(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
+    planes_[k] = FitPlanes(limits, Sorted(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
   });
 }
 

@@ -54,7 +54,8 @@ class RegionPlanes {
  public:
   // `precision`: of the image's view.
   RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
-               std::span<const PooledAnchor> pooled = {}, const DepthPrecision& precision = {});
+               std::span<const PooledAnchor> pooled = {}, const DepthPrecision& precision = {},
+               const Rules& rules = {});
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;

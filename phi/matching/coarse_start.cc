@@ -29,11 +29,23 @@ using Schedule = std::array<LevelShare, 3>;
 constexpr Schedule kStandardSchedule = {{{2, 0, 6}, {1, 4, 8}, {0, 4, 8}}};
 constexpr Schedule kFastSchedule = {{{2, 0, 5}, {1, 4, 7}, {0, 6, 8}}};
 
-int LargestLevel(const Pinhole& size) {
+// So many times as many iterations; the coarsest level's stay the first ones, the others' the last ones.
+LevelShare Scaled(LevelShare share, const Rules& rules) {
+  const int count = std::min(8, rules.Count(Rule::kCoarseToFine, share.end_eighth - share.first_eighth));
+  if (share.first_eighth == 0) {
+    share.end_eighth = count;
+  } else {
+    share.first_eighth = share.end_eighth - std::min(count, share.end_eighth);
+  }
+  return share;
+}
+
+int LargestLevel(const Pinhole& size, const Rules& rules) {
   constexpr int kMinSide = 96;  // pixels: windows should be small beside the image
   const int side = std::min(size.width, size.height);
+  const int min_side = rules.Count(Rule::kCoarseToFine, kMinSide);
   int level = 0;
-  while (level + 1 < kMaxPyramidLevels && (side >> (level + 1)) >= kMinSide) ++level;
+  while (level + 1 < kMaxPyramidLevels && (side >> (level + 1)) >= min_side) ++level;
   return level;
 }
 
@@ -42,15 +54,17 @@ int LargestLevel(const Pinhole& size) {
 std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options) {
   const int end = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
   const bool goes_on = input.initial != nullptr || input.first_iteration > 0;
-  const int largest_level = LargestLevel(input.reference.view->camera.pinhole);
-  if (options.formulas == Formulas::kPaper || goes_on || largest_level == 0) {
+  const int largest_level = LargestLevel(input.reference.view->camera.pinhole, options.rules);
+  if (options.formulas == Formulas::kPaper || goes_on || largest_level == 0 ||
+      !options.rules.IsOn(Rule::kCoarseToFine)) {
     return {{0, input.first_iteration, end}};
   }
   std::vector<EstimationPart> parts;
   for (const LevelShare& share : options.quality == Quality::kFast ? kFastSchedule : kStandardSchedule) {
     if (share.level > largest_level) continue;
     // Rounded apart, so that each part has an iteration.
-    parts.push_back({share.level, share.first_eighth * end / 8, (share.end_eighth * end + 7) / 8});
+    const LevelShare scaled = Scaled(share, options.rules);
+    parts.push_back({share.level, scaled.first_eighth * end / 8, (scaled.end_eighth * end + 7) / 8});
   }
   parts.front().first_iteration = 0;
   return parts;

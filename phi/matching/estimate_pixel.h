@@ -40,6 +40,7 @@ struct EstimationParameters {
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
   Formulas formulas = Formulas::kRobust;
+  Rules rules = {};
 
   // near: of the sparse points around the pixel.
   PHI_HD RefinementRange Range(int iteration, DepthRange near) const;
@@ -69,11 +70,13 @@ PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange nea
   constexpr float kFirstPixels = 16.0f, kLastPixels = 0.2f;
   constexpr float kFirstAngle = 0.8f, kLastAngle = 0.05f;  // radian
   const float t = num_iterations > 1 ? static_cast<float>(iteration) / (num_iterations - 1) : 1.0f;
+  const float scale = rules.Scale(Rule::kRefinement);
   RefinementRange range;
-  range.formulas = formulas;
+  range.formulas = rules.IsOn(Rule::kRefinement) ? formulas : Formulas::kPaper;
   range.depth = (near.max > 0 ? near.max : depth_max) / 4;
-  range.inverse_depth = inverse_depth_per_pixel * kFirstPixels * powf(kLastPixels / kFirstPixels, t);
-  range.angle = kFirstAngle * powf(kLastAngle / kFirstAngle, t);
+  range.inverse_depth =
+      inverse_depth_per_pixel * (scale * kFirstPixels) * powf(kLastPixels / kFirstPixels, t);
+  range.angle = scale * kFirstAngle * powf(kLastAngle / kFirstAngle, t);
   return range;
 }
 
@@ -107,7 +110,8 @@ PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, DepthRange
   const bool known = near.min > 0;
   const float lo = Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest);
   const float hi = Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest);
-  return InitialHypothesis(p.reference, x, y, lo, hi, p.key, p.formulas);
+  return InitialHypothesis(p.reference, x, y, lo, hi, p.key,
+                           p.rules.IsOn(Rule::kFirstHypotheses) ? p.formulas : Formulas::kPaper);
 }
 
 template <int kViews, class Context>
@@ -118,15 +122,17 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   context.Costs(patch, x, y, hypothesis, kAllViews, costs);
   std::uint32_t selected = 0;
   float cost = BestViewsCost(costs, p.num_views, &selected);
-  if (p.formulas == Formulas::kPaper) cost = HarmonicMeanCost(costs, p.num_views);
+  if (p.formulas == Formulas::kPaper || !p.rules.IsOn(Rule::kJointViews))
+    cost = HarmonicMeanCost(costs, p.num_views);
   WriteState(context.state, x, y, hypothesis, cost, selected, costs, p.num_views);
 }
 
 // Weights of the views at (x, y) from the candidates' costs and the neighbours' selection; returns the new
 // selection.
 template <int kViews>
-PHI_HD std::uint32_t SelectViews(const EstimationState& state, int num_views, int x, int y, int iteration,
-                                 const float (*costs)[kViews], int num_candidates, float* weights) {
+PHI_HD std::uint32_t SelectViews(const EstimationState& state, const EstimationParameters& p, int x, int y,
+                                 int iteration, const float (*costs)[kViews], int num_candidates,
+                                 float* weights) {
   std::uint32_t masks[4];
   int num_masks = 0;
   const PixelOffset neighbours[4] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
@@ -135,12 +141,14 @@ PHI_HD std::uint32_t SelectViews(const EstimationState& state, int num_views, in
       masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
   }
   const float tau = GoodCostThreshold(iteration);
-  for (int j = 0; j < num_views; ++j) {
+  // All constants of the evidence are costs: instead of them the costs are scaled.
+  const float inverse_scale = 1 / p.rules.Scale(Rule::kJointViews);
+  for (int j = 0; j < p.num_views; ++j) {
     ViewEvidence evidence;
-    for (int k = 0; k < num_candidates; ++k) evidence.Add(costs[k][j], tau);
+    for (int k = 0; k < num_candidates; ++k) evidence.Add(inverse_scale * costs[k][j], tau);
     weights[j] = evidence.Weight(tau) * NeighbourPrior(masks, num_masks, j);
   }
-  return PruneWeights(weights, num_views);
+  return PruneWeights(weights, p.num_views);
 }
 
 // The first candidate that is the same plane as `h` at the pixel, up to rounding, or -1. Good planes spread over their
@@ -188,12 +196,12 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
 
   float weights[kViews];
   std::uint32_t selected = kAllViews;
-  if (p.formulas == Formulas::kRobust) {
-    selected = SelectViews<kViews>(state, p.num_views, x, y, iteration, costs, num_candidates, weights);
+  const bool is_joint = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kJointViews);
+  if (is_joint) {
+    selected = SelectViews<kViews>(state, p, x, y, iteration, costs, num_candidates, weights);
   }
   const auto aggregate = [&](const float* c) {
-    return p.formulas == Formulas::kPaper ? HarmonicMeanCost(c, p.num_views)
-                                          : WeightedMeanCost(c, weights, p.num_views);
+    return is_joint ? WeightedMeanCost(c, weights, p.num_views) : HarmonicMeanCost(c, p.num_views);
   };
 
   int best = 0;

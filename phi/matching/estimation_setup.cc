@@ -32,9 +32,11 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
 // Levels on which a window is still small beside the image.
 int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
   constexpr int kMinSide = 96;  // pixels
+  if (!options.rules.IsOn(Rule::kReducedImages)) return 1;
+  const int min_side = options.rules.Count(Rule::kReducedImages, kMinSide);
   int num_levels = 1;
   while (num_levels < options.num_window_levels &&
-         (std::min(size.width, size.height) >> num_levels) >= kMinSide) {
+         (std::min(size.width, size.height) >> num_levels) >= min_side) {
     ++num_levels;
   }
   return num_levels;
@@ -74,17 +76,21 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window = MakeMatchingWindow(options);
   // One fixed window on request (one level).
-  if (options.num_window_levels > 1 && p.window.step > kNearStep) {
+  const Rules& rules = options.rules;
+  if (options.num_window_levels > 1 && p.window.step > kNearStep && rules.IsOn(Rule::kNarrowWindows)) {
     p.window.near_step = kNearStep;
-    p.window.near_variance = NearWindowVariance(input.noise);
+    p.window.near_variance = NearWindowVariance(input.noise, rules.Factor(Rule::kNarrowWindows));
   }
-  constexpr float kDecay = 1.0f / (kHalfWeightDifference * kHalfWeightDifference);
-  p.window.weight_decay = options.formulas == Formulas::kPaper ? 0.0f : kDecay;
+  p.window.level_variance *= rules.Scale(Rule::kReducedImages);
+  const float half_weight = rules.Scale(Rule::kSampleWeights) * kHalfWeightDifference;
+  const bool has_weights = options.formulas != Formulas::kPaper && rules.IsOn(Rule::kSampleWeights);
+  p.window.weight_decay = has_weights ? 1.0f / (half_weight * half_weight) : 0.0f;
   p.window.range_follows_texture = !input.is_reduced;
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
-  const bool is_free = options.formulas == Formulas::kPaper && !input.depth_range_is_given;
+  const bool has_bounds = options.formulas == Formulas::kRobust && rules.IsOn(Rule::kDepthBounds);
+  const bool is_free = !has_bounds && !input.depth_range_is_given;
   p.nearest = is_free ? std::numeric_limits<float>::min() : p.depth_min;
   p.farthest = is_free ? std::numeric_limits<float>::max() : p.depth_max;
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
@@ -94,6 +100,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.end_iteration = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
   p.formulas = options.formulas;
+  p.rules = options.rules;
   return p;
 }
 

@@ -6,7 +6,8 @@
 //
 // On a painted wall the contrast inside a 15 pixel window is about the sensor's noise and ZNCC ranks noise. Half the
 // resolution halves the noise and doubles the window; a pixel takes the finest level whose window has contrast well
-// above what noise leaves there. Textured pixels stay at level 0, so no detail is lost.
+// above what noise leaves there (MatchingWindow::level_variance at level 0; white noise falls by 4 per level, and so does the
+// variance that a window needs). Textured pixels stay at level 0, so no detail is lost.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +19,14 @@ namespace phi {
 
 inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 
-// Variance (squared grey levels) that a window needs at level 0. White noise falls by 4 per level, and so does the
-// variance that a window needs.
-inline constexpr float kWindowVariance = 3.0f;
-
 // Variance that the narrow window needs: ten times the noise's, within these limits.
 inline constexpr float kNearVarianceOverNoise = 10.0f;
 inline constexpr float kMinNearVariance = 1.0f, kMaxNearVariance = 10.0f;
 
-// `noise`: standard deviation, grey levels.
-inline float NearWindowVariance(double noise) {
-  return Clamp(kNearVarianceOverNoise * static_cast<float>(noise * noise), kMinNearVariance,
-               kMaxNearVariance);
+// `noise`: standard deviation, grey levels; scale: of the result.
+inline float NearWindowVariance(double noise, float scale = 1) {
+  return scale * Clamp(kNearVarianceOverNoise * static_cast<float>(noise * noise), kMinNearVariance,
+                       kMaxNearVariance);
 }
 
 inline constexpr int kMaxRangeStep = 7;
@@ -91,7 +88,7 @@ PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, cons
     if (result.near) result.range_step = RangeStep(window, variance);
   }
   if (result.near) return result;
-  float needed = kWindowVariance, scale = 1.0f;
+  float needed = window.level_variance, scale = 1.0f;
   for (; result.level + 1 < num_levels; ++result.level) {
     const float variance = WindowVariance(levels[result.level], window, u * scale, v * scale);
     if (variance >= needed) {

@@ -23,6 +23,7 @@ struct MatchingWindow {
   float step = 1.4f;         // r_orig / r_now, pixels
   float near_step = 0;       // the same where texture is rich, see window_level.h; 0: no such windows
   float near_variance = 10;  // squared grey levels that the narrow form needs
+  float level_variance = 3;  // the same of the whole one at level 0 of the pyramid, see window_level.h
   // Where the surface itself has texture, differences of brightness weigh less, see RangeStep in window_level.h.
   bool range_follows_texture = false;
   float weight_decay = 0;    // 1 / squared grey level; 0: all samples count the same (paper)

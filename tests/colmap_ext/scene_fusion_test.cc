@@ -267,6 +267,9 @@ TEST(SceneFusion, SmoothsMapsWhoseNoiseMatters) {
   options.rule = {.max_depth_error = 0.04};
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
   EXPECT_EQ(DescribeSmoothing(Fuse(folder.path(), options)), "");
+  options.rule = {};
+  options.rule.rules.Set(phi::Rule::kMapNoise, 0);
+  EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
 }
 
 TEST(SceneFusion, OneImageExplainsItself) {

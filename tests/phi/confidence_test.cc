@@ -109,7 +109,7 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, 3, kPrecision, estimate_, &map);
+    JudgeMeasurements(photo_, 3, kPrecision, estimate_, &map, rules_);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);
@@ -118,6 +118,7 @@ class JudgeMeasurementsTest : public testing::Test {
   GrayImage photo_;
   PlaneMap estimate_ = Wall();
   MeasurementMap map_ = AllMeasured(Wall());
+  Rules rules_;
 };
 
 TEST_F(JudgeMeasurementsTest, WhatIsProbableAndTexturedIsMeasured) {
@@ -141,6 +142,21 @@ TEST_F(JudgeMeasurementsTest, WhatIsMoreProbablyWrongGoes) {
 }
 
 TEST_F(JudgeMeasurementsTest, WhatIsProbableButPlainIsAClue) { EXPECT_EQ(JudgedAt(36, 20), PixelState::kClue); }
+
+TEST_F(JudgeMeasurementsTest, WithoutTheirRulesPlainPixelsAreMeasuredAndNothingIsAClue) {
+  rules_.Set(Rule::kOwnTexture, 0);
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kMeasured);
+  rules_ = {};
+  rules_.Set(Rule::kClues, 0);
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kNone);
+}
+
+TEST_F(JudgeMeasurementsTest, WithoutProbabilityTheFilterDecides) {
+  map_.testimonies(15, 20) = {1, 0, 11};
+  rules_.Set(Rule::kProbability, 0);
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kMeasured);
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kNone) << "plain";
+}
 
 TEST_F(JudgeMeasurementsTest, WhatTheFilterDroppedIsAClueWhereItIsProbable) {
   map_.Drop(20 * kSide + 15);

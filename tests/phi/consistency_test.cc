@@ -66,6 +66,28 @@ TEST_F(ConsistencyTest, NormalsMayDifferByTheirTolerance) {
   EXPECT_FALSE(Consistent(2.0f, {std::sin(0.55f), 0, -std::cos(0.55f)}));  // 31.5 degrees
 }
 
+TEST_F(ConsistencyTest, RulesAsTheyAreChangeNoThreshold) {
+  const ConsistencyThresholds as_is, made = MakeConsistencyThresholds({});
+  EXPECT_EQ(made.same_depth, as_is.same_depth);
+  EXPECT_EQ(made.close_depth, as_is.close_depth);
+  EXPECT_EQ(made.min_facing_cosine, as_is.min_facing_cosine);
+  EXPECT_EQ(made.min_rays_cosine, as_is.min_rays_cosine);
+  EXPECT_EQ(made.max_depth_error, 0);
+}
+
+// Angles become so many times as wide, up to any; off are the paper's values.
+TEST_F(ConsistencyTest, RulesScaleAnglesAndTolerances) {
+  FilterOptions options;
+  options.rules.Set(Rule::kFilterTolerances, 0.5f);
+  options.rules.Set(Rule::kFewViews, 3);
+  const ConsistencyThresholds scaled = MakeConsistencyThresholds(options);
+  EXPECT_NEAR(scaled.min_normal_cosine, std::cos(M_PI / 6), 1e-6);
+  EXPECT_FLOAT_EQ(scaled.max_relative_depth_error, 0.005f);
+  EXPECT_FLOAT_EQ(scaled.min_facing_cosine, -1);
+  options.rules.Set(Rule::kFilterTolerances, 0);
+  EXPECT_FLOAT_EQ(MakeConsistencyThresholds(options).max_depth_error, 0.02f);
+}
+
 TEST_F(ConsistencyTest, TriangulationAngle) {
   thresholds_.max_ray_cosine = std::cos(0.20f);  // the angle is about 0.23 radian here
   EXPECT_TRUE(Consistent(2.0f));
@@ -168,6 +190,9 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   input_.sources.pop_back();
   AddMap(1.9f);  // 5 % before the point: hidden from this one
   EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
+  options_.rules.Set(Rule::kFewViews, 0);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
+  options_.rules = {};
   options_.formulas = Formulas::kPaper;
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
 }

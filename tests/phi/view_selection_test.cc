@@ -215,6 +215,9 @@ TEST(ViewSelection, TakesWeakViewsWhenThereAreNoOthers) {
   for (int k = 0; k < 20; ++k) AddPoint({0, 1, 2, 3}, {0.1 * k, 0, 10}, &scene);
   // The wider baseline first; image 4 stands where the reference stands, which no rule can repair.
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 8)), (std::vector<std::uint32_t>{3, 2}));
+  ViewSelectionOptions options;
+  options.rules.Set(Rule::kWeakViews, 0);
+  EXPECT_EQ(Ids(views, ViewSelector(views, scene, options).Select(0, 8)), (std::vector<std::uint32_t>{3}));
 }
 
 // The paper has Eq. 2 and 3 and nothing for images that they leave without source views.
@@ -291,6 +294,9 @@ TEST(ViewSelection, WithoutPointsTheCamerasDecide) {
   ASSERT_EQ(ids.size(), 4u);
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 9u), 0);
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 2u), 1);  // the neighbour
+  ViewSelectionOptions options;
+  options.rules.Set(Rule::kCameraEvidence, 0);
+  EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 4).empty());
 }
 
 TEST(ViewSelection, ATrackThatNamesAViewTwiceCountsOnce) {

@@ -4,6 +4,7 @@
 #include <concepts>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/fusion/scene_fusion.h"
@@ -58,6 +59,7 @@ TEST(OptionKeys, FollowEveryOptionThatChangesMaps) {
   int num_in_key = 0;
   const phi::OptionList names = PipelineOptions().List();
   for (const phi::Option& entry : names) {
+    if (entry.is_for_developers()) continue;
     PipelineOptions options;
     const std::string before = KeyOfAllStages(options);
     phi::OptionList list = options.List();
@@ -65,12 +67,30 @@ TEST(OptionKeys, FollowEveryOptionThatChangesMaps) {
     option.Assign(OtherValue(option));
     ASSERT_NE(option.Text(), option.default_text()) << option.name();
     ASSERT_EQ(option.Check(), "") << option.name();
-    options.SetFormulas(options.stereo.formulas);
+    options.SetMethod({options.stereo.formulas, options.stereo.rules});
     if (!option.in_key()) continue;
     ++num_in_key;
     EXPECT_NE(KeyOfAllStages(options), before) << option.name();
   }
   EXPECT_GT(num_in_key, 15);
+}
+
+// A stage's key and those after it follow; what an earlier stage made stays.
+TEST(OptionKeys, FollowTheRules) {
+  using phi::RuleStage;
+  const std::string as_is = KeyOfAllStages({});
+  const std::vector<Stage> before = BuildStages({});
+  for (std::size_t i = 0; i < phi::kNumRules; ++i) {
+    const phi::RuleDescription& rule = phi::kRules[i];
+    // The keys hold the source images; fusion has keys of its own.
+    if (rule.stage == RuleStage::kSourceViews || rule.stage == RuleStage::kFusion) continue;
+    PipelineOptions options;
+    options.stereo.rules.Set(static_cast<phi::Rule>(i), 0.7f);
+    options.SetMethod({options.stereo.formulas, options.stereo.rules});
+    EXPECT_NE(KeyOfAllStages(options), as_is) << rule.name;
+    EXPECT_EQ(BuildStages(options)[0].options == before[0].options, rule.stage != RuleStage::kEstimation)
+        << rule.name;
+  }
 }
 
 // Those that are not on the list itself: a seed that every command has, what decides the stages.
@@ -87,10 +107,12 @@ TEST(OptionKeys, FollowTheSeedAndTheStages) {
 // to the list, or here with a reason.
 TEST(OptionKeys, EveryMemberIsAnOption) {
   const auto size = [](auto options) { return static_cast<int>(options.List().size()); };
-  EXPECT_EQ(CountMembers<phi::ViewSelectionOptions>(), size(phi::ViewSelectionOptions()) + 2);  // eps of Eq. 1, formulas
+  EXPECT_EQ(CountMembers<phi::ViewSelectionOptions>(),
+            size(phi::ViewSelectionOptions()) + 3);  // eps of Eq. 1, formulas, rules
   EXPECT_EQ(CountMembers<phi::StereoOptions>(), size(phi::StereoOptions()) + 1);                // seed
-  EXPECT_EQ(CountMembers<phi::FilterOptions>(), size(phi::FilterOptions()) + 1);                // formulas
-  EXPECT_EQ(CountMembers<phi::InferenceOptions>(), size(phi::InferenceOptions()) + 4);  // kappa 1 to 3, formulas
+  EXPECT_EQ(CountMembers<phi::FilterOptions>(), size(phi::FilterOptions()) + 2);  // formulas, rules
+  EXPECT_EQ(CountMembers<phi::InferenceOptions>(),
+            size(phi::InferenceOptions()) + 5);  // kappa 1 to 3, formulas, rules
   EXPECT_EQ(CountMembers<phi::FusionOptions>(), size(phi::FusionOptions()));
   EXPECT_EQ(CountMembers<BackendOptions>(), size(BackendOptions()));
   EXPECT_EQ(CountMembers<WorkspaceOptions>(), size(WorkspaceOptions()));

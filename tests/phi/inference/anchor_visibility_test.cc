@@ -80,9 +80,9 @@ struct PlateBeforeAWall {
     int wall_on_plate = 0, wall_beside = 0, wall_next_to_plate = 0, plate = 0;
   };
 
-  Counts Count() const {
+  Counts Count(const Rules& rules = {}) const {
     Counts counts;
-    for (const PooledAnchor& p : PoolAnchors(Input())) {
+    for (const PooledAnchor& p : PoolAnchors(Input(), rules)) {
       const bool on_plate = OnPlate(p.PixelX(), p.PixelY());
       if (p.inverse_depth > 0.4f) {
         ++counts.plate;
@@ -104,6 +104,9 @@ TEST(AnchorVisibility, TheWallBehindIsNoAnchorOfWhatTheReferenceMeasuredAround) 
   EXPECT_EQ(scene.Count().wall_on_plate, 0);
   EXPECT_EQ(scene.Count().wall_beside, beside);
   EXPECT_GT(scene.Count().wall_next_to_plate, 15);
+  Rules rules;
+  rules.Set(Rule::kHiddenAnchors, 0);
+  EXPECT_GT(scene.Count(rules).wall_on_plate, 300);
   // Were the rim on the wall, nothing would hide it.
   scene.MeasureRim(3);
   EXPECT_GT(scene.Count().wall_on_plate, 300);

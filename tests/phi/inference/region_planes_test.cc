@@ -196,6 +196,10 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
+  Rules rules;
+  rules.Set(Rule::kOverexposed, 0);
+  const Hypotheses filled(AllMeasured(RimOf(LeftWall)), {Formulas::kRobust, rules}, &image);
+  EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 
 TEST(RegionPlanes, PaperFormulasHaveNone) {

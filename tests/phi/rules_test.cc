@@ -1,0 +1,95 @@
+#include "phi/base/rules.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "phi/options.h"
+
+namespace phi {
+namespace {
+
+using testing::HasSubstr;
+
+Rules Assigned(const std::string& text) {
+  Rules rules;
+  rules.Assign(text, RuleStage::kSourceViews, RuleStage::kInference);
+  return rules;
+}
+
+std::string Complaint(const std::string& text) {
+  try {
+    Assigned(text);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Rules, AreAllAsTheyAre) {
+  const Rules rules;
+  for (std::size_t i = 0; i < kNumRules; ++i)
+    EXPECT_EQ(rules.Factor(static_cast<Rule>(i)), 1) << kRules[i].name;
+  EXPECT_EQ(rules.Text(RuleStage::kSourceViews, RuleStage::kFusion), "");
+  EXPECT_EQ(rules.KeyText(RuleStage::kFilter), "");
+}
+
+TEST(Rules, AreOffOrScaled) {
+  const Rules rules = Assigned("own_texture=0,free_space=0.7");
+  EXPECT_FALSE(rules.IsOn(Rule::kOwnTexture));
+  EXPECT_EQ(rules.Scale(Rule::kOwnTexture), 1);
+  EXPECT_EQ(rules.Factor(Rule::kFreeSpace), 0.7f);
+  EXPECT_EQ(rules.Scale(Rule::kFreeSpace), 0.7f);
+  EXPECT_EQ(rules.Factor(Rule::kClues), 1);
+  EXPECT_EQ(rules.Count(Rule::kFreeSpace, 3), 2);
+  EXPECT_EQ(rules.Count(Rule::kOwnTexture, 3), 3);
+}
+
+TEST(Rules, ReadBackAsTheSameText) {
+  const std::string text = "own_texture=0,free_space=0.7";
+  EXPECT_EQ(Assigned("free_space=0.7,own_texture=0").Text(RuleStage::kSourceViews, RuleStage::kFusion), text);
+  EXPECT_EQ(Assigned("own_texture=1").Text(RuleStage::kSourceViews, RuleStage::kFusion), "");
+}
+
+TEST(Rules, AStagesKeyHoldsItsOwn) {
+  const Rules rules = Assigned("own_texture=0,free_space=0.7");
+  EXPECT_EQ(rules.KeyText(RuleStage::kFilter), " rules=own_texture=0");
+  EXPECT_EQ(rules.KeyText(RuleStage::kInference), " rules=free_space=0.7");
+  EXPECT_EQ(rules.KeyText(RuleStage::kEstimation), "");
+}
+
+TEST(Rules, WhatIsNoSettingIsRefused) {
+  for (const char* text :
+       {"no_such=0", "own_texture", "own_texture=", "own_texture=-1", "own_texture=11", "own_texture=nan",
+        "own_texture=0.7x", "cover=0", "clues=0.7", "even_regions=0", "own_texture=0,,"}) {
+    EXPECT_THAT(Complaint(text), HasSubstr("own_texture")) << text;
+  }
+  EXPECT_THAT(Complaint("x=0"), testing::Not(HasSubstr("cloud_holes"))) << "fusion's";
+}
+
+TEST(Rules, ARefusedTextChangesNothing) {
+  Rules rules = Assigned("own_texture=0");
+  EXPECT_THROW(rules.Assign("free_space=0.7,no_such=0", RuleStage::kSourceViews, RuleStage::kInference),
+               std::invalid_argument);
+  EXPECT_EQ(rules.Text(RuleStage::kSourceViews, RuleStage::kFusion), "own_texture=0");
+}
+
+TEST(Rules, AreThoseOfThePage) {
+  std::ifstream file(PHIMVS_SOURCE_DIR "/docs/development/rules.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  std::multiset<std::string> listed, names;
+  const std::regex row(R"(\n\| `([a-z_]+)` \|)");
+  for (std::sregex_iterator it(page.begin(), page.end(), row), end; it != end; ++it) listed.insert((*it)[1]);
+  for (const RuleDescription& rule : kRules) names.insert(rule.name);
+  EXPECT_EQ(listed, names);
+  EXPECT_THAT(page, HasSubstr("\n" + std::to_string(kNumRules) + " rules;"));
+}
+
+}  // namespace
+}  // namespace phi
