@@ -1,0 +1,310 @@
+"""scripts/ablation --rules: each rule that the paper does not have (phi/base/rules.h) off, and with its constants scaled.
+
+A lane takes a set and a seed: the maps as they are, then every setting of every rule. What a rule does not touch is made once:
+rules of fusion fuse the same maps again, rules of the filter and of inference start from the same estimates.
+"""
+import argparse
+import importlib.machinery
+import importlib.util
+import itertools
+import json
+import os
+import queue
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+AS_IS = ""  # the setting in which every rule is as it is
+GRACE_SECONDS = 10  # for a run to end when the time is up
+STAGES_AFTER_ESTIMATION = ("kFilter", "kInference")
+
+
+def load_benchmark():
+    loader = importlib.machinery.SourceFileLoader("benchmark", str(ROOT / "scripts/benchmark"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("benchmark", loader))
+    sys.dont_write_bytecode = True
+    loader.exec_module(module)
+    return module
+
+
+benchmark = load_benchmark()
+
+
+class TimeIsUp(Exception):
+    pass
+
+
+def read_rules():
+    """Name -> (stage, settings), as phi/base/rules.h lists them."""
+    text = (ROOT / "phi/base/rules.h").read_text()
+    return {name: (stage, settings) for name, stage, settings in re.findall(r'X\(k\w+, "(\w+)", (k\w+), (k\w+)\)', text)}
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="ablation --rules", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rules", action="store_true", help="this mode of scripts/ablation")
+    parser.add_argument("--phimvs", type=Path, default=ROOT / "build/release/phimvs", help="the program")
+    parser.add_argument("--data", type=Path, required=True, help="folder of the sets, as for scripts/benchmark")
+    parser.add_argument("--halves", default="choose,judge", help="of scripts/scenes/split.json; sets that are not there are left out")
+    parser.add_argument("--sets", help="only these, by commas")
+    parser.add_argument("--seeds", default="0,1,2")
+    parser.add_argument("--only", help="only these rules, by commas")
+    parser.add_argument("--settings", default="off,0.7,1.4", help="off, or factors of a rule's constants, by commas")
+    parser.add_argument("--options", default="", help="of patch_match_stereo, for every run")
+    parser.add_argument("--fusion_options", default="", help="of stereo_fusion, for every run")
+    parser.add_argument("--max_image_size", type=int, help="of patch_match_stereo, pixels")
+    parser.add_argument("--lanes", type=int, default=4, help="sets that are worked on at once, on one GPU")
+    parser.add_argument("--threads", type=int, default=4, help="of each fusion and evaluation")
+    parser.add_argument("--time_limit", type=float, help="seconds: what is under way then is stopped, and the tables hold what there is")
+    parser.add_argument("--work", type=Path, help="folder for workspaces; kept by runs that end early, for the next one to go on from")
+    parser.add_argument("--split", type=Path, default=ROOT / "scripts/scenes/split.json")
+    parser.add_argument("--commit", help="of the program; default: this repository's")
+    parser.add_argument("--output_path", type=Path, required=True, help="folder for results.json, rules.json and rules.md")
+    return parser.parse_args()
+
+
+def factor_of(setting):
+    return "0" if setting == "off" else setting
+
+
+def wanted_settings(arguments, rules):
+    """(stage, "NAME=FACTOR") of every run beside the one with all rules as they are."""
+    only = arguments.only.split(",") if arguments.only else list(rules)
+    if unknown := [name for name in only if name not in rules]:
+        sys.exit(f"ablation: no rule {', '.join(unknown)}; phi/base/rules.h has {', '.join(rules)}")
+    for name, setting in itertools.product(only, arguments.settings.split(",")):
+        stage, settings = rules[name]
+        if settings != ("kScale" if setting == "off" else "kOff"):
+            yield stage, f"{name}={factor_of(setting)}"
+
+
+class Results:
+    """results.json: rows[half][NAME=FACTOR][set][seed]; what it holds is not run again."""
+
+    def __init__(self, path, description):
+        self.path, self.content, self.lock = path, {**description, "rows": {}}, threading.Lock()
+        if path.exists():
+            self.content = json.loads(path.read_text())
+            # The version names this machine's devices: another one may go on.
+            other = [key for key, value in description.items() if key not in ("commit", "version") and self.content.get(key) != value]
+            if other:
+                sys.exit(f"ablation: {path} holds results of another {', '.join(other)}; name another folder")
+
+    def has(self, half, setting, name, seed):
+        with self.lock:
+            return seed in self.content["rows"].get(half, {}).get(setting, {}).get(name, {})
+
+    def add(self, half, setting, name, seed, scores):
+        with self.lock:
+            self.content["rows"].setdefault(half, {}).setdefault(setting, {}).setdefault(name, {})[seed] = scores
+            part = self.path.with_suffix(".part")
+            part.write_text(json.dumps(self.content, indent=1) + "\n")
+            part.replace(self.path)
+
+
+class Lane(threading.Thread):
+    """Takes sets and seeds until there are none, or the time is up."""
+
+    def __init__(self, arguments, results, units, settings, deadline):
+        super().__init__()
+        self.arguments, self.results, self.units, self.settings, self.deadline = arguments, results, units, settings, deadline
+        self.error, self.was_stopped = None, False
+
+    def run(self):
+        try:
+            while True:
+                self.run_unit(*self.units.get_nowait())
+        except queue.Empty:
+            pass
+        except TimeIsUp:
+            self.was_stopped = True
+        except Exception as error:  # told by main
+            self.error = error
+
+    def call(self, log, *command):
+        """As benchmark.call, but ends with the time."""
+        words = [str(word) for word in command]
+        start = time.monotonic()
+        if start >= self.deadline:
+            raise TimeIsUp
+        with open(log, "ab") as out:
+            process = subprocess.Popen(words, stdout=out, stderr=out)
+            try:
+                code = process.wait(None if self.deadline == float("inf") else self.deadline - start)
+            except subprocess.TimeoutExpired:
+                process.terminate()
+                try:
+                    process.wait(GRACE_SECONDS)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    process.wait()
+                raise TimeIsUp from None
+        if code != 0:
+            raise RuntimeError(f"exit code {code}: {shlex.join(words)}\n{log.read_text(errors='replace')[-2000:]}")
+        return time.monotonic() - start
+
+    def run_unit(self, half, name, scene, seed):
+        missing = [(stage, s) for stage, s in [("kFusion", AS_IS), *self.settings] if not self.results.has(half, s, name, seed)]
+        if not missing:
+            return
+        work = self.arguments.work / half / f"{name}_seed{seed}"
+        work.mkdir(parents=True, exist_ok=True)
+        if not (work / "dense").exists():
+            benchmark.copy_workspace(self.arguments.data / name / "dense", work / "copy")
+            (work / "copy").rename(work / "dense")
+        if any(stage not in ("kSourceViews", "kEstimation") for stage, _ in missing):
+            self.stereo(work / "dense", work / "stereo.log", seed, AS_IS)  # goes on from what an earlier call left
+        for stage, setting in missing:
+            begin = time.monotonic()
+            scores = self.score(half, name, scene, seed, work, stage, setting)
+            self.results.add(half, setting, name, seed, scores)
+            print(f"{half} {name} seed {seed} {setting or 'as it is'}: F1 {scores['f1'][0]:.2f} / {scores['f1'][1]:.2f}, "
+                  f"{time.monotonic() - begin:.1f} s", flush=True)
+        shutil.rmtree(work)
+
+    def stereo(self, dense, log, seed, setting):
+        rules = ["--PhiStereo.rules", setting] if setting else []
+        self.call(log, self.arguments.phimvs, "patch_match_stereo", "--workspace_path", dense, "--default_random_seed", seed,
+                  *shlex.split(self.results.content["options"]), *rules)
+
+    def score(self, half, name, scene, seed, work, stage, setting):
+        fusion = self.arguments.fusion_options
+        if stage == "kFusion":
+            return self.fuse(work, name, scene, f"{fusion} --PhiFusion.rules {setting}" if setting else fusion)
+        other = work / "other"
+        shutil.rmtree(other, ignore_errors=True)
+        benchmark.copy_workspace(self.arguments.data / name / "dense", other / "dense")
+        if stage in STAGES_AFTER_ESTIMATION:
+            # Maps are replaced, never written to: links do. The estimates of these have the same keys.
+            shutil.copytree(work / "dense" / "stereo", other / "dense" / "stereo", dirs_exist_ok=True, copy_function=link_or_copy)
+        self.stereo(other / "dense", other / "stereo.log", seed, setting)
+        scores = self.fuse(other, name, scene, fusion)
+        shutil.rmtree(other)
+        return scores
+
+    def fuse(self, work, name, scene, fusion_options):
+        return benchmark.fuse_and_evaluate(self.arguments, scene, self.arguments.data / name, work, 0, fusion_options, self.call)
+
+
+def link_or_copy(source, target):
+    if Path(target).exists():
+        return
+    if Path(source).suffix in (".bin", ".png"):
+        os.link(source, target)
+    else:
+        shutil.copy2(source, target)
+
+
+def list_units(arguments, halves):
+    """Every set with the first seed, then with the next one: an early end leaves whole sets."""
+    return [(half, name, scene, seed) for seed in arguments.seeds.split(",")
+            for half, sets in halves.items() for name, scene in sets.items()]
+
+
+def read_halves(arguments):
+    halves = {}
+    for half in arguments.halves.split(","):
+        arguments.half = half
+        halves[half] = benchmark.read_sets(arguments, required=False)
+    if not any(halves.values()):
+        sys.exit(f"ablation: {arguments.data} has no set of {arguments.halves}; scripts/scenes/assemble makes them")
+    return halves
+
+
+def differences(before, after):
+    """Set -> seed -> change of F1 at both tolerances, where both were run."""
+    table = {}
+    for name, seeds in after.items():
+        for seed, scores in seeds.items():
+            if seed in before.get(name, {}):
+                old = before[name][seed]["f1"]
+                table.setdefault(name, {})[seed] = [scores["f1"][t] - old[t] for t in (0, 1)]
+    return table
+
+
+def summarize(rule, setting, half, table):
+    """The row of a rule's setting: means over sets of means over seeds; spread: of the seeds' own means."""
+    of_sets = {name: [benchmark.mean([d[t] for d in seeds.values()]) for t in (0, 1)] for name, seeds in table.items()}
+    seeds = sorted(set().union(*table.values()))
+    of_seeds = [benchmark.mean([of[seed][0] for of in table.values() if seed in of]) for seed in seeds]
+    worst = min(of_sets, key=lambda name: of_sets[name][0])
+    return {"rule": rule, "setting": setting, "half": half, "sets": len(table), "seeds": len(seeds),
+            "f1": [benchmark.mean([of[t] for of in of_sets.values()]) for t in (0, 1)],
+            "worst_set": worst, "worst_f1": of_sets[worst][0], "spread": max(of_seeds) - min(of_seeds),
+            "set_f1": {name: of[0] for name, of in of_sets.items()}}
+
+
+def make_rows(content, rules):
+    rows = []
+    for rule in rules:
+        for half, runs in content["rows"].items():
+            for key, after in runs.items():
+                name, _, factor = key.partition("=")
+                table = differences(runs.get(AS_IS, {}), after) if name == rule else {}
+                if table:
+                    rows.append(summarize(rule, "off" if factor == "0" else factor, half, table))
+    return rows
+
+
+def spread_of_seeds(runs):
+    """Of the mean F1 with all rules as they are, over the sets that have every seed."""
+    seeds = sorted(set().union(*runs.values())) if runs else []
+    whole = [of for of in runs.values() if len(of) == len(seeds)]
+    means = [benchmark.mean([of[seed]["f1"][0] for of in whole]) for seed in seeds] if whole else []
+    return max(means) - min(means) if means else None
+
+
+def write_tables(folder, content, rules):
+    rows = make_rows(content, rules)
+    noise = {half: spread_of_seeds(runs.get(AS_IS, {})) for half, runs in content["rows"].items()}
+    described = {key: value for key, value in content.items() if key != "rows"}
+    (folder / "rules.json").write_text(json.dumps({**described, "spread_as_it_is": noise, "rows": rows}, indent=1) + "\n")
+    version = content["version"].splitlines()[0]
+    lines = [f"{version}, {content['commit']}, options '{content['options']}', fusion '{content['fusion_options']}'", "",
+             "Change of the mean F1 when a rule is off or its constants are so many times as large. F1, F1': at both tolerances; worst: "
+             "the set that loses most; spread: largest less least of the seeds' own mean changes. Mean F1 of the seeds with all rules as "
+             "they are, largest less least: " + ", ".join(f"{half} {'-' if s is None else f'{s:.2f}'}" for half, s in noise.items()) + ".", "",
+             "| rule | setting | half | F1 | F1' | worst | its F1 | spread | sets | seeds |", "|---|--:|---|--:|--:|---|--:|--:|--:|--:|"]
+    for r in rows:
+        lines.append(f"| {r['rule']} | {r['setting']} | {r['half']} | {r['f1'][0]:+.2f} | {r['f1'][1]:+.2f} | {r['worst_set']} | "
+                     f"{r['worst_f1']:+.2f} | {r['spread']:.2f} | {r['sets']} | {r['seeds']} |")
+    (folder / "rules.md").write_text("\n".join(lines) + "\n")
+    return lines
+
+
+def main():
+    arguments = parse_arguments()
+    deadline = time.monotonic() + arguments.time_limit if arguments.time_limit else float("inf")
+    rules = read_rules()
+    settings = list(wanted_settings(arguments, rules))
+    if not arguments.phimvs.exists():
+        sys.exit(f"ablation: no program {arguments.phimvs}; build it or name it with --phimvs")
+    arguments.phimvs = arguments.phimvs.resolve()
+    halves = read_halves(arguments)
+    arguments.output_path.mkdir(parents=True, exist_ok=True)
+    description = benchmark.describe(arguments)
+    del description["half"]
+    results = Results(arguments.output_path / "results.json", {**description, "fusion_options": arguments.fusion_options})
+    units = queue.SimpleQueue()
+    for unit in list_units(arguments, halves):
+        units.put(unit)
+    with tempfile.TemporaryDirectory(prefix="phimvs_rules_") as temporary:
+        arguments.work = arguments.work or Path(temporary)
+        lanes = [Lane(arguments, results, units, settings, deadline) for _ in range(arguments.lanes)]
+        for lane in lanes:
+            lane.start()
+        for lane in lanes:
+            lane.join()
+    print("\n".join(write_tables(arguments.output_path, results.content, rules)))
+    for lane in lanes:
+        if lane.error:
+            sys.exit(f"ablation: {lane.error}")
+    if any(lane.was_stopped for lane in lanes):
+        print("the time was up: call it again to go on")
