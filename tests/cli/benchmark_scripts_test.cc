@@ -327,4 +327,40 @@ TEST_F(Benchmark, RunsStereoOnceForAllFusionsComparesAndLogs) {
   EXPECT_THAT(compared.output, HasSubstr("| tiny | +0.0 | +0.0 | +0.0 |")) << "the same fusion is compared";
 }
 
+TEST_F(Benchmark, AblationRunsEachRuleOffAndScaledAndGoesOn) {
+  MakeData();
+  const std::vector<std::string> words{"--rules",  "--phimvs",       folder_ / "phimvs",
+                                       "--data",   folder_ / "data", "--split",
+                                       folder_ / "split.json",       "--seeds",
+                                       "0,1",      "--only",         "own_texture,cloud_holes,clues",
+                                       "--lanes",  "2",              "--settings",
+                                       "off,0.7",  "--output_path",  folder_ / "rules"};
+  std::vector<std::string> no_time = words;
+  no_time.insert(no_time.end(), {"--time_limit", "0.001"});
+  const ProgramResult stopped = Script("ablation", no_time);
+  EXPECT_EQ(stopped.exit_code, 0) << stopped.errors;
+  EXPECT_THAT(stopped.output, HasSubstr("the time was up"));
+  EXPECT_EQ(Calls("patch_match_stereo"), 0u);
+
+  const ProgramResult run = Script("ablation", words);
+  ASSERT_EQ(run.exit_code, 0) << run.output << run.errors;
+  // Two sets, two seeds: the maps as they are, own_texture off and scaled, clues off; the rule of fusion has maps already.
+  EXPECT_EQ(Calls("patch_match_stereo"), 16u);
+  EXPECT_EQ(Calls("--PhiStereo.rules own_texture=0.7"), 4u);
+  EXPECT_EQ(Calls("--PhiStereo.rules clues=0.7"), 0u) << "has no constants";
+  EXPECT_EQ(Calls("stereo_fusion"), 24u);
+  EXPECT_EQ(Calls("--PhiFusion.rules cloud_holes=0"), 8u) << "off and 0.7";
+  const auto rows = nlohmann::json::parse(ReadBytes(folder_ / "rules/rules.json"))["rows"];
+  ASSERT_EQ(rows.size(), 5u);
+  EXPECT_EQ(rows[0]["rule"], "own_texture");
+  EXPECT_EQ(rows[0]["half"], "judge");
+  EXPECT_EQ(rows[0]["sets"], 2);
+  EXPECT_EQ(rows[0]["seeds"], 2);
+  EXPECT_EQ(rows[0]["f1"][0], 0.0) << "the stand-in knows no rules";
+  EXPECT_THAT(ReadBytes(folder_ / "rules/rules.md"), HasSubstr("| cloud_holes | 0.7 | judge | +0.00 | +0.00 | tiny"));
+
+  ASSERT_EQ(Script("ablation", words).exit_code, 0);
+  EXPECT_EQ(Calls("stereo_fusion"), 24u) << "nothing runs twice";
+}
+
 }  // namespace

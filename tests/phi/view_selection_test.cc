@@ -103,6 +103,10 @@ TEST(ViewSelection, PrefersUsefulAnglesAndSharedSurface) {
   AddWall({0, 1, 2, 3, 4}, Anywhere, &scene);
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 1)), (std::vector<std::uint32_t>{4}));
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 2)), (std::vector<std::uint32_t>{4, 3}));
+  ViewSelectionOptions by_paper;
+  by_paper.rules.Set(Rule::kViewCoverage, 0);  // parallel cameras: its score is 0 for all
+  // The first one that sees the points at a degree or more.
+  EXPECT_EQ(Ids(views, ViewSelector(views, scene, by_paper).Select(0, 1)), (std::vector<std::uint32_t>{3}));
   // Of a third of the surface the best angle is worth less than a good one of all of it.
   SparseScene shared = EmptyScene(views);
   AddWall(
