@@ -28,7 +28,6 @@ std::uint8_t ValueOf(PixelState state) {
     case PixelState::kClue:
     case PixelState::kInferredAlone:
       return kClueValue;
-    case PixelState::kUnsure:
     case PixelState::kInferredConfirmed:
       return kMarkedValue;
   }
@@ -41,7 +40,7 @@ PixelState StateOf(std::string_view kind, std::uint8_t value, float depth) {
   if (is_measured && depth < 0) return PixelState::kClue;  // an earlier version's
   if (!(depth > 0)) return PixelState::kNone;
   if (value == 0) return PixelState::kMeasured;
-  if (is_measured) return value == kClueValue ? PixelState::kClue : PixelState::kUnsure;
+  if (is_measured) return value == kClueValue ? PixelState::kClue : PixelState::kMeasured;
   return value == kMarkedValue ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 

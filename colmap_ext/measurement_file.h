@@ -1,5 +1,5 @@
 // Measurement maps on the disk: a depth map, a normal map, and a mask in stereo/filled_masks that says what their pixels are.
-//   <image>.measured.png: 128 = clue, 255 = unsure, 0 = measured or empty.
+//   <image>.measured.png: 128 = clue, 0 = measured or empty; earlier versions' 255 = measured.
 //   <image>.png, of the geometric map: 255 = inferred, 0 = measured or empty; of what inference hands to the last filter also
 //   128 = inferred, and no view confirms it.
 // Earlier versions marked clues by negative depths in the measured map; they are read as what they are.

@@ -67,11 +67,9 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
 void BindMaps(Scratch* scratch, int width, int height, const Task& task, InferenceLaunch* launch) {
   const std::int64_t n = static_cast<std::int64_t>(width) * height;
   InferenceScratch& buffers = scratch->inference;
-  buffers.anchors.Reserve(n, task);
   buffers.inverse_depths.Reserve(InferenceScratch::kPixelFloats * n, task);
   scratch->plane.Reserve(n, task);
   scratch->states.Reserve(n, task);
-  launch->anchors = buffers.anchors.View(width, height);
   float* next = buffers.inverse_depths.data();
   const auto take = [&] { return ArrayView2D<float>{std::exchange(next, next + n), width, height}; };
   launch->evidence = take();
@@ -79,7 +77,6 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->filled_and_measured = take();
   for (auto& hypotheses : launch->hypotheses) hypotheses = take();
   // Needed before anything is inferred, and no longer then: they share the memory.
-  launch->anchor_values = launch->inferred;
   launch->region_planes[0] = launch->inferred;
   launch->carrying = launch->filled_and_measured;
   launch->region_planes[1] = launch->filled_and_measured;
@@ -105,11 +102,10 @@ void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task
 
 // Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
 struct RegionBuffers {
-  float *anchor_values, *planes;
+  float *anchors, *planes;
 
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
-      : anchor_values(reinterpret_cast<float*>(scratch->host_plane.data())),
-        planes(anchor_values + num_pixels) {
+      : anchors(reinterpret_cast<float*>(scratch->host_plane.data())), planes(anchors + num_pixels) {
     static_assert(sizeof(PlaneHypothesis) >= (1 + kPlanesPerRegion) * sizeof(float));
   }
 };
@@ -117,13 +113,13 @@ struct RegionBuffers {
 // Regions are found on the host; the scanlines run meanwhile, and the anchors while other views' are pooled.
 RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                              const Event& anchors_ready, const Task& task) {
-  const int width = launch.anchors.width, height = launch.anchors.height;
-  const std::int64_t n = launch.anchors.size();
+  const int width = launch.carrying.width, height = launch.carrying.height;
+  const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
   const std::vector<PooledAnchor> pooled = PoolAnchors(input, launch.parameters.rules);
   anchors_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(*RegionImage(input), {host_buffers.anchor_values, width, height},
+  RegionPlanes planes(*RegionImage(input), {host_buffers.anchors, width, height},
                       input.reference.view->image_id, pooled, PrecisionOf(input), launch.parameters.rules);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
@@ -150,13 +146,13 @@ void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t strea
 std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch* scratch,
                                            const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
-  LaunchAnchors(launch, stream, task);
+  LaunchInverseDepths(launch, stream, task);
   if (launch.parameters.formulas == Formulas::kPaper) {
     LaunchScanlines(launch, stream, task);
     return std::nullopt;
   }
   const Event anchors_ready(Event::Timing::kOff, task);
-  CopyToHost(launch.anchor_values, RegionBuffers(scratch, launch.anchors.size()).anchor_values, stream, task);
+  CopyToHost(launch.carrying, RegionBuffers(scratch, launch.carrying.size()).anchors, stream, task);
   anchors_ready.Record(stream, task);
   LaunchScanlines(launch, stream, task);
   return AddRegionPlanes(input, scratch, launch, anchors_ready, task);
@@ -203,8 +199,7 @@ FieldStatistics Statistics(const std::int64_t* totals) {
           .min_cost_energy = totals[kMinCostEnergy] * kNats,
           .num_unlike_min_cost = totals[kUnlikeMinCost],
           .num_without_hypothesis = totals[kWithoutHypothesis],
-          .num_seen_through = totals[kSeenThrough],
-          .num_mismatched = totals[kMismatched]};
+          .num_seen_through = totals[kSeenThrough]};
 }
 
 }  // namespace

@@ -51,31 +51,23 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const PixelState state = launch.states(x, y);
   const float depth = launch.measured(x, y).depth;
   launch.evidence(x, y) = EvidenceAt(state, depth);
-  launch.carrying(x, y) = AnchorAt(state, depth, launch.parameters.formulas);
-}
-
-__global__ void AnchorKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
-  const int x = ThreadX(), y = ThreadY();
-  if (!launch.anchors.Contains(x, y)) return;
-  const Anchor anchor = MakeAnchor(launch.carrying, x, y, options);
-  launch.anchors(x, y) = anchor;
-  launch.anchor_values(x, y) = anchor.value;
-  const float start = StartHypothesis(launch.evidence(x, y), anchor);
-  for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = start;
+  const float anchor = AnchorAt(state, depth, launch.parameters.formulas);
+  launch.carrying(x, y) = anchor;
+  for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = anchor;
 }
 
 // One thread a scanline; blockIdx.y is the direction.
 __global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
-  const int direction = blockIdx.y, width = launch.anchors.width, height = launch.anchors.height;
+  const int direction = blockIdx.y, width = launch.carrying.width, height = launch.carrying.height;
   const int index = ThreadX();
   if (index >= NumScanlines(direction, width, height)) return;
-  FillScanline(MakeScanline(direction, index, width, height), launch.anchors, options,
+  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, options,
                launch.hypotheses[direction]);
 }
 
 __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
-  if (!launch.anchors.Contains(x, y)) return;
+  if (!launch.carrying.Contains(x, y)) return;
   std::uint8_t from_region = 0;
   if (!(launch.evidence(x, y) > 0)) {
     float planes[kPlanesPerRegion];
@@ -118,7 +110,6 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   if (!(field.evidence(i, j) > 0)) {
     if (node.hypotheses.offered == 0) CountOne(field, kWithoutHypothesis);
     if (node.hypotheses.AllSeenThrough()) CountOne(field, kSeenThrough);
-    if (node.hypotheses.AllMismatched()) CountOne(field, kMismatched);
   }
   for (int k = 0; k < kNumDirections; ++k) {
     field.inverse_depth[kMaxLabels * index + k] = node.inverse_depth[k];
@@ -165,17 +156,13 @@ __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch
 
 }  // namespace
 
-void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  const int width = launch.anchors.width, height = launch.anchors.height;
-  InverseDepthKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
+void LaunchInverseDepths(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
+  InverseDepthKernel<<<Grid(launch.carrying.width, launch.carrying.height), kBlock, 0, stream>>>(launch);
   CheckLaunch("InverseDepthKernel", task);
-  AnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(
-      launch, MakeLineOptions({launch.parameters.formulas, launch.parameters.rules}));
-  CheckLaunch("AnchorKernel", task);
 }
 
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  const int width = launch.anchors.width, height = launch.anchors.height;
+  const int width = launch.carrying.width, height = launch.carrying.height;
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
   ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(
@@ -184,7 +171,7 @@ void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const T
 }
 
 void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
-  RegionPlaneKernel<<<Grid(launch.anchors.width, launch.anchors.height), kBlock, 0, stream>>>(launch);
+  RegionPlaneKernel<<<Grid(launch.carrying.width, launch.carrying.height), kBlock, 0, stream>>>(launch);
   CheckLaunch("RegionPlaneKernel", task);
 }
 

@@ -26,8 +26,6 @@ struct InferenceLaunch {
 
   ArrayView2D<const PlaneHypothesis> measured;
   ArrayView2D<PixelState> states;  // the measured map's; at last those of the result
-  ArrayView2D<Anchor> anchors;
-  ArrayView2D<float> anchor_values;               // the anchors' values alone, for the host
   ArrayView2D<float> evidence;                    // inverse depth of what is evidence; 0 elsewhere, at holes
   ArrayView2D<float> carrying;                    // inverse depth of what carries planes, 0 elsewhere
   ArrayView2D<float> hypotheses[kNumDirections];  // inverse depth; outside gaps the pixel's own
@@ -63,13 +61,12 @@ enum FieldTotal {
   kUnlikeMinCost,
   kWithoutHypothesis,
   kSeenThrough,
-  kMismatched,
   kNumFieldTotals
 };
 
 // The points that lines and planes rest on; the four hypothesis maps from them; and the planes of evenly coloured
 // regions in the diagonals' places, with no hypothesis at overexposed holes.
-void LaunchAnchors(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
+void LaunchInverseDepths(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 void LaunchRegionPlanes(const InferenceLaunch& launch, cudaStream_t stream, const Task& task);
 

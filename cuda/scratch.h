@@ -22,12 +22,11 @@ struct InferenceScratch {
                                 kFloatFields = kMaxLabels + 2, kIntegerFields = 3 * kMaxLabels;
   // Device bytes a pixel, with those that Scratch holds for all kinds of call, and a node.
   static constexpr std::int64_t kPixelBytes =
-      sizeof(Anchor) + kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(PixelState);
+      kPixelFloats * sizeof(float) + sizeof(PlaneHypothesis) + sizeof(PixelState);
   static constexpr std::int64_t kNodeBytes =
       kByteFields + kFloatFields * sizeof(float) + kIntegerFields * sizeof(std::int32_t);
 
   DeviceBuffer<InferenceSource> sources;
-  DeviceBuffer<Anchor> anchors;
   DeviceBuffer<float> inverse_depths;
   DeviceBuffer<std::uint8_t> node_bytes;
   DeviceBuffer<float> node_floats;
@@ -36,7 +35,6 @@ struct InferenceScratch {
   PinnedBuffer<std::int64_t> host_totals;
 
   void FreeDeviceMaps() {
-    anchors.Free();
     inverse_depths.Free();
     node_bytes.Free();
     node_floats.Free();

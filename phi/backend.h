@@ -66,13 +66,12 @@ struct FieldStatistics {
   double energy = 0, lower_bound = 0, min_cost_energy = 0;
   std::int64_t num_unlike_min_cost = 0;  // nodes whose label is not the one of lowest unary energy
   // Pixels on the nodes' grid that are holes and no nodes, by the reason that left them no hypothesis: none was there,
-  // other views see through all of them, or texture contradicts all that are left.
-  std::int64_t num_without_hypothesis = 0, num_seen_through = 0, num_mismatched = 0;
+  // or other views see through all of them.
+  std::int64_t num_without_hypothesis = 0, num_seen_through = 0;
 };
 
 struct InferenceResult {
-  // What is evidence unchanged, the rest filled where a hypothesis was chosen. Unsure pixels are holes like others
-  // here: InferHoles puts them back.
+  // What is measured unchanged, the rest filled where a hypothesis was chosen.
   MeasurementMap map;
   FieldStatistics statistics;
 };
@@ -94,7 +93,7 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  // What is kept; the rest has no depth. Unsure: fewer views than were asked for could see the pixel, and all of those confirm it.
+  // What is kept; the rest has no depth.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;

@@ -14,20 +14,17 @@ namespace phi {
 
 enum class PixelState : std::uint8_t {
   kNone = 0,           // no depth
-  kMeasured,           // confirmed, judged a measurement and probably right: evidence for other pixels
-  kUnsure,             // measured as well, but less probably right: published, and evidence for nothing else
-  kClue,               // probably right, but plain, unconfirmed or alone: a clue to where a plane is, and not published
+  kMeasured,           // confirmed, and judged a measurement: published, and evidence for other pixels
+  kClue,               // probably right, but plain or unconfirmed: a clue to where a plane is, and not published
   kInferredAlone,      // given by a plane hypothesis; no view measured the same
   kInferredConfirmed,  // given by a plane hypothesis, and some view confirms it
 };
 
-// Has the depth that the photos showed, whatever else is known: published as measured.
-PHI_HD bool IsMeasured(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kUnsure; }
+// Has the depth that the photos showed, and tells of other pixels: free space, confirmation of what is inferred.
+PHI_HD bool IsMeasured(PixelState s) { return s == PixelState::kMeasured; }
 PHI_HD bool IsInferred(PixelState s) { return s == PixelState::kInferredAlone || s == PixelState::kInferredConfirmed; }
 // Has a depth in the finished map.
 PHI_HD bool IsPublished(PixelState s) { return IsMeasured(s) || IsInferred(s); }
-// Tells of other pixels: free space, confirmation of what is inferred.
-PHI_HD bool IsEvidence(PixelState s) { return s == PixelState::kMeasured; }
 // Lines and planes of hypotheses may rest on it.
 PHI_HD bool CarriesPlanes(PixelState s) { return s == PixelState::kMeasured || s == PixelState::kClue; }
 
@@ -67,7 +64,7 @@ struct MeasuredDepthsView {
 
   PHI_HD bool IsKnown() const { return depths.data != nullptr; }
   // The depth that tells of other pixels, camera z; 0: none.
-  PHI_HD float Evidence(int x, int y) const { return IsEvidence(states(x, y)) ? depths(x, y) : 0.0f; }
+  PHI_HD float Evidence(int x, int y) const { return IsMeasured(states(x, y)) ? depths(x, y) : 0.0f; }
 };
 
 // A source view's pixels as inference reads them: a third of the bytes.

@@ -184,7 +184,6 @@ void StageTasks::CountInference(const phi::MeasurementMap& measured, const phi::
   sum.num_unlike_min_cost += one.num_unlike_min_cost;
   sum.num_without_hypothesis += one.num_without_hypothesis;
   sum.num_seen_through += one.num_seen_through;
-  sum.num_mismatched += one.num_mismatched;
 }
 
 InferenceSummary StageTasks::Inference() const {

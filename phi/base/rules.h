@@ -35,20 +35,14 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kFewViews, "few_views", kFilter, kOffAndScale)                  \
   X(kMeasuredStay, "measured_stay", kFilter, kOff)                  \
   X(kOwnTexture, "own_texture", kFilter, kOffAndScale)              \
-  X(kContradicted, "contradicted", kFilter, kOffAndScale)           \
-  X(kLonely, "lonely", kFilter, kOffAndScale)                       \
-  X(kClues, "clues", kFilter, kOff)                                 \
-  X(kProbability, "probability", kFilter, kOffAndScale)             \
-  X(kFittedLines, "fitted_lines", kInference, kOffAndScale)         \
+  X(kClues, "clues", kFilter, kOffAndScale)                         \
   X(kDepthEdges, "depth_edges", kInference, kOffAndScale)           \
   X(kEvenRegions, "even_regions", kInference, kScale)               \
   X(kRegionPlanes, "region_planes", kInference, kOffAndScale)       \
   X(kPooledAnchors, "pooled_anchors", kInference, kOffAndScale)     \
   X(kHiddenAnchors, "hidden_anchors", kInference, kOffAndScale)     \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
-  X(kBestViews, "best_views", kInference, kOff)                     \
   X(kFreeSpace, "free_space", kInference, kOffAndScale)             \
-  X(kTextureRefuses, "texture_refuses", kInference, kOffAndScale)   \
   X(kRegionsFirst, "regions_first", kInference, kOffAndScale)       \
   X(kRegionNormals, "region_normals", kInference, kOff)             \
   X(kRayAgreement, "ray_agreement", kFusion, kOffAndScale)          \

@@ -49,7 +49,7 @@ void ForConfidenceTerms(const ConfidenceInput& input,
 // The model's logarithm of the odds that the depth is right.
 float ConfidenceLogOdds(const ConfidenceTerms& terms);
 
-// From a probability of 0.8 on a depth is evidence for other pixels. Nothing is published that is more probably wrong than right.
-inline constexpr float kEvidenceLogOdds = 1.3862944f, kPublishedLogOdds = 0;
+// From a probability of 0.8 on a depth that is no measurement is a clue.
+inline constexpr float kClueLogOdds = 1.3862944f;
 
 }  // namespace phi

@@ -12,12 +12,7 @@
 namespace phi {
 
 // What the filter decides.
-enum class FilterVerdict : std::uint8_t {
-  kDropped = 0,
-  kKept = 1,
-  // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.
-  kFewWitnesses = 2,
-};
+enum class FilterVerdict : std::uint8_t { kDropped = 0, kKept = 1 };
 
 struct FilterReference {
   RayModel rays;
@@ -95,9 +90,10 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
     return FilterVerdict::kDropped;
   if (t.num_confirming >= RequiredViews(f, was_inferred))
     return FilterVerdict::kKept;
+  // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.
   const bool all_confirm = t.num_contradicting == 0 && t.num_close > 0;
   const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && f.accepts_few_views && !was_inferred;
-  return can_be_few && all_confirm ? FilterVerdict::kFewWitnesses : FilterVerdict::kDropped;
+  return can_be_few && all_confirm ? FilterVerdict::kKept : FilterVerdict::kDropped;
 }
 
 }  // namespace phi

@@ -12,15 +12,8 @@ namespace phi {
 namespace {
 
 PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
-  switch (verdict) {
-    case FilterVerdict::kDropped:
-      return PixelState::kNone;
-    case FilterVerdict::kKept:
-      return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
-    case FilterVerdict::kFewWitnesses:
-      return PixelState::kUnsure;
-  }
-  return PixelState::kNone;
+  if (verdict == FilterVerdict::kDropped) return PixelState::kNone;
+  return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
 }
 
 constexpr double kPi = 3.14159265358979323846, kRadianPerDegree = kPi / 180;

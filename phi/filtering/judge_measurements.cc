@@ -4,7 +4,6 @@
 
 #include "phi/base/whole_array.h"
 #include "phi/filtering/confidence.h"
-#include "phi/filtering/neighbor_agreement.h"
 #include "phi/filtering/own_texture.h"
 
 namespace phi {
@@ -19,23 +18,15 @@ void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecisio
                      [&](int x, int y, const ConfidenceTerms& terms) { log_odds(x, y) = ConfidenceLogOdds(terms); });
   map->testimonies = {};
   if (rules.IsOn(Rule::kOwnTexture)) DropPlainPixels(texture, map);
-  DropLonelyPixels(rays, deviations, map, rules);
-  if (!rules.IsOn(Rule::kProbability)) return;
-  const float evidence_log_odds = rules.Factor(Rule::kProbability) * kEvidenceLogOdds;
-  const bool has_clues = rules.IsOn(Rule::kClues);
+  if (!rules.IsOn(Rule::kClues)) return;
+  const float clue_log_odds = rules.Factor(Rule::kClues) * kClueLogOdds;
   ForParts(map->size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       PixelState& state = map->states.data()[i];
-      const bool is_measured = state != PixelState::kNone;
-      const bool may_be_evidence = (is_measured || has_clues) && estimate.data()[i].depth > 0;
-      if (log_odds.data()[i] >= evidence_log_odds && may_be_evidence) {
-        map->planes.data()[i] = estimate.data()[i];
-        state = is_measured ? PixelState::kMeasured : PixelState::kClue;
-      } else if (is_measured && log_odds.data()[i] >= kPublishedLogOdds) {
-        state = PixelState::kUnsure;
-      } else {
-        map->Drop(i);
-      }
+      const PlaneHypothesis& h = estimate.data()[i];
+      if (state != PixelState::kNone || !(h.depth > 0) || !(log_odds.data()[i] >= clue_log_odds)) continue;
+      map->planes.data()[i] = h;
+      state = PixelState::kClue;
     }
   });
 }

@@ -1,5 +1,5 @@
-// What the filter kept of an image's estimate, judged as measurements: by the pixel's own texture, by its neighbours, and by how
-// probable it is that the depth is right. Only what stands here is published as measured, and is evidence for anything else.
+// What the filter kept of an image's estimate, judged as measurements by the pixel's own texture. Only what stands here is
+// published as measured, and tells of anything else. What else is probably right is a clue.
 #pragma once
 
 #include "phi/base/images.h"
@@ -9,8 +9,7 @@
 
 namespace phi {
 
-// Drops plain, lonely and improbable pixels; of the rest, those that are not probable enough for evidence become unsure
-// (confidence.h). What is dropped here or was by the filter, though it is as probable, becomes a clue.
+// Drops plain pixels. What is dropped here or was by the filter, though it is probably right (confidence.h), becomes a clue.
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
 //   estimate: what the filter was given; map: what it returned.
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision,

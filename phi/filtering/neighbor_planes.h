@@ -30,7 +30,7 @@ struct PlaneRow {
   std::vector<float> depth, ray_x;
   std::vector<float> tolerance;  // of the depth
 
-  PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y, float scale)
+  PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y)
       : normal_x(map.width()),
         normal_y(map.width()),
         normal_z(map.width()),
@@ -47,7 +47,7 @@ struct PlaneRow {
       offset[x] = h.depth > 0 ? h.depth * Dot(h.normal, ray) : std::numeric_limits<float>::quiet_NaN();
       depth[x] = h.depth;
       ray_x[x] = ray.x;
-      tolerance[x] = scale * std::max(kMaxNeighborError, kMaxNeighborDeviations * deviations(x, y));
+      tolerance[x] = std::max(kMaxNeighborError, kMaxNeighborDeviations * deviations(x, y));
     }
   }
 };
@@ -78,17 +78,17 @@ struct NeighborCounts {
 };
 
 // Calls function(y, counts) for all rows, bands of them in parallel: of the neighbours of the row's pixels, `spacing` pixels apart.
-// `deviations`: DepthPrecision::RelativeDeviations of the map, at least where it has depth; scale: of the tolerances.
+// `deviations`: DepthPrecision::RelativeDeviations of the map, at least where it has depth.
 template <class Function>
 void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations,
-                       int spacing, const Function& function, float scale = 1) {
+                       int spacing, const Function& function) {
   constexpr int kBandRows = 64;
   const int reach = kNeighborRadius * spacing, height = map.height();
   tbb::parallel_for(0, (height + kBandRows - 1) / kBandRows, [&](int band) {
     const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
     const int first = std::max(begin - reach, 0), last = std::min(end - 1 + reach, height - 1);
     std::vector<PlaneRow> rows;
-    for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y, scale);
+    for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y);
     for (int y = begin; y < end; ++y) {
       NeighborCounts counts(map.width());
       const PlaneRow& pixels = rows[y - first];

@@ -62,7 +62,7 @@ float Surroundings::ContinuedDepth(int x, int y, int dx, int dy) const {
   const ArrayView2D<const PixelState> states = measured_.states.view();
   const int reach = rules_.Count(Rule::kHiddenAnchors, kReachPixels);
   for (int i = 1; i <= reach && states.Contains(x + i * dx, y + i * dy); ++i) {
-    if (IsEvidence(states(x + i * dx, y + i * dy))) {
+    if (IsMeasured(states(x + i * dx, y + i * dy))) {
       const PlaneHypothesis& h = measured_.planes(x + i * dx, y + i * dy);
       return PlaneDepthAt(rays_, h, x + i * dx + 0.5f, y + i * dy + 0.5f, x + 0.5f, y + 0.5f);
     }

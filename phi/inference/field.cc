@@ -23,26 +23,23 @@ Field::Field(const HypothesisMatcher& matcher, const InferenceOptions& options) 
   for (int j = 0; j < height_; ++j) {
     for (int i = 0; i < width_; ++i) evidence(i, j) = full(kFieldStride * i, kFieldStride * j);
   }
-  std::atomic<std::int64_t> num_without{0}, num_seen_through{0}, num_mismatched{0};
+  std::atomic<std::int64_t> num_without{0}, num_seen_through{0};
   tbb::parallel_for(0, height_, [&](int j) {
     const HypothesisMatcher::Context context(matcher);
-    std::int64_t without = 0, seen_through = 0, mismatched = 0;
+    std::int64_t without = 0, seen_through = 0;
     for (int i = 0; i < width_; ++i) {
       const FieldNode node = MakeFieldNode(context, potentials_.view(), std::as_const(evidence).view(), i, j);
       SetNode(i, j, node);
       if (evidence(i, j) > 0) continue;
       without += node.hypotheses.offered == 0;
       seen_through += node.hypotheses.AllSeenThrough();
-      mismatched += node.hypotheses.AllMismatched();
     }
     num_without += without;
     num_seen_through += seen_through;
-    num_mismatched += mismatched;
   });
   counts_.num_nodes = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
   counts_.num_without_hypothesis = num_without;
   counts_.num_seen_through = num_seen_through;
-  counts_.num_mismatched = num_mismatched;
 }
 
 void Field::SetNode(int i, int j, const FieldNode& node) {

@@ -21,17 +21,6 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
   return inverse_depth;
 }
 
-// What is there before the lines: measured depth, and the anchor's at clues, which belong to no gap.
-Array2D<float> StartHypotheses(const Array2D<float>& evidence, const Array2D<Anchor>& anchors) {
-  auto start = Array2D<float>::Uninitialized(evidence.width(), evidence.height());
-  ForParts(start.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      start.data()[i] = StartHypothesis(evidence.data()[i], anchors.data()[i]);
-    }
-  });
-  return start;
-}
-
 }  // namespace
 
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image,
@@ -43,22 +32,16 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, con
   const LineOptions options = MakeLineOptions(method);
   const Array2D<float> carrying = InverseDepth(
       measured, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
-  const ArrayView2D<const float> inverse_depth = carrying.view();
-  auto anchors = Array2D<Anchor>::Uninitialized(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) anchors(x, y) = MakeAnchor(inverse_depth, x, y, options);
-  });
-  const Array2D<Anchor>& const_anchors = anchors;
-  const Array2D<float> start = StartHypotheses(evidence_, const_anchors);
+  const ArrayView2D<const float> anchors = carrying.view();
   for (int direction = 0; direction < kNumDirections; ++direction) {
-    inverse_depth_[direction] = Transformed(start, [](float w) { return w; });
+    inverse_depth_[direction] = Transformed(carrying, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
-      FillScanline(MakeScanline(direction, index, width, height), const_anchors.view(), options,
+      FillScanline(MakeScanline(direction, index, width, height), anchors, options,
                    inverse_depth_[direction].view());
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    region_planes_.emplace(*image, ValuesOf(const_anchors.view()), image_id, pooled, precision, method.rules);
+    region_planes_.emplace(*image, anchors, image_id, pooled, precision, method.rules);
     AddRegionPlanes(*image, method.rules);
   }
 }

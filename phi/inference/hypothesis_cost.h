@@ -50,22 +50,13 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
   return sums.Cost(static_cast<float>(window.NumSamples()));
 }
 
-// Where its window has texture (variance in squared grey levels), the right plane matches, and matching had its chance: a
-// hypothesis that does not match there is refused, and the pixel may stay a hole. Without texture the cost says little,
-// and the field decides.
-inline constexpr float kTexturedVariance = 36.0f;
-inline constexpr float kMaxTexturedCost = 0.6f;
-
 // The hypotheses of one pixel. Bit k of a mask: direction k.
 struct PixelHypotheses {
   float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
-  std::uint8_t offered = 0;       // there is a hypothesis
-  std::uint8_t unobstructed = 0;  // of these: no other view sees through it
-  std::uint8_t allowed = 0;       // of these: texture does not contradict it
+  std::uint8_t offered = 0;  // there is a hypothesis
+  std::uint8_t allowed = 0;  // of these: no other view sees through it
 
-  PHI_HD bool AllSeenThrough() const { return offered != 0 && unobstructed == 0; }
-  PHI_HD bool AllMismatched() const { return unobstructed != 0 && allowed == 0; }
-  PHI_HD bool AllRefused() const { return offered != 0 && allowed == 0; }
+  PHI_HD bool AllSeenThrough() const { return offered != 0 && allowed == 0; }
   // The allowed one of lowest cost, ties to the lowest index; -1 = none.
   PHI_HD int Cheapest() const {
     int best = -1;
@@ -86,21 +77,6 @@ PHI_HD void PreferRegionPlanes(std::uint8_t from_region, PixelHypotheses* hypoth
     if (from_region >> k & 1)
       hypotheses->cost[k] = fmaxf(0.0f, hypotheses->cost[k] - scale * kRegionPlaneDiscount);
   }
-}
-
-// Takes away the hypotheses that the texture at (x, y) contradicts. scale: of both limits.
-template <class Sampler>
-PHI_HD void RefuseMismatches(const Sampler& reference, const MatchingWindow& window, int x, int y,
-                             PixelHypotheses* hypotheses, float scale = 1) {
-  std::uint8_t kept = 0;
-  for (int k = 0; k < kNumDirections; ++k) {
-    if ((hypotheses->unobstructed >> k & 1) && hypotheses->cost[k] <= scale * kMaxTexturedCost) {
-      kept |= static_cast<std::uint8_t>(1 << k);
-    }
-  }
-  if (kept == hypotheses->unobstructed) return;
-  if (WindowVariance(reference, window, x + 0.5f, y + 0.5f) >= scale * kTexturedVariance)
-    hypotheses->allowed = kept;
 }
 
 }  // namespace phi

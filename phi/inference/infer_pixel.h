@@ -4,7 +4,6 @@
 // `Context` is the view policy of a backend. It provides
 //   parameters                     InferenceParameters
 //   state                          HypothesisState
-//   reference                      the reference image: the grey level at (u, v)
 //   View(j)                        RelativeView of source view j
 //   Depths(j)                      its MeasuredDepthsView
 //   LoadPatch(x, y)                the reference's samples around the pixel, in whatever form the backend keeps them
@@ -50,7 +49,7 @@ struct HypothesisState {
 };
 
 // Inverse depth of what tells of other pixels; 0 elsewhere.
-PHI_HD float EvidenceAt(PixelState state, float depth) { return IsEvidence(state) ? 1 / depth : 0.0f; }
+PHI_HD float EvidenceAt(PixelState state, float depth) { return IsMeasured(state) ? 1 / depth : 0.0f; }
 
 // Inverse depth of what lines and planes rest on: clues too, but for the paper's; 0 elsewhere.
 PHI_HD float AnchorAt(PixelState state, float depth, Formulas formulas) {
@@ -101,22 +100,17 @@ PHI_HD PixelHypotheses JudgeHypotheses(const Context& context, int x, int y) {
     const auto bit = static_cast<std::uint8_t>(1 << k);
     result.offered |= bit;
     if (p.formulas == Formulas::kRobust && EvidenceOfViews(context, x, y, w).SeenThrough()) continue;
-    result.unobstructed |= bit;
+    result.allowed |= bit;
   }
-  result.allowed = result.unobstructed;
-  if (result.unobstructed == 0) return result;
+  if (result.allowed == 0) return result;
   const auto patch = context.LoadPatch(x, y);
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(result.unobstructed >> k & 1)) continue;
+    if (!(result.allowed >> k & 1)) continue;
     float costs[kMaxSourceViews];
     context.Costs(patch, x, y, k, costs);
-    const bool is_of_best = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kBestViews);
-    result.cost[k] = is_of_best ? BestMatchesCost(costs, p.num_views) : HarmonicMeanCost(costs, p.num_views);
+    result.cost[k] = HarmonicMeanCost(costs, p.num_views);
   }
   if (p.formulas == Formulas::kRobust) {
-    if (p.rules.IsOn(Rule::kTextureRefuses)) {
-      RefuseMismatches(context.reference, p.window, x, y, &result, p.rules.Factor(Rule::kTextureRefuses));
-    }
     PreferRegionPlanes(context.state.FromRegion(x, y), &result, p.rules.Factor(Rule::kRegionsFirst));
   }
   return result;
@@ -150,7 +144,7 @@ PHI_HD FieldNode MakeFieldNode(const Context& context, const PotentialView& pote
   if (evidence(i, j) > 0) return node;
   const int x = kFieldStride * i, y = kFieldStride * j;
   node.hypotheses = JudgeHypotheses(context, x, y);
-  if (node.hypotheses.AllRefused()) node.unlabelled = kRefusedNode;
+  if (node.hypotheses.AllSeenThrough()) node.unlabelled = kRefusedNode;
   for (int k = 0; k < kNumDirections; ++k) {
     if (!(node.hypotheses.allowed >> k & 1)) continue;
     const float w = context.state.maps.inverse_depth[k](x, y);

@@ -11,8 +11,8 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/plane_hypothesis.h"
-#include "phi/inference/plane_fit.h"
 #include "phi/options.h"
 
 namespace phi {
@@ -23,27 +23,18 @@ inline constexpr int kPlanesPerRegion = 2;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
 
 struct LineOptions {
-  Formulas formulas =
-      Formulas::kRobust;  // paper: lines in depth, no bounds, every measured pixel is an anchor
-  int max_extrapolation =
-      12;              // pixels that a line reaches beyond its outermost anchor where only one side has any
-  int max_reach = 16;  // pixels from the gap within which a side's anchors are looked for
-  float max_jump = kDepthEdge;  // relative: a gap whose two sides miss each other by more is a depth edge
-  float max_change = 2;     // an extrapolated line never changes the depth of what it rests on by this factor
-  bool fits_planes = true;  // anchors are planes of 7 x 7 pixels, else the pixels themselves
-  float same_surface = kSameSurface;  // of the pixels that an anchor or a side rests on, relative
-  int min_surface_pixels =
-      12;  // of the 49 around an anchor; less than a third of the half window at a straight border
+  Formulas formulas = Formulas::kRobust;  // paper: lines in depth, no bounds
+  // Pixels that a line reaches beyond its outermost anchor where only one side has any.
+  int max_extrapolation = 12;
+  int max_reach = 16;           // pixels from the gap within which a side's anchors are looked for
+  float max_jump = kDepthEdge;  // relative: a gap whose two sides differ by more is a depth edge
+  float max_change = 2;         // an extrapolated line never changes the depth of what it rests on by this factor
 };
 
 inline LineOptions MakeLineOptions(const Method& method) {
   LineOptions options;
   options.formulas = method.formulas;
   const Rules& rules = method.rules;
-  options.fits_planes = rules.IsOn(Rule::kFittedLines);
-  options.same_surface *= rules.Scale(Rule::kFittedLines);
-  options.min_surface_pixels = rules.Count(Rule::kFittedLines, options.min_surface_pixels);
-  options.max_reach = rules.Count(Rule::kFittedLines, options.max_reach);
   if (rules.IsOn(Rule::kDepthEdges)) {
     options.max_jump *= rules.Factor(Rule::kDepthEdges);
     options.max_change *= rules.Factor(Rule::kDepthEdges);
@@ -53,26 +44,6 @@ inline LineOptions MakeLineOptions(const Method& method) {
     options.max_extrapolation = std::numeric_limits<int>::max();
   }
   return options;
-}
-
-// A pixel that lines may rest on: value (inverse depth; paper: depth) and its slopes per pixel; value <= 0 = none.
-struct Anchor {
-  float value = 0, slope_x = 0, slope_y = 0;
-};
-
-// The anchors' values alone, `stride` apart in memory.
-struct AnchorValues {
-  const float* data = nullptr;
-  int width = 0, height = 0, stride = 1;
-
-  PHI_HD float operator()(int x, int y) const {
-    return data[(static_cast<std::int64_t>(y) * width + x) * stride];
-  }
-};
-
-inline AnchorValues ValuesOf(ArrayView2D<const Anchor> anchors) {
-  static_assert(sizeof(Anchor) % sizeof(float) == 0);
-  return {&anchors.data->value, anchors.width, anchors.height, sizeof(Anchor) / sizeof(float)};
 }
 
 // The pixels (x0 + t * dx, y0 + t * dy), 0 <= t < length.
@@ -99,18 +70,16 @@ PHI_HD Scanline MakeScanline(int direction, int index, int width, int height) {
 // Sums for a line through a few points; positions relative to the gap's edge keep them exact in single precision.
 struct LineSums {
   float n = 0, t = 0, tt = 0, w = 0, tw = 0;
-  float slope = 0;  // sum of the anchors' own slopes along the scanline
   float nearest_t = 0, nearest_w = 0;
   float min_w = 0, max_w = 0;
 
-  PHI_HD void Add(float position, float value, float own_slope) {
+  PHI_HD void Add(float position, float value) {
     if (n == 0) nearest_t = position, nearest_w = min_w = max_w = value;
     n += 1;
     t += position;
     tt += position * position;
     w += value - nearest_w;
     tw += position * (value - nearest_w);
-    slope += own_slope;
     min_w = fminf(min_w, value);
     max_w = fmaxf(max_w, value);
   }
@@ -122,11 +91,11 @@ struct Line {
   PHI_HD float At(float t) const { return value + slope * (t - origin); }
 };
 
-// Least squares; a single point gives the line of its own slope.
+// Least squares; a single point gives a level line.
 PHI_HD Line FitLine(const LineSums& s) {
   const float mt = s.t / s.n, mw = s.w / s.n;
   const float ctt = s.tt - s.t * mt, ctw = s.tw - s.t * mw;
-  return {mt, s.nearest_w + mw, s.n >= 2 ? ctw / ctt : s.slope};
+  return {mt, s.nearest_w + mw, s.n >= 2 ? ctw / ctt : 0.0f};
 }
 
 // Least squares through both sides' points. `a` and `b` hold positions on one axis.
@@ -142,22 +111,18 @@ PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
 }
 
 // The anchors on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
-// surface breaks, or `max_reach` ends. Positions are stored relative to `origin`.
-PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const Anchor> anchors,
-                            const LineOptions& options, int t, int step, int max_count, int origin) {
+// surface breaks, or `max_reach` ends. Positions are stored relative to `origin`. `anchors`: inverse depths, 0 = none.
+PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
+                            int t, int step, int max_count, int origin) {
+  const bool fits_depth = options.formulas == Formulas::kPaper;
   LineSums sums;
   for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count;
        t += step, ++walked) {
-    if (options.formulas == Formulas::kRobust && walked >= options.max_reach) break;
-    const Anchor& s = anchors(line.x0 + t * line.dx, line.y0 + t * line.dy);
-    if (!(s.value > 0)) continue;
-    const float position = static_cast<float>(t - origin);
-    const float slope = s.slope_x * static_cast<float>(line.dx) + s.slope_y * static_cast<float>(line.dy);
-    if (options.formulas == Formulas::kRobust && sums.n > 0) {
-      const float predicted = sums.nearest_w + sums.slope / sums.n * (position - sums.nearest_t);
-      if (!(fabsf(s.value - predicted) < options.same_surface * sums.nearest_w)) break;
-    }
-    sums.Add(position, s.value, slope);
+    if (!fits_depth && walked >= options.max_reach) break;
+    const float w = anchors(line.x0 + t * line.dx, line.y0 + t * line.dy);
+    if (!(w > 0)) continue;
+    if (!fits_depth && sums.n > 0 && !(fabsf(w - sums.nearest_w) < kSameSurface * sums.nearest_w)) break;
+    sums.Add(static_cast<float>(t - origin), fits_depth ? 1 / w : w);
   }
   return sums;
 }
@@ -171,16 +136,14 @@ struct GapModel {
   float min_value = 0, max_value = 0;  // of the anchors
 };
 
-// Whether the two sides are one surface: each side's own slope, followed across the gap, meets the other side.
+// Whether the two sides are one surface.
 PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineOptions& options) {
-  const float length = after.nearest_t - before.nearest_t, rise = after.nearest_w - before.nearest_w;
-  const float miss_before = fabsf(rise - before.slope / before.n * length);
-  const float miss_after = fabsf(rise - after.slope / after.n * length);
-  return fminf(miss_before, miss_after) < options.max_jump * fminf(before.nearest_w, after.nearest_w);
+  const float jump = fabsf(after.nearest_w - before.nearest_w);
+  return jump < options.max_jump * fminf(before.nearest_w, after.nearest_w);
 }
 
 // The gap is [begin, end): positions without an anchor.
-PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const Anchor> anchors, const LineOptions& options,
+PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
                        int begin, int end) {
   const bool open_before = begin > 0, open_after = end < line.length;
   LineSums before, after;
@@ -225,24 +188,18 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
                                                                                                       : 0;
 }
 
-// The inverse depth that a hypothesis map holds before the lines, 0 in gaps. `evidence`: the pixel's inverse depth where that is
-// evidence, else 0. The anchor of a clue competes with what else may be there.
-PHI_HD float StartHypothesis(float evidence, const Anchor& anchor) {
-  return evidence > 0 ? evidence : fmaxf(anchor.value, 0.0f);
-}
-
-// Fills the gaps of one scanline. `hypothesis` holds the inverse depth of measured pixels on entry and 0 elsewhere;
+// Fills the gaps between one scanline's anchors (inverse depths, 0 = none). `hypothesis` holds the anchors on entry and 0 elsewhere;
 // only zeros are written. One call per scanline may run in parallel within a direction.
-PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Anchor> anchors, const LineOptions& options,
+PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
                          ArrayView2D<float> hypothesis) {
   int t = 0;
   while (t < line.length) {
-    if (anchors(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0) {
+    if (anchors(line.x0 + t * line.dx, line.y0 + t * line.dy) > 0) {
       ++t;
       continue;
     }
     const int begin = t;
-    while (t < line.length && !(anchors(line.x0 + t * line.dx, line.y0 + t * line.dy).value > 0)) ++t;
+    while (t < line.length && !(anchors(line.x0 + t * line.dx, line.y0 + t * line.dy) > 0)) ++t;
     if (begin == 0 && t == line.length) return;
     const GapModel model = FitGap(line, anchors, options, begin, t);
     for (int s = begin; s < t; ++s) {
@@ -252,18 +209,6 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const Anchor> anchors
       target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
     }
   }
-}
-
-// The anchor at a measured pixel. Robust: the plane of the 7 x 7 window, so that a line rests on more than single
-// noisy pixels; none for isolated specks, whose window holds too few pixels of their surface.
-PHI_HD Anchor MakeAnchor(ArrayView2D<const float> inverse_depth, int x, int y, const LineOptions& options) {
-  const float w = inverse_depth(x, y);
-  if (!(w > 0)) return {};
-  if (options.formulas == Formulas::kPaper) return {1 / w, 0, 0};
-  if (!options.fits_planes) return {w, 0, 0};
-  const InverseDepthPlane plane = FitInverseDepthPlane(inverse_depth, x, y, options.same_surface);
-  if (plane.count < options.min_surface_pixels || !(plane.value > 0)) return {};
-  return {plane.value, plane.slope_x, plane.slope_y};
 }
 
 }  // namespace phi

@@ -54,12 +54,10 @@ struct PlaneSums {
 };
 
 // Fits the 7 x 7 window around (x, y), two rounds: first the pixels whose inverse depth is near the centre's, then
-// those near the first plane. inverse_depth <= 0 marks pixels without depth; the centre must have one. same_surface: how far
-// from it, relative, pixels are near.
-PHI_HD InverseDepthPlane FitInverseDepthPlane(ArrayView2D<const float> inverse_depth, int x, int y,
-                                              float same_surface = kSameSurface) {
+// those near the first plane. inverse_depth <= 0 marks pixels without depth; the centre must have one.
+PHI_HD InverseDepthPlane FitInverseDepthPlane(ArrayView2D<const float> inverse_depth, int x, int y) {
   const float center = inverse_depth(x, y);
-  const float tolerance = same_surface * center;
+  const float tolerance = kSameSurface * center;
   InverseDepthPlane plane;
   plane.value = center;
   const int x0 = x > kPlaneFitRadius ? x - kPlaneFitRadius : 0,

@@ -240,7 +240,7 @@ std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
 }
 
 // Measured pixels and pooled anchors of each region.
-std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, AnchorValues anchors,
+std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
                                        std::span<const PooledAnchor> pooled) {
   std::vector<std::int32_t> counts(regions.num_regions, 0);
   tbb::parallel_for(0, anchors.height, [&](int y) {
@@ -293,7 +293,7 @@ Point MakePoint(const Limits& limits, const DepthPrecision& precision, float x, 
   return {x, y, w, std::max(limits.tolerance, limits.tolerance_deviations * deviation) * w, hash};
 }
 
-Point MeasuredPoint(const Limits& limits, const DepthPrecision& precision, AnchorValues anchors,
+Point MeasuredPoint(const Limits& limits, const DepthPrecision& precision, ArrayView2D<const float> anchors,
                     std::int32_t pixel) {
   const int x = pixel % anchors.width, y = pixel / anchors.width;
   return MakePoint(limits, precision, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
@@ -318,7 +318,7 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
   return std::make_shared<const GrayImage>(CutOutMask(*input.reference.image, *input.mask));
 }
 
-RegionPlanes::RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
+RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
                            std::span<const PooledAnchor> pooled, const DepthPrecision& precision,
                            const Rules& rules) {
   if (!rules.IsOn(Rule::kRegionPlanes)) {

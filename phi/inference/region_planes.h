@@ -16,6 +16,7 @@
 #include "phi/geometry/depth_precision.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/line_hypothesis.h"
+#include "phi/inference/plane_fit.h"
 #include "phi/inference/pooled_anchors.h"
 
 namespace phi {
@@ -53,7 +54,7 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
 class RegionPlanes {
  public:
   // `precision`: of the image's view.
-  RegionPlanes(const GrayImage& image, AnchorValues anchors, std::uint32_t image_id,
+  RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
                std::span<const PooledAnchor> pooled = {}, const DepthPrecision& precision = {},
                const Rules& rules = {});
 

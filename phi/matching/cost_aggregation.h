@@ -1,10 +1,9 @@
 // From one cost per source view to one cost per pixel.
 //
 // paper:  Eq. 5, the harmonic mean over the views that see the window.
-// robust: joint view selection. A view's weight at a pixel follows from how well the neighbouring hypotheses
-// match in
-//         it, and from whether the neighbouring pixels use it; the cost is the weighted mean. Inferred hypotheses, which
-//         have no such history: the best views that see the window (BestMatchesCost).
+// robust: joint view selection. A view's weight at a pixel follows from how well the neighbouring hypotheses match in it, and
+//         from whether the neighbouring pixels use it; the cost is the weighted mean. Inferred hypotheses, which have no such
+//         history, cost what the paper's do.
 #pragma once
 
 #include <cstdint>
@@ -109,25 +108,6 @@ PHI_HD float BestViewsCost(const float* costs, int num_views, std::uint32_t* mas
     sum += costs[best];
   }
   return n > 0 ? sum / n : kMaxCost;
-}
-
-// 1 - ZNCC over the best three of the views that see the window. Chance makes the mean of n wrong matches scatter like
-// 1 / sqrt(n); so the mean of fewer than three counts sqrt(n / 3) times: the same limit then admits chance no more often,
-// and a perfect match costs 0.18 in two views, 0.42 in one. No view: kMaxCost.
-PHI_HD float BestMatchesCost(const float* costs, int num_views) {
-  float best[kNumBestViews] = {kMaxCost, kMaxCost, kMaxCost};  // ascending
-  for (int j = 0; j < num_views; ++j) {
-    float cost = costs[j];
-    for (int k = 0; k < kNumBestViews; ++k) {
-      const float larger = fmaxf(best[k], cost);
-      best[k] = fminf(best[k], cost);
-      cost = larger;
-    }
-  }
-  float zncc = 0;
-  int n = 0;
-  for (; n < kNumBestViews && best[n] < kMaxCost; ++n) zncc += 1 - best[n];
-  return n > 0 ? 1 - zncc / sqrtf(static_cast<float>(kNumBestViews * n)) : kMaxCost;
 }
 
 }  // namespace phi

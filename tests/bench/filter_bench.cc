@@ -10,7 +10,7 @@
 
 #include "phi/base/image_noise.h"
 #include "phi/filtering/judge_measurements.h"
-#include "phi/filtering/neighbor_agreement.h"
+#include "phi/filtering/neighbor_planes.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/geometry/depth_precision.h"
 
@@ -49,19 +49,16 @@ phi::DepthPrecision Precision() {
   return {kRays, std::move(sources)};
 }
 
-void NeighborAgreement(benchmark::State& state) {
+void NeighborCounts(benchmark::State& state) {
   const phi::DepthPrecision precision = Precision();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const phi::MeasurementMap map = phi::AllMeasured(NoisyPlane());
+  const phi::PlaneMap planes = NoisyPlane();
   for (auto _ : state) {
-    state.PauseTiming();
-    phi::MeasurementMap judged = map;
-    state.ResumeTiming();
-    phi::DropLonelyPixels(kRays, precision.RelativeDeviations(judged.planes), &judged);
-    benchmark::DoNotOptimize(judged.planes.data());
+    phi::ForNeighborCounts(kRays, planes, precision.RelativeDeviations(planes), 1,
+                           [](int, const phi::NeighborCounts& counts) { benchmark::DoNotOptimize(counts.agreeing.data()); });
   }
 }
-BENCHMARK(NeighborAgreement)->Unit(benchmark::kMillisecond);
+BENCHMARK(NeighborCounts)->Unit(benchmark::kMillisecond);
 
 // Every pixel has depth; the image is noise, plain in its right half.
 void OwnTexture(benchmark::State& state) {

@@ -58,7 +58,7 @@ TEST_F(MeasurementFileTest, TheMaskSaysWhatThePixelsOfAMeasuredMapAre) {
   const std::vector<float> depths = {1, 2, 3, 0, 0, 0};
   Write("measured", depths, {0, 128, 255, 0, 128, 255});
   ExpectStates("measured",
-               {PixelState::kMeasured, PixelState::kClue, PixelState::kUnsure, PixelState::kNone,
+               {PixelState::kMeasured, PixelState::kClue, PixelState::kMeasured, PixelState::kNone,
                 PixelState::kNone, PixelState::kNone},
                depths);
   Write("inferred", depths, {0, 128, 255, 0, 128, 255});
@@ -68,19 +68,17 @@ TEST_F(MeasurementFileTest, TheMaskSaysWhatThePixelsOfAMeasuredMapAre) {
                depths);
 }
 
-// An unsure pixel never was a clue there.
 TEST_F(MeasurementFileTest, NegativeDepthsOfEarlierVersionsAreClues) {
   Write("measured", {1, -2, 3, 0, -5, 6}, {0, 0, 255, 0, 0, 0});
   ExpectStates("measured",
-               {PixelState::kMeasured, PixelState::kClue, PixelState::kUnsure, PixelState::kNone,
+               {PixelState::kMeasured, PixelState::kClue, PixelState::kMeasured, PixelState::kNone,
                 PixelState::kClue, PixelState::kMeasured},
                {1, 2, 3, 0, 5, 6});
 }
 
 TEST_F(MeasurementFileTest, StatesComeBackFromTheirMask) {
-  const std::vector<PixelState> measured = {PixelState::kMeasured, PixelState::kUnsure,
-                                            PixelState::kClue, PixelState::kNone,
-                                            PixelState::kMeasured, PixelState::kClue};
+  const std::vector<PixelState> measured = {PixelState::kMeasured, PixelState::kClue, PixelState::kClue,
+                                            PixelState::kNone,     PixelState::kMeasured, PixelState::kClue};
   phi::StateMap states(kWidth, 1);
   std::vector<float> depths(kWidth);
   for (int x = 0; x < kWidth; ++x) {

@@ -6,4 +6,4 @@ set(reader_sources
   cli/option_parser cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows fusion/bounding_box_file
   pipeline/file_identity pipeline/result_key pipeline/run_record
   pipeline/shard_journals pipeline/task_record)
-set(reader_phi_sources base/array_memory base/log base/option base/utc_time geometry/camera)
+set(reader_phi_sources base/array_memory base/log base/option base/rules base/utc_time geometry/camera)

@@ -90,11 +90,11 @@ TEST(Confidence, EvidenceIsWhatViewsAndNeighboursAgreeOn) {
     terms[kRelativeDeviation] = -8;
     return ConfidenceLogOdds(terms);
   };
-  EXPECT_GT(log_odds(1, 1), kEvidenceLogOdds);
+  EXPECT_GT(log_odds(1, 1), kClueLogOdds);
   EXPECT_LT(log_odds(0.5f, 0.9f), log_odds(1, 0.9f) - 1);
-  EXPECT_LT(log_odds(0.2f, 0.5f), kEvidenceLogOdds);
-  EXPECT_LT(log_odds(1, 0), kEvidenceLogOdds);
-  EXPECT_NEAR(1 / (1 + std::exp(-kEvidenceLogOdds)), 0.8, 1e-6);
+  EXPECT_LT(log_odds(0.2f, 0.5f), kClueLogOdds);
+  EXPECT_LT(log_odds(1, 0), kClueLogOdds);
+  EXPECT_NEAR(1 / (1 + std::exp(-kClueLogOdds)), 0.8, 1e-6);
 }
 
 class JudgeMeasurementsTest : public testing::Test {
@@ -121,41 +121,17 @@ class JudgeMeasurementsTest : public testing::Test {
   Rules rules_;
 };
 
-TEST_F(JudgeMeasurementsTest, WhatIsProbableAndTexturedIsMeasured) {
+// The filter asked the views; how probable its depth is changes nothing.
+TEST_F(JudgeMeasurementsTest, WhatTheFilterKeptIsMeasuredWhereThereIsTexture) {
+  EXPECT_EQ(JudgedAt(15, 20), PixelState::kMeasured);
+  map_.testimonies(15, 20) = {1, 0, 11};
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kMeasured);
 }
 
-TEST_F(JudgeMeasurementsTest, WhatIsConfirmedButLessProbableIsUnsure) {
-  map_.testimonies(15, 20) = {1, 0, 4};
-  EXPECT_EQ(JudgedAt(15, 20), PixelState::kUnsure);
-}
-
-// One of twelve confirms, and the neighbours disagree three pixels away, in a photo without noise or texture to speak of.
-TEST_F(JudgeMeasurementsTest, WhatIsMoreProbablyWrongGoes) {
-  map_.testimonies(15, 20) = {1, 0, 11};
-  for (int dy = -6; dy <= 6; dy += 3) {
-    for (int dx = -6; dx <= 6; dx += 3) {
-      if (dx != 0 || dy != 0) estimate_(15 + dx, 20 + dy).depth = 3.3f;
-    }
-  }
-  EXPECT_EQ(JudgedAt(15, 20), PixelState::kNone);
-}
-
-TEST_F(JudgeMeasurementsTest, WhatIsProbableButPlainIsAClue) { EXPECT_EQ(JudgedAt(36, 20), PixelState::kClue); }
-
-TEST_F(JudgeMeasurementsTest, WithoutTheirRulesPlainPixelsAreMeasuredAndNothingIsAClue) {
-  rules_.Set(Rule::kOwnTexture, 0);
-  EXPECT_EQ(JudgedAt(36, 20), PixelState::kMeasured);
-  rules_ = {};
-  rules_.Set(Rule::kClues, 0);
+TEST_F(JudgeMeasurementsTest, WhatIsPlainIsAClueWhereItIsProbable) {
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kClue);
+  map_.testimonies(36, 20) = {1, 0, 11};
   EXPECT_EQ(JudgedAt(36, 20), PixelState::kNone);
-}
-
-TEST_F(JudgeMeasurementsTest, WithoutProbabilityTheFilterDecides) {
-  map_.testimonies(15, 20) = {1, 0, 11};
-  rules_.Set(Rule::kProbability, 0);
-  EXPECT_EQ(JudgedAt(15, 20), PixelState::kMeasured);
-  EXPECT_EQ(JudgedAt(36, 20), PixelState::kNone) << "plain";
 }
 
 TEST_F(JudgeMeasurementsTest, WhatTheFilterDroppedIsAClueWhereItIsProbable) {
@@ -163,6 +139,14 @@ TEST_F(JudgeMeasurementsTest, WhatTheFilterDroppedIsAClueWhereItIsProbable) {
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kClue);
   map_.testimonies(15, 20) = {0, 0, 4};
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kNone);
+}
+
+TEST_F(JudgeMeasurementsTest, WithoutTheirRulesPlainPixelsAreMeasuredAndNothingIsAClue) {
+  rules_.Set(Rule::kOwnTexture, 0);
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kMeasured);
+  rules_ = {};
+  rules_.Set(Rule::kClues, 0);
+  EXPECT_EQ(JudgedAt(36, 20), PixelState::kNone);
 }
 
 }  // namespace

@@ -179,9 +179,9 @@ TEST_F(FilterTest, WantsTwoViewsAndSparesInferredPixelsTheCostTest) {
   EXPECT_TRUE(Keeps(60, 30));
 }
 
-// One view confirms, and no other one could: the pixel is kept, and said to have few witnesses.
+// One view confirms, and no other one could: the pixel is kept.
 TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
-  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
   AddSource();
   EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
   input_.sources.pop_back();
@@ -189,7 +189,7 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
   input_.sources.pop_back();
   AddMap(1.9f);  // 5 % before the point: hidden from this one
-  EXPECT_EQ(StateAt(60, 30), PixelState::kUnsure);
+  EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
   options_.rules.Set(Rule::kFewViews, 0);
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
   options_.rules = {};

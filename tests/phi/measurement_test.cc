@@ -5,12 +5,11 @@
 namespace phi {
 namespace {
 
-constexpr PixelState kStates[] = {PixelState::kNone,          PixelState::kMeasured,
-                                  PixelState::kUnsure,  PixelState::kClue,
-                                  PixelState::kInferredAlone, PixelState::kInferredConfirmed};
-constexpr int kNumStates = 6;
+constexpr PixelState kStates[] = {PixelState::kNone, PixelState::kMeasured, PixelState::kClue, PixelState::kInferredAlone,
+                                  PixelState::kInferredConfirmed};
+constexpr int kNumStates = 5;
 
-// One pixel of each state; depths 1 to 5 where there are any.
+// One pixel of each state; depths 1 to 4 where there are any.
 MeasurementMap OneOfEach() {
   MeasurementMap map{PlaneMap(kNumStates, 1), StateMap(kNumStates, 1)};
   for (int i = 0; i < kNumStates; ++i) {
@@ -22,16 +21,17 @@ MeasurementMap OneOfEach() {
 
 TEST(Measurement, AStateSaysWhatAPixelMayBeUsedFor) {
   struct Uses {
-    bool measured, inferred, published, evidence, carries_planes;
+    bool measured, inferred, published, carries_planes;
   };
-  constexpr Uses kExpected[] = {{false, false, false, false, false}, {true, false, true, true, true},
-                                {true, false, true, false, false},   {false, false, false, false, true},
-                                {false, true, true, false, false},   {false, true, true, false, false}};
+  constexpr Uses kExpected[] = {{false, false, false, false},
+                                {true, false, true, true},
+                                {false, false, false, true},
+                                {false, true, true, false},
+                                {false, true, true, false}};
   for (int i = 0; i < kNumStates; ++i) {
     EXPECT_EQ(IsMeasured(kStates[i]), kExpected[i].measured) << i;
     EXPECT_EQ(IsInferred(kStates[i]), kExpected[i].inferred) << i;
     EXPECT_EQ(IsPublished(kStates[i]), kExpected[i].published) << i;
-    EXPECT_EQ(IsEvidence(kStates[i]), kExpected[i].evidence) << i;
     EXPECT_EQ(CarriesPlanes(kStates[i]), kExpected[i].carries_planes) << i;
   }
 }
@@ -40,11 +40,11 @@ TEST(Measurement, CluesAreNotPublished) {
   const MeasurementMap map = OneOfEach();
   const PlaneMap published = PublishedPlanes(map);
   for (int i = 0; i < kNumStates; ++i) {
-    EXPECT_EQ(published(i, 0).depth, i == 3 ? 0 : i);
-    EXPECT_EQ(published(i, 0).normal.z, i == 3 || i == 0 ? 0 : -1);
+    EXPECT_EQ(published(i, 0).depth, i == 2 ? 0 : i);
+    EXPECT_EQ(published(i, 0).normal.z, i == 2 || i == 0 ? 0 : -1);
   }
-  EXPECT_EQ(CountPublished(map), 4);
-  EXPECT_EQ(CountPublished({map.planes, {}}), 5) << "an estimate: all that has depth";
+  EXPECT_EQ(CountPublished(map), 3);
+  EXPECT_EQ(CountPublished({map.planes, {}}), 4) << "an estimate: all that has depth";
 }
 
 TEST(Measurement, OnlyMeasuredDepthsAreEvidence) {

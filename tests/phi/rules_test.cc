@@ -67,7 +67,7 @@ TEST(Rules, AStagesKeyHoldsItsOwn) {
 TEST(Rules, WhatIsNoSettingIsRefused) {
   for (const char* text :
        {"no_such=0", "own_texture", "own_texture=", "own_texture=-1", "own_texture=11", "own_texture=nan",
-        "own_texture=0.7x", "cover=0", "clues=0.7", "even_regions=0", "own_texture=0,,"}) {
+        "own_texture=0.7x", "cover=0", "overexposed=0.7", "even_regions=0", "own_texture=0,,"}) {
     EXPECT_THAT(Complaint(text), HasSubstr("own_texture")) << text;
   }
   EXPECT_THAT(Complaint("x=0"), testing::Not(HasSubstr("cloud_holes"))) << "fusion's";

@@ -92,16 +92,5 @@ TEST(CostAggregation, BestViewsAreSelected) {
   EXPECT_EQ(mask, 0b1110u);
 }
 
-// Stouffer's way of joining n tests: the sum over the root of their number. 1 - 0.9 * sqrt(n / 3) for n equal matches.
-TEST(CostAggregation, ViewsThatDoNotSeeTheWindowAddNothingToABestMatch) {
-  const float three[] = {0.9f, 0.1f, 0.3f, 0.2f};
-  EXPECT_NEAR(BestMatchesCost(three, 4), 0.2f, 1e-6);
-  const float two[] = {kMaxCost, 0.1f, kMaxCost, 0.1f}, one[] = {kMaxCost, 0.1f};
-  EXPECT_NEAR(BestMatchesCost(two, 4), 0.265153f, 1e-6);
-  EXPECT_NEAR(BestMatchesCost(one, 2), 0.480385f, 1e-6);
-  EXPECT_EQ(BestMatchesCost(one, 1), kMaxCost);
-  EXPECT_EQ(BestMatchesCost(nullptr, 0), kMaxCost);
-}
-
 }  // namespace
 }  // namespace phi

@@ -97,7 +97,7 @@ class FakeBackend : public phi::Backend {
     ++calls_.inferences;
     phi::InferenceResult result{*input.measured, {}};
     for (std::size_t i = 0; i < result.map.size(); ++i) {
-      if (phi::IsEvidence(result.map.states.data()[i])) continue;
+      if (phi::IsMeasured(result.map.states.data()[i])) continue;
       result.map.planes.data()[i] = {{0, 0, -1}, 1000};
       result.map.states.data()[i] = phi::PixelState::kInferredConfirmed;
     }

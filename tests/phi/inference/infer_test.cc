@@ -120,7 +120,7 @@ TEST(Infer, APlaneWithAHoleComesBack) {
   ExpectTheWholeWall(measured);
 }
 
-// The left third is a clue: it comes back on the wall, as inferred depth. A speck that is one 10 % before the wall does too.
+// The left third is a clue: it comes back on the wall, as inferred depth.
 TEST(Infer, CluesCarryTheWallAndAreInferred) {
   MeasurementMap measured = MakeMeasured(0);
   for (int y = 0; y < kHeight; ++y) {
@@ -131,16 +131,18 @@ TEST(Infer, CluesCarryTheWallAndAreInferred) {
   ExpectTheWholeWall(measured);
 }
 
-TEST(Infer, AClueWithoutAHypothesisIsAHole) {
+// Itself, and 12 pixels in each of eight directions.
+TEST(Infer, AClueAloneCarriesShortLines) {
   PlaneMap planes(kWidth, kHeight);
   planes(80, 60) = {{0, 0, -1}, 3};
   MeasurementMap measured = AllMeasured(planes);
   measured.states(80, 60) = PixelState::kClue;
   const InferenceResult result =
       InferPlanes(PlainScene().Input(measured), StereoOptions(), InferenceOptions());
-  EXPECT_EQ(result.map.planes(80, 60).depth, 0);
-  EXPECT_EQ(result.map.planes(80, 60).normal.z, 0);
-  EXPECT_EQ(NumFilled(result), 0);
+  EXPECT_EQ(result.map.planes(80, 60).depth, 3);
+  EXPECT_EQ(result.map.planes(92, 48).depth, 3);
+  EXPECT_EQ(result.map.planes(93, 60).depth, 0);
+  EXPECT_EQ(NumFilled(result), 1 + 8 * 12);
 }
 
 // In the paper's form they are holes.
@@ -232,46 +234,30 @@ TEST(Infer, AWindowShowsWhatAnotherViewMeasuredBehindIt) {
 }
 
 // Two views may share an error: what few saw carries no plane, tells nothing of other views, and comes back as it was.
-TEST(Infer, PixelsWithFewWitnessesAreNoEvidenceAndComeBack) {
+TEST(Infer, WhatIsMaskedGetsNoDepth) {
   const PlainScene scene;
   const auto backend = MakeCpuBackend(2);
-  MeasurementMap measured = MakeMeasured(0);
+  InferenceInput input = scene.Input(MakeMeasured(0));
+  const InferenceResult whole = InferHoles(*backend, input, StereoOptions(), {});
   auto mask = std::make_shared<Array2D<std::uint8_t>>(kWidth, kHeight, 255);
   (*mask)(70, 55) = (*mask)(80, 70) = 0;
-  const auto fill = [&] {
-    InferenceInput input = scene.Input(measured);
-    input.mask = mask;
-    return InferHoles(*backend, input, StereoOptions(), {});
-  };
-  const InferenceResult without = fill();
-  for (int y = 50; y < 60; ++y) {
-    for (int x = 60; x < 100; ++x) {
-      measured.planes(x, y) = {{0, 0, -1}, 1.5f};
-      measured.states(x, y) = PixelState::kUnsure;
-    }
-  }
-  const InferenceResult with = fill();
+  input.mask = mask;
+  const InferenceResult masked = InferHoles(*backend, input, StereoOptions(), {});
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const bool is_masked = (*mask)(x, y) == 0;
-      const bool has_few = measured.states(x, y) == PixelState::kUnsure;
-      const PlaneHypothesis expected = is_masked ? PlaneHypothesis()
-                                       : has_few ? measured.planes(x, y)
-                                                 : without.map.planes(x, y);
-      const PixelState state = is_masked ? PixelState::kNone
-                               : has_few ? PixelState::kMeasured
-                                         : without.map.states(x, y);
-      ASSERT_EQ(with.map.states(x, y), state) << x << ", " << y;
-      ASSERT_TRUE(SameBits(with.map.planes(x, y), expected)) << x << ", " << y;
+      ASSERT_EQ(masked.map.states(x, y), is_masked ? PixelState::kNone : whole.map.states(x, y)) << x << ", " << y;
+      // The region's plane rests on other draws.
+      ASSERT_NEAR(masked.map.planes(x, y).depth, is_masked ? 0 : whole.map.planes(x, y).depth, 1e-4f) << x << ", " << y;
     }
   }
 }
 
-// Another view's clues and unsure pixels neither confirm nor see through.
-TEST(Infer, OnlyEvidenceOfAnotherViewConfirms) {
+// Another view's clues neither confirm nor see through.
+TEST(Infer, OnlyMeasurementsOfAnotherViewConfirm) {
   const PlainScene scene;
   InferenceInput input = scene.Input(MakeMeasured(0));
-  for (const PixelState state : {PixelState::kMeasured, PixelState::kUnsure, PixelState::kClue}) {
+  for (const PixelState state : {PixelState::kMeasured, PixelState::kClue}) {
     for (const double factor : {1.0, 1.1}) {
       auto depths = std::make_shared<MeasuredDepths>(*SourceDepths(factor));
       std::fill(depths->states.begin(), depths->states.end(), state);

@@ -68,11 +68,11 @@ struct WallScene {
   }
 
   RegionPlanes Planes(std::span<const PooledAnchor> pooled) const {
-    Array2D<Anchor> anchors(160, 120);
+    Array2D<float> anchors(160, 120);
     for (std::size_t i = 0; i < anchors.size(); ++i) {
-      if (measured->data()[i].depth > 0) anchors.data()[i].value = 1 / measured->data()[i].depth;
+      if (measured->data()[i].depth > 0) anchors.data()[i] = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(*reference_image, ValuesOf(std::as_const(anchors).view()), 7, pooled);
+    return RegionPlanes(*reference_image, std::as_const(anchors).view(), 7, pooled);
   }
 
   // Of the plane far from the reference's own anchors, relative.
@@ -170,15 +170,6 @@ TEST(PooledAnchors, CluesCountAsMeasured) {
   scene.PutSource(3, PixelState::kClue);
   EXPECT_EQ(scene.NumPooled(), 1u);
   scene.Put(75, 45, 2, PixelState::kClue);
-  EXPECT_EQ(scene.NumPooled(), 0u);
-}
-
-// Neither the source's pixels with few witnesses carry planes, nor do the reference's stand in the way.
-TEST(PooledAnchors, PixelsWithFewWitnessesCountAsHoles) {
-  OnePointScene scene;
-  scene.Put(75, 45, 2, PixelState::kUnsure);
-  EXPECT_EQ(scene.NumPooled(), 1u);
-  scene.PutSource(3, PixelState::kUnsure);
   EXPECT_EQ(scene.NumPooled(), 0u);
 }
 

@@ -44,11 +44,11 @@ float BestError(const Hypotheses& hypotheses, int x, int y, float truth) {
 // A plain image's, from anchors of the given inverse depths; 0: none.
 template <typename InverseDepth>
 RegionPlanes PlanesThrough(const InverseDepth& inverse_depth, const DepthPrecision& precision = {}) {
-  Array2D<Anchor> anchors(kWidth, kHeight);
+  Array2D<float> anchors(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) anchors(x, y).value = inverse_depth(x, y);
+    for (int x = 0; x < kWidth; ++x) anchors(x, y) = inverse_depth(x, y);
   }
-  return RegionPlanes(GrayImage(kWidth, kHeight, 120), ValuesOf(std::as_const(anchors).view()), 3, {},
+  return RegionPlanes(GrayImage(kWidth, kHeight, 120), std::as_const(anchors).view(), 3, {},
                       precision);
 }
 
@@ -167,16 +167,16 @@ TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
     const float noise = 0.001f * static_cast<float>((x * 7 + y * 13) % 11 - 5);
     return (0.3f + 0.0003f * x - 0.0001f * y) * (1 + noise);
   };
-  Array2D<Anchor> anchors(width, height);
+  Array2D<float> anchors(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      if (x < 300 || x >= 500) anchors(x, y).value = inverse_depth(x, y);
+      if (x < 300 || x >= 500) anchors(x, y) = inverse_depth(x, y);
     }
   }
   const GrayImage plain(width, height, 120);
-  const RegionPlanes many(plain, ValuesOf(std::as_const(anchors).view()), 3);
+  const RegionPlanes many(plain, std::as_const(anchors).view(), 3);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const RegionPlanes alone(plain, ValuesOf(std::as_const(anchors).view()), 3);
+  const RegionPlanes alone(plain, std::as_const(anchors).view(), 3);
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; x += 7) {
       const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
@@ -187,18 +187,19 @@ TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
 }
 
 TEST(RegionPlanes, OverexposedHolesStayHoles) {
+  const auto flat = [](int, int) { return 0.4f; };
   GrayImage image(kWidth, kHeight, 120);
   for (int y = 50; y < 70; ++y) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
-  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &image);
+  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Formulas::kRobust, &image);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
-  const Hypotheses filled(AllMeasured(RimOf(LeftWall)), {Formulas::kRobust, rules}, &image);
+  const Hypotheses filled(AllMeasured(RimOf(flat)), {Formulas::kRobust, rules}, &image);
   EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 

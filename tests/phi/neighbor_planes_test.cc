@@ -1,0 +1,87 @@
+// Neighbours' planes carried on to a pixel, also on planes so slanted that half a pixel decides: in a camera of short focal length the
+// plane's depth changes by up to a fifth from pixel to pixel. Expected values come from the plane's equation.
+#include "phi/filtering/neighbor_planes.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace phi {
+namespace {
+
+constexpr int kSide = 21;
+constexpr RayModel kRays{.fx = 20, .fy = 20, .cx = 10.5f, .cy = 10.5f, .width = kSide, .height = kSide};
+
+// The plane n . X = offset, seen at pixel centres (x + 1/2, y + 1/2).
+PlaneMap Plane(const Vec3f& n, double offset) {
+  PlaneMap map(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const double ray_x = (x + 0.5 - 10.5) / 20, ray_y = (y + 0.5 - 10.5) / 20;
+      map(x, y) = {n, static_cast<float>(offset / (n.x * ray_x + n.y * ray_y + n.z))};
+    }
+  }
+  return map;
+}
+
+struct Counts {
+  Array2D<int> asked{kSide, kSide}, agreeing{kSide, kSide};
+};
+
+// `deviation`: what matching can tell of every depth, relative.
+Counts Count(const PlaneMap& map, int spacing = 1, float deviation = 0) {
+  Counts result;
+  ForNeighborCounts(kRays, map, Array2D<float>(kSide, kSide, deviation), spacing, [&](int y, const NeighborCounts& counts) {
+    for (int x = 0; x < kSide; ++x) result.asked(x, y) = counts.asked[x], result.agreeing(x, y) = counts.agreeing[x];
+  });
+  return result;
+}
+
+// The steepest pixels see their plane at 82 degrees from its normal.
+TEST(NeighborPlanes, AllAgreeOnASlantedPlane) {
+  for (const Vec3f n : {Vec3f{0.83f, 0, -0.5577634f}, Vec3f{0, 0.83f, -0.5577634f}, Vec3f{-0.83f, 0, -0.5577634f},
+                        Vec3f{0, -0.83f, -0.5577634f}}) {
+    const Counts counts = Count(Plane(n, -2));
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) ASSERT_EQ(counts.agreeing(x, y), counts.asked(x, y)) << x << ", " << y;
+    }
+    EXPECT_EQ(counts.asked(10, 10), kNumNeighbors);
+    EXPECT_EQ(counts.asked(0, 0), 8);
+    EXPECT_EQ(counts.asked(20, 10), 14);
+  }
+}
+
+// The limit is 0.3 % of the depth, wherever on the slant, or 1.5 deviations.
+TEST(NeighborPlanes, TheLimitIsAShareOfTheDepthOrWhatMatchingCanTell) {
+  const Vec3f n{0.83f, 0, -0.5577634f};
+  for (const float deviation : {0.0f, 0.004f}) {
+    const float limit = deviation > 0 ? 0.006f : 0.003f;
+    for (const int x : {2, 10, 17}) {
+      for (const float error : {-0.93f * limit, 0.93f * limit, -1.07f * limit, 1.07f * limit}) {
+        PlaneMap map = Plane(n, -2);
+        map(x, 9).depth *= 1 + error;
+        EXPECT_EQ(Count(map, 1, deviation).agreeing(x, 9), std::abs(error) < limit ? kNumNeighbors : 0) << x << ", " << error;
+      }
+    }
+  }
+}
+
+// A wall's pixel with the wall's depth and another normal: it agrees with its neighbours, its own plane misses theirs.
+TEST(NeighborPlanes, APlaneCountsAndNotItsDepthAlone) {
+  PlaneMap map = Plane({0, 0, -1}, -3);
+  map(10, 10).normal = {0.6f, 0, -0.8f};
+  const Counts counts = Count(map);
+  EXPECT_EQ(counts.agreeing(10, 10), kNumNeighbors);
+  EXPECT_EQ(counts.agreeing(11, 10), kNumNeighbors - 1);
+  EXPECT_EQ(counts.asked(11, 10), kNumNeighbors);
+}
+
+TEST(NeighborPlanes, TheSpacingSaysWhichPixelsAreAsked) {
+  PlaneMap map = Plane({0, 0, -1}, -3);
+  for (const int x : {7, 4}) map(x, 10).depth = 0;
+  EXPECT_EQ(Count(map, 3).asked(10, 10), kNumNeighbors - 2);
+  EXPECT_EQ(Count(map, 1).asked(10, 10), kNumNeighbors);
+}
+
+}  // namespace
+}  // namespace phi
