@@ -98,10 +98,9 @@ bool IsTruncatedJpeg(const Bytes& bytes) {
          bytes.end();
 }
 
-cv::Mat Decode(const fs::path& path, int flags, const CheckSize& check_size) {
-  Bytes bytes = ReadAllBytes(path);
+cv::Mat Decode(const PhotoFile& photo, int flags, const CheckSize& check_size) {
+  const auto& [path, bytes] = photo;
   if (const auto size = AnnouncedSize(bytes); size && check_size) check_size(size->width, size->height);
-  IgnoreTiffOrientation(bytes);
   if (IsTruncatedJpeg(bytes)) {
     throw phi::InputError(path.string() + ": this JPEG is cut short; copy or undistort it again");
   }
@@ -167,22 +166,36 @@ bool HasPhotoFormat(std::span<const std::uint8_t> bytes) {
                                [&](std::string_view signature) { return text.starts_with(signature); });
 }
 
-phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {
-  const cv::Mat decoded = Decode(path, cv::IMREAD_GRAYSCALE, check_size);
+PhotoFile ReadPhotoFile(const fs::path& path) {
+  PhotoFile photo{path, ReadAllBytes(path)};
+  IgnoreTiffOrientation(photo.bytes);
+  return photo;
+}
+
+phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
+  const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE, check_size);
   phi::GrayImage image(decoded.cols, decoded.rows);
   decoded.copyTo(Wrap(image));
   return image;
 }
 
-ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
-  const cv::Mat decoded = Decode(path, cv::IMREAD_COLOR, check_size);
+ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
+  const cv::Mat decoded = Decode(photo, cv::IMREAD_COLOR, check_size);
   ColorImage image(decoded.cols, decoded.rows);
   cv::cvtColor(decoded, Wrap(image), cv::COLOR_BGR2RGB);
   return image;
 }
 
+phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {
+  return DecodeGray(ReadPhotoFile(path), check_size);
+}
+
+ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
+  return DecodeColor(ReadPhotoFile(path), check_size);
+}
+
 phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
-  const cv::Mat decoded = Decode(path, cv::IMREAD_UNCHANGED, {});
+  const cv::Mat decoded = Decode(ReadPhotoFile(path), cv::IMREAD_UNCHANGED, {});
   if (decoded.type() != CV_16UC1) {
     throw phi::InputError(path.string() + " is not a 16-bit gray image, as true depths in PNG files are");
   }

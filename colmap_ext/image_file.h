@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "phi/base/images.h"
@@ -27,7 +28,20 @@ bool HasPhotoFormat(std::span<const std::uint8_t> bytes);
 // and afterwards.
 using CheckSize = std::function<void(std::size_t width, std::size_t height)>;
 
-// Throw phi::InputError naming the file when it is missing, damaged, cut short or of no known format.
+// A photo as its file holds it.
+struct PhotoFile {
+  std::filesystem::path path;
+  std::vector<std::uint8_t> bytes;
+};
+
+// Throws phi::InputError naming the file when it is missing or cannot be read.
+PhotoFile ReadPhotoFile(const std::filesystem::path& path);
+
+// Throw phi::InputError naming the file when it is damaged, cut short or of no known format.
+phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size = {});
+ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size = {});
+
+// Read and decode.
 phi::GrayImage ReadGrayImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 

@@ -277,11 +277,16 @@ fs::path Workspace::ImageMaskPath(int image) const {
   return mask_path_.empty() ? fs::path() : mask_path_ / (views_[image].name + ".png");
 }
 
+std::shared_ptr<const PhotoFile> Workspace::ReadPhoto(int image) const {
+  return std::make_shared<const PhotoFile>(ReadPhotoFile(ImagePath(image)));
+}
+
 template <typename Image>
-Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&, const CheckSize&)) const {
+Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
+                              Image (*decode)(const PhotoFile&, const CheckSize&)) const {
   const fs::path path = ImagePath(image);
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
-  return read(path, [&](std::size_t width, std::size_t height) {
+  return decode(photo != nullptr ? *photo : ReadPhotoFile(path), [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
     throw phi::InputError(
         path.string() + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
@@ -292,7 +297,7 @@ Image Workspace::ReadFullSize(int image, Image (*read)(const fs::path&, const Ch
   });
 }
 
-std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {
+std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image, const PhotoFile* photo) const {
   const phi::Pinhole& working = views_[image].camera.pinhole;
   if (IsInMemory()) {
     const auto& gray = memory_images_[image].gray;
@@ -300,7 +305,7 @@ std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image) const {
     return std::make_shared<const phi::GrayImage>(Resize(*gray, working.width, working.height));
   }
   return std::make_shared<const phi::GrayImage>(
-      Resize(ReadFullSize(image, &ReadGrayImage), working.width, working.height));
+      Resize(ReadFullSize(image, photo, &DecodeGray), working.width, working.height));
 }
 
 bool Workspace::HasImageMask(int image) const {
@@ -337,15 +342,15 @@ std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const 
   return mask;
 }
 
-ColorImage Workspace::ReadColor(int image, int width, int height) const {
+ColorImage Workspace::ReadColor(int image, int width, int height, const PhotoFile* photo) const {
   if (IsInMemory()) {
-    const MemoryImage& photo = memory_images_[image];
-    if (photo.color != nullptr) return Resize(*photo.color, width, height);
-    ColorImage color(photo.gray->width(), photo.gray->height());
-    std::transform(photo.gray->begin(), photo.gray->end(), color.begin(), [](std::uint8_t g) { return Rgb{g, g, g}; });
+    const MemoryImage& in_memory = memory_images_[image];
+    if (in_memory.color != nullptr) return Resize(*in_memory.color, width, height);
+    ColorImage color(in_memory.gray->width(), in_memory.gray->height());
+    std::transform(in_memory.gray->begin(), in_memory.gray->end(), color.begin(), [](std::uint8_t g) { return Rgb{g, g, g}; });
     return Resize(color, width, height);
   }
-  return Resize(ReadFullSize(image, &ReadColorImage), width, height);
+  return Resize(ReadFullSize(image, photo, &DecodeColor), width, height);
 }
 
 }  // namespace colmap_ext

@@ -78,19 +78,22 @@ class Workspace {
   // Of --PhiStereo.mask_path, whether it is there or not; empty without a folder of masks.
   std::filesystem::path ImageMaskPath(int image) const;
 
-  // 8-bit gray at the working resolution. Throws phi::InputError naming the file when it is missing, damaged,
-  // or its size disagrees with its camera.
-  std::shared_ptr<const phi::GrayImage> ReadGray(int image) const;
+  // The photo's file, for those who want it in gray and in colour. Not of a workspace in memory. Throws phi::InputError
+  // naming the file when it is missing or cannot be read.
+  std::shared_ptr<const PhotoFile> ReadPhoto(int image) const;
+  // 8-bit gray at the working resolution, of the photo's file where it is given. Throws phi::InputError naming the file when
+  // it is missing, damaged, or its size disagrees with its camera.
+  std::shared_ptr<const phi::GrayImage> ReadGray(int image, const PhotoFile* photo = nullptr) const;
   // The image's mask at the working resolution: a pixel that covers any masked one is masked. Null where there is none.
   // Throws phi::InputError when it is damaged or has not the image's size.
   std::shared_ptr<const phi::ImageMask> ReadImageMask(int image) const;
   // Colours for a map of width x height pixels, whatever the working resolution. Throws as ReadGray.
-  ColorImage ReadColor(int image, int width, int height) const;
+  ColorImage ReadColor(int image, int width, int height, const PhotoFile* photo = nullptr) const;
 
  private:
-  // The image at its camera's full size.
+  // The image at its camera's full size. photo: may be null.
   template <typename Image>
-  Image ReadFullSize(int image, Image (*read)(const std::filesystem::path&, const CheckSize&)) const;
+  Image ReadFullSize(int image, const PhotoFile* photo, Image (*decode)(const PhotoFile&, const CheckSize&)) const;
 
   // Fills views_ from model_. Names the model's `origin` in errors.
   void MakeViews(const std::string& origin, int max_image_size, ProblemList* problems);

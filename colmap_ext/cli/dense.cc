@@ -1,6 +1,7 @@
 // phimvs dense: from an undistorted workspace to a cloud and a report, in one command.
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
@@ -70,9 +71,10 @@ int RunDense(int argc, char** argv) {
   if (std::filesystem::is_directory(workspace)) {
     for (const auto& path : {output.path, report.output}) AtomicFile(path, Durability::kProcess);
   }
-  const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues());
+  HandedMaps handed;
+  const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues(), {}, &handed);
   if (!IsDone(stereo_code)) return stereo_code;
-  const int fusion_code = FuseMaps(fusion, output);
+  const int fusion_code = FuseMaps(fusion, output, std::move(handed));
   if (!IsDone(fusion_code)) return fusion_code;
   WriteReport(report);
   phi::LogInfo("report: " + report.output.string());

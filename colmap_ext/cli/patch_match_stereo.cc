@@ -41,7 +41,7 @@ struct StereoInput {
 }  // namespace
 
 int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
-                 const Shard& shard) {
+                 const Shard& shard, HandedMaps* handed) {
   using Sharing = WorkspaceLock::Sharing;
   const StereoInput input(options, shard);
   const WorkspaceLock lock(input.workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
@@ -54,9 +54,11 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
   StereoPipeline pipeline(
       input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
       options.pipeline, effective_options, backends, shard);
+  if (handed != nullptr) pipeline.KeepForFusion();
   try {
     const RunSummary summary = pipeline.Run();
     LogSummary(summary);
+    if (handed != nullptr) *handed = pipeline.HandOver();
     return static_cast<int>(summary.Code());
   } catch (const phi::Cancelled&) {
     phi::LogWarning("finished maps are kept; the same command goes on where this one stopped");

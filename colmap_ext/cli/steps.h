@@ -8,16 +8,18 @@
 #include "colmap_ext/cli/fusion_options.h"
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/fusion/cloud_output.h"
+#include "colmap_ext/fusion/handed_maps.h"
 #include "colmap_ext/pipeline/shard.h"
 
 namespace colmap_ext {
 
-// `effective_options` goes into phimvs.json for the reader. Returns the exit code.
+// `effective_options` goes into phimvs.json for the reader. `handed`, if not null, gets what is in memory for fusion. Returns
+// the exit code.
 int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
-                 const Shard& shard = {});
+                 const Shard& shard = {}, HandedMaps* handed = nullptr);
 
-// output: resolved. Returns the exit code.
-int FuseMaps(FusionCommandOptions options, const CloudOutput& output);
+// output: resolved. `handed`: in memory, of the same workspace; the other maps are read from files. Returns the exit code.
+int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed = {});
 
 // Of all options of `dense` but places of files, for the report.
 std::map<std::string, std::string> DefaultOptions();

@@ -34,7 +34,7 @@ void LogReport(const SceneFusionReport& report, const std::filesystem::path& pat
 
 }  // namespace
 
-int FuseMaps(FusionCommandOptions options, const CloudOutput& output) {
+int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed) {
   const auto begin = std::chrono::steady_clock::now();
   options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
   const Workspace workspace(options.workspace);
@@ -45,7 +45,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output) {
   const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   const SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
-                                             : FuseScene(workspace, options.fusion, writer.get());
+                                             : FuseScene(workspace, &handed, options.fusion, writer.get());
   writer->Commit();
   if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "colmap_ext/image_file.h"
-#include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
@@ -55,8 +54,8 @@ phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const
   return {width, height, image.fx * scale_x, image.fy * scale_y, image.cx * scale_x, image.cy * scale_y};
 }
 
-FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input)
-    : workspace_(workspace), input_(std::move(input)) {
+FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input, HandedMaps* handed)
+    : workspace_(workspace), input_(std::move(input)), handed_(handed) {
   if (!input_.mask_path.empty() && !fs::is_directory(input_.mask_path)) {
     throw phi::InputError("--StereoFusion.mask_path: there is no folder " + input_.mask_path.string());
   }
@@ -67,11 +66,13 @@ fs::path FusionMapReader::MaskPath(int image) const {
 }
 
 bool FusionMapReader::Exists(int image) const {
+  if (Handed(image).map != nullptr) return true;
   return fs::exists(workspace_.DepthMapPath(image, input_.kind)) &&
          fs::exists(workspace_.NormalMapPath(image, input_.kind));
 }
 
-phi::Camera FusionMapReader::ReadCamera(int image) const {
+MapSize FusionMapReader::ReadSize(int image) const {
+  if (const auto map = Handed(image).map; map != nullptr) return {map->width(), map->height(), 1};
   const fs::path path = workspace_.DepthMapPath(image, input_.kind);
   const fs::path normal_path = workspace_.NormalMapPath(image, input_.kind);
   const MapSize size = ReadMapSize(path), normal_size = ReadMapSize(normal_path);
@@ -84,20 +85,27 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
                           ", but the image's normal map is " +
                           SizeText(normal_size.width, normal_size.height) + "; estimate this image again");
   }
+  return size;
+}
+
+phi::Camera FusionMapReader::ReadCamera(int image) const {
+  const MapSize size = ReadSize(image);
   phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
-  const phi::Pinhole of_map = CameraOfMap(camera.pinhole, size.width, size.height, path.string());
+  const phi::Pinhole of_map = CameraOfMap(camera.pinhole, size.width, size.height,
+                                          workspace_.DepthMapPath(image, input_.kind).string());
   if (!(input_.downsize && size.width > camera.pinhole.width)) camera.pinhole = of_map;
   return camera;
 }
 
 phi::FusionMap FusionMapReader::Read(int image) const {
   const phi::Pinhole pinhole = ReadCamera(image).pinhole;
+  const HandedImage handed = Handed(image);
   phi::FusionMap map(pinhole.width, pinhole.height);
-  AddMaps(image, &map);
-  AddColors(image, &map);
-  if (input_.kind == kGeometric) AddInferred(image, &map);
-  if (input_.kind == kMeasured) DropClues(image, &map);
+  AddMaps(image, handed, &map);
+  AddColors(image, handed, &map);
+  if (input_.kind == kGeometric || input_.kind == kMeasured) AddStates(ReadStates(image, handed), &map);
   if (!input_.mask_path.empty()) ApplyMask(image, &map);
+  if (handed_ != nullptr) handed_->Forget(image);
   return map;
 }
 
@@ -110,30 +118,39 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
   return num_pixels * static_cast<std::int64_t>(sizeof(phi::FusionPixel));
 }
 
-void FusionMapReader::AddMaps(int image, phi::FusionMap* map) const {
-  const fs::path depth_path = workspace_.DepthMapPath(image, input_.kind);
-  const MapSize source = ReadMapSize(depth_path);
+void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const {
+  const MapSize source = ReadSize(image);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
   int y = 0;
-  const auto add_row = [&](const PlaneRow& row) {
+  const auto add_row = [&](const auto& plane_at) {
     for (int x = 0; x < map->width(); ++x) {
       const int source_x = map->width() == source.width ? x : SourceIndex(x, map->width(), source.width);
-      const float depth = row.depth[source_x];
-      if (!(depth > 0) || !std::isfinite(depth)) continue;
+      const phi::PlaneHypothesis plane = plane_at(source_x);
+      if (!(plane.depth > 0) || !std::isfinite(plane.depth)) continue;
       phi::FusionPixel& pixel = (*map)(x, y);
-      pixel.depth = depth;
-      const phi::Vec3f normal = {row.normal[0][source_x], row.normal[1][source_x], row.normal[2][source_x]};
-      pixel.normal = PackChecked(normal, rays, x, y);
+      pixel.depth = plane.depth;
+      pixel.normal = PackChecked(plane.normal, rays, x, y);
     }
   };
-  const auto consume = [&](int source_y, const PlaneRow& row) {
-    for (; y < map->height() && SourceIndex(y, map->height(), source.height) == source_y; ++y) add_row(row);
+  const auto consume = [&](int source_y, const auto& plane_at) {
+    for (; y < map->height() && SourceIndex(y, map->height(), source.height) == source_y; ++y) add_row(plane_at);
   };
-  ReadPlaneRows(depth_path, workspace_.NormalMapPath(image, input_.kind), consume);
+  if (handed.map != nullptr) {
+    const phi::PlaneMap& planes = handed.map->planes;
+    for (int source_y = 0; source_y < source.height; ++source_y)
+      consume(source_y, [&](int source_x) { return planes(source_x, source_y); });
+    return;
+  }
+  ReadPlaneRows(workspace_.DepthMapPath(image, input_.kind), workspace_.NormalMapPath(image, input_.kind),
+                [&](int source_y, const PlaneRow& row) {
+                  consume(source_y, [&](int i) {
+                    return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]};
+                  });
+                });
 }
 
-void FusionMapReader::AddColors(int image, phi::FusionMap* map) const {
-  const ColorImage colors = workspace_.ReadColor(image, map->width(), map->height());
+void FusionMapReader::AddColors(int image, const HandedImage& handed, phi::FusionMap* map) const {
+  const ColorImage colors = workspace_.ReadColor(image, map->width(), map->height(), handed.photo.get());
   for (std::size_t i = 0; i < map->size(); ++i) {
     const Rgb& rgb = colors.data()[i];
     phi::FusionPixel& pixel = map->data()[i];
@@ -141,18 +158,20 @@ void FusionMapReader::AddColors(int image, phi::FusionMap* map) const {
   }
 }
 
-void FusionMapReader::AddInferred(int image, phi::FusionMap* map) const {
-  const fs::path path = workspace_.FilledMaskPath(image);
-  if (!fs::exists(path)) return;
-  ForPixels(ReadMask(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
-    if (value != 0) pixel.flags |= phi::FusionPixel::kInferred;
-  });
+phi::Mask FusionMapReader::ReadStates(int image, const HandedImage& handed) const {
+  if (handed.map != nullptr && !handed.map->states.empty()) return MaskOfStates(handed.map->states);
+  const fs::path path = workspace_.FilledMaskPath(image, input_.kind);
+  return fs::exists(path) ? ReadMask(path) : phi::Mask();
 }
 
-void FusionMapReader::DropClues(int image, phi::FusionMap* map) const {
-  const fs::path path = workspace_.FilledMaskPath(image, kMeasured);
-  if (!fs::exists(path)) return;
-  ForPixels(ReadMask(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+void FusionMapReader::AddStates(const phi::Mask& states, phi::FusionMap* map) const {
+  if (states.empty()) return;
+  if (input_.kind == kGeometric) {
+    return ForPixels(states, map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+      if (value != 0) pixel.flags |= phi::FusionPixel::kInferred;
+    });
+  }
+  ForPixels(states, map, [](std::uint8_t value, phi::FusionPixel& pixel) {
     if (value != kClueValue) return;
     pixel.depth = 0;
     pixel.normal = {};

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "colmap_ext/fusion/handed_maps.h"
+#include "colmap_ext/map_file.h"
 #include "colmap_ext/workspace.h"
 #include "phi/fusion/fusion_pixel.h"
 #include "phi/geometry/device_camera.h"
@@ -37,15 +39,16 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
 // not the image's shape.
 phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const std::string& whose);
 
-// From the workspace's files.
+// From the workspace's files, or from memory.
 class FusionMapReader final : public FusionMapSource {
  public:
-  // The workspace must outlive the reader. Throws phi::InputError when there is no folder of masks.
-  FusionMapReader(const Workspace& workspace, FusionInput input);
+  // The workspace must outlive the reader, and `handed`: null, or maps of this kind in memory, of its images; an image that is
+  // read is given up. Throws phi::InputError when there is no folder of masks.
+  FusionMapReader(const Workspace& workspace, FusionInput input, HandedMaps* handed = nullptr);
 
   bool Exists(int image) const override;
   bool HasMask(int image) const override { return std::filesystem::exists(MaskPath(image)); }
-  phi::Camera ReadCamera(int image) const override;  // from the map's header alone
+  phi::Camera ReadCamera(int image) const override;  // from the map's size alone
   phi::FusionMap Read(int image) const override;
 
   // What a map of so many pixels takes while it is read and afterwards.
@@ -54,14 +57,19 @@ class FusionMapReader final : public FusionMapSource {
 
  private:
   std::filesystem::path MaskPath(int image) const;
-  void AddMaps(int image, phi::FusionMap* map) const;
-  void AddColors(int image, phi::FusionMap* map) const;
-  void AddInferred(int image, phi::FusionMap* map) const;
-  void DropClues(int image, phi::FusionMap* map) const;
+  HandedImage Handed(int image) const { return handed_ != nullptr ? (*handed_)[image] : HandedImage(); }
+  MapSize ReadSize(int image) const;
+  void AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const;
+  void AddColors(int image, const HandedImage& handed, phi::FusionMap* map) const;
+  // The mask that says what a map's pixels are; empty where there is none.
+  phi::Mask ReadStates(int image, const HandedImage& handed) const;
+  // Marks inferred pixels of geometric maps, takes clues out of measured ones.
+  void AddStates(const phi::Mask& states, phi::FusionMap* map) const;
   void ApplyMask(int image, phi::FusionMap* map) const;
 
   const Workspace& workspace_;
   FusionInput input_;
+  HandedMaps* handed_;
 };
 
 }  // namespace colmap_ext

@@ -4,14 +4,12 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "colmap_ext/byte_count.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
@@ -26,11 +24,6 @@ namespace {
 constexpr int kRowsPerBlock = 16;
 // Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
 constexpr double kNegligibleNoise = 0.1;
-
-std::int64_t BudgetBytes(const SceneFusionOptions& options) {
-  if (options.max_memory_gb > 0) return ByteCount(options.max_memory_gb * 1e9);
-  return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
-}
 
 std::vector<int> ImagesToFuse(const Workspace& workspace) {
   if (std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
@@ -205,7 +198,7 @@ FusionPlan SceneFuser::MakePlan(const std::vector<int>& order) {
     largest = std::max(largest, FusionMapReader::TransientBytes(NumPixels(p)));
   }
   // At most a quarter of the budget is for maps that are just being read.
-  const std::int64_t budget = BudgetBytes(options_);
+  const std::int64_t budget = options_.MemoryBytes();
   num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
   num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
   FusionPlan plan = PlanFusion(graph_, order, bytes, budget - num_concurrent_reads_ * largest);

@@ -26,6 +26,7 @@ struct SceneFusionOptions {
 
   // All but the box, the rule's and the input's included.
   phi::OptionList List();
+  std::int64_t MemoryBytes() const;  // of max_memory_gb
   // An empty string, or one sentence naming option, value and rule.
   std::string Check() const;
 };
@@ -41,6 +42,9 @@ struct SceneFusionReport {
 
 // Throws phi::InputError when no image has maps that can be read. Does not commit the writer.
 SceneFusionReport FuseScene(const Workspace& workspace, const SceneFusionOptions& options,
+                            CloudWriter* writer);
+// Those in memory before those in files. `handed` is used up, and first trimmed to what the fused images leave of the memory.
+SceneFusionReport FuseScene(const Workspace& workspace, HandedMaps* handed, const SceneFusionOptions& options,
                             CloudWriter* writer);
 // The same of maps that need not be in files; options.input does not matter then.
 SceneFusionReport FuseScene(const Workspace& workspace, const FusionMapSource& maps,

@@ -1,5 +1,8 @@
+#include <unistd.h>
+
 #include <string>
 
+#include "colmap_ext/byte_count.h"
 #include "colmap_ext/fusion/scene_fusion.h"
 #include "phi/fusion/neighbor_lookup.h"
 
@@ -21,6 +24,11 @@ phi::OptionList SceneFusionOptions::List() {
       .Unit("GB")
       .AtLeast(0);
   return list;
+}
+
+std::int64_t SceneFusionOptions::MemoryBytes() const {
+  if (max_memory_gb > 0) return ByteCount(max_memory_gb * 1e9);
+  return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
 }
 
 std::string SceneFusionOptions::Check() const {

@@ -31,6 +31,7 @@ std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& k
 }
 
 std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
+constexpr char kPhoto[] = "photo";
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
 
 bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
@@ -71,12 +72,26 @@ MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int nu
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
   const auto item = cache_.GetOrLoad({image, "gray"}, [&] {
-    std::shared_ptr<const phi::GrayImage> gray = workspace_.ReadGray(image);
+    std::shared_ptr<const phi::GrayImage> gray = ReadGray(image);
     const auto mask = ImageMask(image);
     if (mask != nullptr) gray = std::make_shared<const phi::GrayImage>(phi::ExtendIntoMask(*gray, *mask));
     return MakeSized(gray);
   });
   return std::static_pointer_cast<const phi::GrayImage>(item);
+}
+
+std::shared_ptr<const phi::GrayImage> MapStore::ReadGray(int image) {
+  if (!keeps_photos_) return workspace_.ReadGray(image);
+  std::shared_ptr<const PhotoFile> photo = FindPhoto(image);
+  if (photo == nullptr) {
+    photo = workspace_.ReadPhoto(image);
+    cache_.PutSpare({image, kPhoto}, {photo, static_cast<std::int64_t>(photo->bytes.size())});
+  }
+  return workspace_.ReadGray(image, photo.get());
+}
+
+std::shared_ptr<const PhotoFile> MapStore::FindPhoto(int image) const {
+  return std::static_pointer_cast<const PhotoFile>(cache_.Find({image, kPhoto}));
 }
 
 std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
@@ -103,10 +118,14 @@ std::shared_ptr<const phi::MeasurementMap> MapStore::Map(int image, const std::s
   });
 }
 
+std::shared_ptr<const phi::MeasurementMap> MapStore::FindMap(int image, const std::string& kind) const {
+  return std::static_pointer_cast<const phi::MeasurementMap>(cache_.Find({image, kind}));
+}
+
 std::shared_ptr<const phi::MeasuredDepths> MapStore::Depths(int image, const std::string& kind) {
   return GetOrRead<phi::MeasuredDepths>(cache_, {image, DepthsKey(kind)}, [&] {
     // A map that has no file yet is in memory.
-    const auto map = std::static_pointer_cast<const phi::MeasurementMap>(cache_.Find({image, kind}));
+    const auto map = FindMap(image, kind);
     phi::MeasuredDepths depths =
         map != nullptr ? phi::DepthsOf(*map) : ReadMeasuredDepths(workspace_, image, kind);
     if (const auto mask = ImageMask(image); mask != nullptr) phi::DropMasked(*mask, &depths);

@@ -46,9 +46,17 @@ class MapStore {
   std::shared_ptr<const phi::ImageMask> ImageMask(int image);
   // Maps have no depth where the image is masked, whoever made them.
   std::shared_ptr<const phi::MeasurementMap> Map(int image, const std::string& kind);
+  // The same, and null where it is not in memory now.
+  std::shared_ptr<const phi::MeasurementMap> FindMap(int image, const std::string& kind) const;
   // The map without its normals.
   std::shared_ptr<const phi::MeasuredDepths> Depths(int image, const std::string& kind);
   std::shared_ptr<const phi::CostMap> Cost(int image, const std::string& kind);
+
+  // Keeps the files of photos from now on, as long as nothing else needs their place: for who reads the photos after the
+  // stages. Not of a workspace in memory.
+  void KeepPhotos() { keeps_photos_ = true; }
+  // Null where it is not in memory now.
+  std::shared_ptr<const PhotoFile> FindPhoto(int image) const;
 
   // Queues the files for writing. `on_complete` is called from the writer's thread with what identifies them, before the
   // first of them has its name: see RunRecord::Finish. Files and record are on the disk before the names are.
@@ -82,6 +90,7 @@ class MapStore {
   const MemoryCache& cache() const { return cache_; }
 
  private:
+  std::shared_ptr<const phi::GrayImage> ReadGray(int image);
   CompleteFiles PrepareFiles(int image, const std::string& kind, const StageResult& result,
                              Durability durability) const;
   // A result whose files are complete and recorded.
@@ -96,6 +105,7 @@ class MapStore {
 
   const Workspace& workspace_;
   const std::int64_t max_waiting_bytes_;
+  bool keeps_photos_ = false;
   std::mutex mutex_;  // guards what follows
   std::condition_variable published_;
   bool is_publishing_ = false;

@@ -67,6 +67,14 @@ void MemoryCache::PutTransient(Key key, Sized item, Spill spill) {
   Insert(lock, key, std::move(entry));
 }
 
+void MemoryCache::PutSpare(Key key, Sized item) {
+  Entry entry;
+  entry.sized = std::move(item);
+  entry.spare = true;
+  Lock lock(mutex_);
+  Insert(lock, key, std::move(entry));
+}
+
 void MemoryCache::Erase(Key key) {
   Lock lock(mutex_);
   const auto it = entries_.find(key);
@@ -84,7 +92,7 @@ void MemoryCache::Insert(Lock& lock, Key key, Entry entry) {
     entries_.erase(it);
   }
   bytes_ += entry.sized.num_bytes;
-  entry.recency = recency_.insert(recency_.begin(), key);
+  entry.recency = recency_.insert(entry.spare ? recency_.end() : recency_.begin(), key);
   entries_.emplace(key, std::move(entry));
   EvictToBudget(lock);
   peak_bytes_ = std::max(peak_bytes_, bytes_);

@@ -41,6 +41,8 @@ class MemoryCache {
   void Unpin(Key key);
   // An item without a file: `spill` is called, outside the lock, when the budget asks for its place.
   void PutTransient(Key key, Sized item, Spill spill);
+  // An item that is of use only where nothing else needs its place: it goes first.
+  void PutSpare(Key key, Sized item);
   void Erase(Key key);
 
   std::int64_t bytes() const;
@@ -51,6 +53,7 @@ class MemoryCache {
     Sized sized;
     Spill spill;  // empty once the item is in a file
     bool pinned = false;
+    bool spare = false;  // put as such
     bool loading = false;
     std::list<Key>::iterator recency;
   };

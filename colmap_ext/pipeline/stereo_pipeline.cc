@@ -103,6 +103,16 @@ RunSummary StereoPipeline::Run() {
   return summary;
 }
 
+HandedMaps StereoPipeline::HandOver() {
+  const std::string& kind = stages_.back().result;
+  HandedMaps handed(kind, workspace_.views().size());
+  for (const ImageJob& job : jobs_) {
+    const MapStore& store = runner_.store();
+    handed.Set(job.image, {.map = store.FindMap(job.image, kind), .photo = store.FindPhoto(job.image)});
+  }
+  return handed;
+}
+
 void StereoPipeline::RunStages() {
   RunSummary& summary = runner_.summary();
   for (bool first = true;; first = false) {

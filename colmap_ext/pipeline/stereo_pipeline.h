@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/fusion/handed_maps.h"
 #include "colmap_ext/pipeline/shard.h"
 #include "colmap_ext/pipeline/stage_runner.h"
 
@@ -30,6 +31,12 @@ class StereoPipeline {
   // Throws phi::InputError for maps of another program, phi::Cancelled when asked to stop; images that cannot
   // be done are in the summary, and all others are done; of a shard those whose inputs others have made.
   RunSummary Run();
+
+  // Before Run, where fusion follows in the same process: what it reads is kept in memory as long as the stages do not need
+  // its place.
+  void KeepForFusion() { runner_.store().KeepPhotos(); }
+  // After Run, once: what is in memory of the last stage's maps and of the photos.
+  HandedMaps HandOver();
 
  private:
   bool IsShard() const { return !shard_.IsWhole(); }

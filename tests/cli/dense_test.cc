@@ -1,7 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "colmap_ext/image_file.h"
 #include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -17,11 +23,12 @@ class DenseCommand : public testing::Test {
  protected:
   DenseCommand() { test_support::MakeRoom(folder_.path(), 120, 90, 4); }
 
-  ProgramResult Dense(std::vector<std::string> more) {
-    std::vector<std::string> command{PHIMVS_BINARY, "dense", "--workspace_path", folder_ / "room/dense"};
+  std::vector<std::string> Command(const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> command{PHIMVS_BINARY, name, "--workspace_path", folder_ / "room/dense"};
     command.insert(command.end(), more.begin(), more.end());
-    return RunProgram(command);
+    return command;
   }
+  ProgramResult Dense(const std::vector<std::string>& more) { return RunProgram(Command("dense", more)); }
 
   TemporaryFolder folder_;
 };
@@ -38,6 +45,49 @@ TEST_F(DenseCommand, GoesFromWorkspaceToCloudAndReport) {
   EXPECT_THAT(record, HasSubstr("\"PhiStereo.quality\": \"fast\"")) << "the option reached the stereo step";
   EXPECT_THAT(record, HasSubstr("\"default_random_seed\": \"3\""));
   EXPECT_THAT(test_support::ReadBytes(folder_ / "room/dense/report.html"), HasSubstr("\"num_shown\""));
+}
+
+TEST_F(DenseCommand, TheCloudIsTheOneOfTheMapsInFiles) {
+  struct Case {
+    const char* name;
+    std::vector<std::string> stereo, fusion;
+    int num_from_memory;
+  };
+  const std::filesystem::path dense = folder_ / "room/dense", masks = folder_ / "masks";
+  phi::Mask left_half(120, 90, 255);
+  for (int y = 0; y < 90; ++y) std::fill_n(&left_half(60, y), 60, std::uint8_t{0});
+  for (const auto& photo : std::filesystem::directory_iterator(dense / "images"))
+    colmap_ext::WriteGrayImage(masks / (photo.path().filename().string() + ".png"), left_half);
+  const std::vector<Case> cases = {
+      {"enough memory", {}, {}, 4},
+      {"a cache of 10 kB", {"--PatchMatchStereo.cache_size", "0.00001"}, {}, 0},
+      {"memory for fusion alone", {}, {"--PhiFusion.max_memory_gb", "0.0006"}, 0},
+      {"smaller maps than photos", {"--PatchMatchStereo.max_image_size", "100"}, {}, 4},
+      {"smaller points than maps", {}, {"--StereoFusion.max_image_size", "60"}, 4},
+      {"other maps than the last", {}, {"--input_type", "measured"}, 0},
+      {"nothing inferred", {"--PhiInference.mode", "off"}, {}, 4},
+      {"masks", {}, {"--StereoFusion.mask_path", masks}, 4},
+  };
+  const auto cloud = [&](const std::string& name) {
+    return test_support::ReadBytes(dense / name) + test_support::ReadBytes(dense / (name + ".vis"));
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    for (const char* maps : {"depth_maps", "filled_masks"})  // a map that is there already is not in memory
+      std::filesystem::remove_all(dense / "stereo" / maps);
+    std::vector<std::string> options = {"--PhiStereo.quality", "fast", "--log_level", "3"};
+    options.insert(options.end(), c.stereo.begin(), c.stereo.end());
+    options.insert(options.end(), c.fusion.begin(), c.fusion.end());
+    const ProgramResult made = Dense(options);
+    ASSERT_EQ(made.exit_code, 0) << made.errors;
+    EXPECT_THAT(made.errors, HasSubstr(" " + std::to_string(c.num_from_memory) + " maps come from memory"));
+    options = {"--output_path", dense / "again.ply"};
+    options.insert(options.end(), c.fusion.begin(), c.fusion.end());
+    const ProgramResult fused = test_support::RunProgram(Command("stereo_fusion", options));
+    ASSERT_EQ(fused.exit_code, 0) << fused.errors;
+    EXPECT_TRUE(cloud("fused.ply") == cloud("again.ply"));
+    EXPECT_GT(cloud("fused.ply").size(), 20000u);
+  }
 }
 
 TEST_F(DenseCommand, RefusesAMistakeInFusionsOptionsBeforeTheStereo) {

@@ -67,6 +67,20 @@ TEST(MemoryCacheTest, TransientItemsAreSavedBeforeTheyGo) {
   EXPECT_EQ(saved, (std::vector<int>{1, 2}));
 }
 
+TEST(MemoryCacheTest, SpareItemsGoFirst) {
+  MemoryCache cache(20);
+  cache.PutPinned({1, "map"}, MakeItem(1, 10));
+  cache.Unpin({1, "map"});
+  cache.PutSpare({1, "photo"}, MakeItem(2, 10));
+  ASSERT_NE(cache.Find({1, "photo"}), nullptr);
+  cache.PutPinned({2, "map"}, MakeItem(3, 10));
+  EXPECT_EQ(cache.Find({1, "photo"}), nullptr) << "although the map is older";
+  EXPECT_NE(cache.Find({1, "map"}), nullptr);
+  cache.PutSpare({1, "photo"}, MakeItem(2, 10));
+  EXPECT_EQ(cache.Find({1, "photo"}), nullptr) << "there is no place for it";
+  EXPECT_EQ(cache.bytes(), 20);
+}
+
 TEST(MemoryCacheTest, FailedLoadReachesItsCallerAndIsTriedAgain) {
   MemoryCache cache(10);
   EXPECT_THROW(
