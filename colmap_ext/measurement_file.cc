@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "phi/base/error.h"
@@ -84,6 +85,7 @@ fs::path MaskBeside(const fs::path& depth_path) {
 phi::Mask MaskOfStates(const phi::StateMap& states) { return phi::Transformed(states, ValueOf); }
 
 phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std::string_view kind) {
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) return ReadCompactMap(compact);
   phi::MeasurementMap map{
       ReadPlaneMap(workspace.DepthMapPath(image, kind), workspace.NormalMapPath(image, kind)), {}};
   if (!HasStates(kind)) return map;
@@ -93,11 +95,22 @@ phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std:
 }
 
 phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, std::string_view kind) {
+  if (fs::exists(CompactMapPath(workspace, image, kind))) return phi::DepthsOf(ReadMeasurements(workspace, image, kind));
   phi::MeasuredDepths map{ReadDepthMap(workspace.DepthMapPath(image, kind)), {}};
   if (!HasStates(kind)) return map;
   const auto depth = [&](std::size_t i) -> float& { return map.depths.data()[i]; };
   map.states = ReadStates(workspace, image, kind, map.width(), map.height(), depth);
   return map;
+}
+
+std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind) {
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) {
+    const phi::MeasurementMap map = ReadCompactMap(compact);
+    return phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map));
+  }
+  const fs::path depth_path = workspace.DepthMapPath(image, kind);
+  if (!fs::exists(depth_path)) return std::nullopt;
+  return ReadPublishedDepths(depth_path);
 }
 
 phi::DepthMap ReadPublishedDepths(const fs::path& depth_path) {

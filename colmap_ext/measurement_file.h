@@ -1,4 +1,5 @@
-// Measurement maps on the disk: a depth map, a normal map, and a mask in stereo/filled_masks that says what their pixels are.
+// Measurement maps on the disk: a compact map (compact_map.h), or a depth map, a normal map, and a mask in stereo/filled_masks
+// that says what their pixels are.
 //   <image>.measured.png: 128 = clue, 0 = measured or empty; earlier versions' 255 = measured.
 //   <image>.png, of the geometric map: 255 = inferred, 0 = measured or empty; of what inference hands to the last filter also
 //   128 = inferred, and no view confirms it.
@@ -6,6 +7,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "colmap_ext/workspace.h"
@@ -25,6 +27,8 @@ phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, st
 
 // The depth map for all who take depths > 0 for depths: without what the mask beside a measured map calls clues.
 phi::DepthMap ReadPublishedDepths(const std::filesystem::path& depth_path);
+// The same of a workspace's map, compact or not; none where it is not there.
+std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind);
 
 // The value of a clue in <image>.measured.png.
 inline constexpr std::uint8_t kClueValue = 128;

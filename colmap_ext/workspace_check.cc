@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
@@ -163,7 +164,9 @@ void CheckDisk(const Workspace& workspace, const std::vector<PatchMatchProblem>&
   for (const PatchMatchProblem& problem : problems) {
     const phi::Pinhole& pinhole = workspace.views()[problem.reference].camera.pinhole;
     for (const std::string_view kind : kMapKinds) {
-      if (fs::exists(workspace.DepthMapPath(problem.reference, kind))) continue;
+      if (fs::exists(workspace.DepthMapPath(problem.reference, kind)) ||
+          fs::exists(CompactMapPath(workspace, problem.reference, kind)))
+        continue;
       needed += kMapBytesPerPixel * pinhole.width * pinhole.height;
     }
   }

@@ -7,6 +7,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/pipeline/map_removal.h"
 #include "colmap_ext/report/report.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -20,8 +21,16 @@ bool IsDone(int code) {
          code == static_cast<int>(phi::ExitCode::kSomeImagesFailed);
 }
 
+// What remains of the maps once cloud and report are there.
+enum class Keep {
+  kCloud,  // nothing
+  kMaps,   // COLMAP's geometric maps, and the others in compact files
+  kAll,    // all in COLMAP's form
+};
+
 struct DenseCommandOptions {
   CloudOutput output;
+  Keep keep = Keep::kAll;
   std::filesystem::path report_path;
   StereoCommandOptions stereo;
   FusionCommandOptions fusion;
@@ -30,6 +39,9 @@ struct DenseCommandOptions {
     parser->Add("output_path", &output.path, "The cloud (.ply or .las); default: fused.ply in the workspace");
     parser->Append(output.List());
     parser->Add("report_path", &report_path, "The report (.html); default: report.html in the workspace");
+    parser->AddChoice("keep", &keep, {{"cloud", Keep::kCloud}, {"maps", Keep::kMaps}, {"all", Keep::kAll}},
+                      "What remains beside cloud and report: cloud = no maps; maps = COLMAP's geometric ones, and what phimvs "
+                      "needs to go on in compact files; all = all in COLMAP's form");
     stereo.Register(parser);
     fusion.RegisterFusion(parser);
   }
@@ -52,8 +64,9 @@ int RunDense(int argc, char** argv) {
   OptionParser parser("dense", "From an undistorted COLMAP workspace to a cloud and a report");
   options.Register(&parser);
   if (!parser.Parse(argc, argv)) return 0;
-  auto& [output, report_path, stereo, fusion] = options;
+  auto& [output, keep, report_path, stereo, fusion] = options;
   stereo.Finish(parser);
+  stereo.pipeline.compact_maps |= keep != Keep::kAll;
   fusion.workspace.path = stereo.workspace.path;
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
@@ -78,7 +91,10 @@ int RunDense(int argc, char** argv) {
   if (!IsDone(fusion_code)) return fusion_code;
   WriteReport(report);
   phi::LogInfo("report: " + report.output.string());
-  return std::max(stereo_code, fusion_code);
+  const int code = std::max(stereo_code, fusion_code);
+  // Where images failed, the next run needs the maps of the others.
+  if (keep == Keep::kCloud && code == static_cast<int>(phi::ExitCode::kOk)) RemoveRecordedMaps(Workspace(stereo.workspace));
+  return code;
 }
 
 }  // namespace colmap_ext

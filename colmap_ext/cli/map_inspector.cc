@@ -121,7 +121,8 @@ std::map<std::string, Inspection> FindMaps(const InspectorOptions& options) {
   }
   if (found.empty()) {
     throw phi::InputError(options.input_path.string() + " holds no <image>." + options.map_kind +
-                          ".bin; choose another folder or --map_kind");
+                          ".bin; choose another folder or --map_kind. Maps in stereo/compact_maps can be had as .bin: "
+                          "patch_match_stereo again, with --PhiStereo.compact_maps false");
   }
   return found;
 }

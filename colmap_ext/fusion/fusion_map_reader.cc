@@ -66,13 +66,14 @@ fs::path FusionMapReader::MaskPath(int image) const {
 }
 
 bool FusionMapReader::Exists(int image) const {
-  if (Handed(image).map != nullptr) return true;
+  if (Handed(image).map != nullptr || fs::exists(CompactPath(image))) return true;
   return fs::exists(workspace_.DepthMapPath(image, input_.kind)) &&
          fs::exists(workspace_.NormalMapPath(image, input_.kind));
 }
 
 MapSize FusionMapReader::ReadSize(int image) const {
   if (const auto map = Handed(image).map; map != nullptr) return {map->width(), map->height(), 1};
+  if (const fs::path path = CompactPath(image); fs::exists(path)) return ReadCompactMapSize(path);
   const fs::path path = workspace_.DepthMapPath(image, input_.kind);
   const fs::path normal_path = workspace_.NormalMapPath(image, input_.kind);
   const MapSize size = ReadMapSize(path), normal_size = ReadMapSize(normal_path);
@@ -99,7 +100,9 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
 
 phi::FusionMap FusionMapReader::Read(int image) const {
   const phi::Pinhole pinhole = ReadCamera(image).pinhole;
-  const HandedImage handed = Handed(image);
+  HandedImage handed = Handed(image);
+  if (handed.map == nullptr && fs::exists(CompactPath(image)))
+    handed.map = std::make_shared<const phi::MeasurementMap>(ReadCompactMap(CompactPath(image)));
   phi::FusionMap map(pinhole.width, pinhole.height);
   AddMaps(image, handed, &map);
   AddColors(image, handed, &map);
@@ -119,7 +122,7 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
 }
 
 void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const {
-  const MapSize source = ReadSize(image);
+  const MapSize source = handed.map != nullptr ? MapSize{handed.map->width(), handed.map->height(), 1} : ReadSize(image);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
   int y = 0;
   const auto add_row = [&](const auto& plane_at) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion/handed_maps.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/workspace.h"
@@ -58,6 +59,7 @@ class FusionMapReader final : public FusionMapSource {
  private:
   std::filesystem::path MaskPath(int image) const;
   HandedImage Handed(int image) const { return handed_ != nullptr ? (*handed_)[image] : HandedImage(); }
+  std::filesystem::path CompactPath(int image) const { return CompactMapPath(workspace_, image, input_.kind); }
   MapSize ReadSize(int image) const;
   void AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const;
   void AddColors(int image, const HandedImage& handed, phi::FusionMap* map) const;

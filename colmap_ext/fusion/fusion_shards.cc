@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion/part_files.h"
 #include "colmap_ext/fusion/scene_fuser.h"
 #include "colmap_ext/pipeline/result_key.h"
@@ -136,7 +137,7 @@ class PartedFusion {
     for (const double value : camera.pose.translation) key.Add(value);
     const std::string& kind = options_.input.kind;
     for (const fs::path& path : {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
-                                 workspace_.FilledMaskPath(image), workspace_.ImagePath(image)}) {
+                                 CompactMapPath(workspace_, image, kind), workspace_.FilledMaskPath(image), workspace_.ImagePath(image)}) {
       AddFile(path, &key);
     }
     if (!options_.input.mask_path.empty())

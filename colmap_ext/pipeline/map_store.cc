@@ -5,10 +5,12 @@
 #include <system_error>
 #include <utility>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 
 namespace colmap_ext {
 namespace {
@@ -36,7 +38,7 @@ std::string CostKey(const std::string& kind) { return kind + " cost"; }
 
 bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   try {
-    const MapSize size = ReadMapSize(path);
+    const MapSize size = path.extension() == ".map" ? ReadCompactMapSize(path) : ReadMapSize(path);
     return size.width == pinhole.width && size.height == pinhole.height && size.channels == channels;
   } catch (const phi::InputError&) {
     return false;
@@ -52,9 +54,12 @@ bool HoldsValues(const fs::path& path, int num_channels) {
   return any(ReadNormalMap(path), [](const phi::Vec3f& n) { return n.x != 0 || n.y != 0 || n.z != 0; });
 }
 
+bool HasDepth(const phi::PlaneHypothesis& h) { return h.depth > 0; }
+
 // Whoever made it, of whatever size.
 bool IsWholeFile(const fs::path& path) {
   try {
+    if (path.extension() == ".map") return phi::CountIf(ReadCompactMap(path).planes, HasDepth) > 0;
     if (path.extension() != ".bin") return ReadMask(path).size() > 0;
     return HoldsValues(path, ReadMapSize(path).channels);
   } catch (const phi::InputError&) {
@@ -146,9 +151,8 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
     std::vector<FileIdentity> identities;
     for (const auto& file : files) identities.push_back(IdentifyFile(file->temporary_path()));
     on_complete(identities);
-    // Depth and three components of the normal, float32 each: as many bytes as the map in memory.
-    const auto num_bytes =
-        static_cast<std::int64_t>(result.map->planes.bytes() + (result.cost ? result.cost->bytes() : 0));
+    std::int64_t num_bytes = 0;
+    for (const FileIdentity& identity : identities) num_bytes += identity.num_bytes;
     Publish({std::move(files), image, kind, num_bytes});
     return num_bytes;
   });
@@ -156,6 +160,12 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
 
 void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
   for (const auto& file : PrepareFiles(image, kind, result, Durability::kProcess)) file->Publish();
+  RemoveOtherForm(image, kind);
+}
+
+bool MapStore::IsCompact(int image, const std::string& kind) const {
+  std::error_code unreachable;
+  return fs::exists(CompactMapPath(workspace_, image, kind), unreachable);
 }
 
 void MapStore::SaveStates(int image, const std::string& kind, const phi::StateMap& states) const {
@@ -188,6 +198,11 @@ CompleteFiles MapStore::PrepareFiles(int image, const std::string& kind, const S
     for (auto& file : more) files.push_back(std::move(file));
   };
   const phi::MeasurementMap& map = *result.map;
+  if (WritesCompactly(kind)) {
+    if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
+    files.push_back(PrepareCompactMap(CompactMapPath(workspace_, image, kind), map, durability));
+    return files;
+  }
   if (!map.states.empty())
     files.push_back(PrepareMask(workspace_.FilledMaskPath(image, kind), MaskOfStates(map.states), durability));
   if (result.cost) append(PrepareDepthMap(workspace_.CostMapPath(image, kind), *result.cost, durability));
@@ -228,6 +243,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
   SyncFileSystem(workspace_.StereoFolder());
   for (const Ready& ready : batch) {
     for (const auto& file : ready.files) file->Publish();
+    RemoveOtherForm(ready.image, ready.kind);
     cache_.Unpin({ready.image, ready.kind});
     cache_.Unpin({ready.image, CostKey(ready.kind)});
   }
@@ -246,11 +262,8 @@ void MapStore::Drain() {
 
 FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                              const TaskRecord* record) const {
-  std::vector<fs::path> paths = {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind)};
-  if (with_cost) paths.push_back(workspace_.CostMapPath(image, kind));
-  if (with_mask) paths.push_back(workspace_.FilledMaskPath(image, kind));
   FoundFiles found{.whole = record != nullptr, .foreign = {}};
-  for (const fs::path& path : paths) {
+  for (const fs::path& path : FilesOf(image, kind, with_cost, with_mask)) {
     std::error_code unreachable;
     const bool exists = fs::exists(path, unreachable);
     if (exists && record != nullptr && record->state == "done" && record->files.empty()) {
@@ -263,18 +276,56 @@ FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost,
         !exists || (record != nullptr && (IsOneOf(path, record->earlier) || !IsWholeFile(path)));
     if (!is_ours && found.foreign.empty()) found.foreign = path;
   }
+  if (found.foreign.empty() && IsCompact(image, kind)) found.foreign = FindForeign(ColmapFilesOf(image, kind), record);
   return found;
+}
+
+fs::path MapStore::FindForeign(const std::vector<fs::path>& paths, const TaskRecord* record) {
+  for (const fs::path& path : paths) {
+    std::error_code unreachable;
+    if (!fs::exists(path, unreachable)) continue;
+    const bool is_ours = record != nullptr && (IsOneOf(path, record->files) || IsOneOf(path, record->earlier));
+    if (!is_ours && IsWholeFile(path)) return path;
+  }
+  return {};
+}
+
+std::vector<fs::path> MapStore::ColmapFilesOf(int image, const std::string& kind) const {
+  return {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
+          workspace_.FilledMaskPath(image, kind)};
+}
+
+std::vector<fs::path> MapStore::FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const {
+  std::vector<fs::path> paths;
+  if (IsCompact(image, kind)) {
+    paths.push_back(CompactMapPath(workspace_, image, kind));
+  } else {
+    paths = {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind)};
+    if (with_mask) paths.push_back(workspace_.FilledMaskPath(image, kind));
+  }
+  if (with_cost) paths.push_back(workspace_.CostMapPath(image, kind));
+  return paths;
+}
+
+void MapStore::RemoveOtherForm(int image, const std::string& kind) const {
+  std::error_code ignored;  // a file that is not there is as good as one removed
+  if (!WritesCompactly(kind)) {
+    fs::remove(CompactMapPath(workspace_, image, kind), ignored);
+    return;
+  }
+  for (const fs::path& path : ColmapFilesOf(image, kind)) fs::remove(path, ignored);
 }
 
 bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
   const phi::Pinhole& pinhole = workspace_.views()[image].camera.pinhole;
+  if (IsCompact(image, kind)) return HasSize(CompactMapPath(workspace_, image, kind), pinhole, 1);
   return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
          HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3);
 }
 
 bool MapStore::HasMask(int image, const std::string& kind) const {
   std::error_code unreachable;
-  return fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
+  return IsCompact(image, kind) || fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
 void MapStore::RemoveFiles(int image, const std::string& kind) const {
@@ -283,6 +334,7 @@ void MapStore::RemoveFiles(int image, const std::string& kind) const {
   fs::remove(workspace_.NormalMapPath(image, kind), ignored);
   fs::remove(workspace_.CostMapPath(image, kind), ignored);
   fs::remove(workspace_.FilledMaskPath(image, kind), ignored);
+  fs::remove(CompactMapPath(workspace_, image, kind), ignored);
 }
 
 }  // namespace colmap_ext

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/map_file.h"
@@ -37,6 +38,11 @@ class MapStore {
  public:
   MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers);
 
+  // Writes the maps of these kinds as compact maps (compact_map.h), to which they are rounded, from now on. Those of other
+  // kinds get COLMAP's form; a map is read from the form in which it is there.
+  void WriteCompactly(std::set<std::string> kinds) { compact_kinds_ = std::move(kinds); }
+  bool WritesCompactly(const std::string& kind) const { return compact_kinds_.contains(kind); }
+
   // Extended into the mask, where the image has one; see phi/base/image_mask.h.
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   // The same with the mask cut out.
@@ -64,6 +70,7 @@ class MapStore {
   void Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete);
   // Writes the files at once and keeps nothing in memory.
   void Save(int image, const std::string& kind, const StageResult& result) const;
+  bool IsCompact(int image, const std::string& kind) const;
   // The mask that goes with a map, at once.
   void SaveStates(int image, const std::string& kind, const phi::StateMap& states) const;
   // Keeps a result that gets files only when the budget asks for its place.
@@ -91,6 +98,13 @@ class MapStore {
 
  private:
   std::shared_ptr<const phi::GrayImage> ReadGray(int image);
+  // Of a result, in the form in which it is there.
+  std::vector<std::filesystem::path> FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const;
+  std::vector<std::filesystem::path> ColmapFilesOf(int image, const std::string& kind) const;
+  // The first that is there and another program's; empty: none.
+  static std::filesystem::path FindForeign(const std::vector<std::filesystem::path>& paths, const TaskRecord* record);
+  // Those of the form in which maps of the kind are not written.
+  void RemoveOtherForm(int image, const std::string& kind) const;
   CompleteFiles PrepareFiles(int image, const std::string& kind, const StageResult& result,
                              Durability durability) const;
   // A result whose files are complete and recorded.
@@ -106,6 +120,7 @@ class MapStore {
   const Workspace& workspace_;
   const std::int64_t max_waiting_bytes_;
   bool keeps_photos_ = false;
+  std::set<std::string> compact_kinds_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable published_;
   bool is_publishing_ = false;

@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
@@ -66,6 +67,7 @@ bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
 }  // namespace
 
 void KeepOriginalMaps(const Workspace& workspace, int image) {
+  fs::remove(CompactMapPath(workspace, image, kMeasured));  // of maps that these replaced
   phi::PlaneMap map =
       ReadPlaneMap(workspace.DepthMapPath(image, kGeometric), workspace.NormalMapPath(image, kGeometric));
   const auto is_negative = [](const phi::PlaneHypothesis& h) { return h.depth < 0; };

@@ -44,6 +44,10 @@ phi::OptionList PipelineOptions::RunList() {
       .NotInKey(kChoosesStages);
   list.Add("PhiStereo.write_cost_maps", &write_cost_maps, "Write the matching cost of each pixel to stereo/cost_maps")
       .NotInKey("an estimation's key says whether the cost is kept");
+  list.Add("PhiStereo.compact_maps", &compact_maps,
+           "Keep photometric and measured maps in stereo/compact_maps, in a quarter of the bytes, which phimvs alone reads; "
+           "false = in COLMAP's form, those of earlier runs too")
+      .NotInKey("the values are the same");
   list.Add("PatchMatchStereo.cache_size", &cache_gigabytes,
            "Memory for images and maps between the stages; -1 = half of the machine's, at most 32")
       .Unit("GB")

@@ -20,6 +20,7 @@ struct PipelineOptions {
   double depth_min = -1;      // world units; < 0: from the sparse points
   double depth_max = -1;      // likewise
   bool write_cost_maps = false;
+  bool compact_maps = false;  // of what later stages alone read: compact_map.h
   bool overwrite = false;            // replaces maps that another program made
   bool allow_missing_files = false;  // missing images are left out
   double cache_gigabytes = -1;       // images and maps in memory; see CacheBytes

@@ -12,7 +12,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 5, kFilterRevision = 11, kInferRevision = 17;
+constexpr int kEstimateRevision = 6, kFilterRevision = 11, kInferRevision = 17;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -81,6 +81,7 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
     stage.result = last ? EstimateKind(options) : "pass" + std::to_string(pass);
     stage.is_output = last && raw_is_output;
     stage.reads_source_maps = pass > 0;
+    stage.is_rounded = true;
     stages->push_back(stage);
   }
 }
@@ -255,6 +256,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
   if (options.filter_maps) {
     stages.push_back(MakeFilter(kMeasured, options));
     stages.back().has_mask = true;
+    stages.back().is_rounded = true;
     stages.back().judges_measurements = JudgesMeasurements(options);
     if (stages.back().judges_measurements) stages.back().options += " judged=1";
   }

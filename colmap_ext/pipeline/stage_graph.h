@@ -27,6 +27,7 @@ struct Stage {
   bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
   bool transient = false;  // lives in memory and is not recorded
   bool has_mask = false;   // its maps have states: phi/measurement.h
+  bool is_rounded = false;  // its maps are what compact files give back (compact_map.h), in whatever form they are kept
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation
   double weight = 1;                           // expected time of a task, relative to an estimation

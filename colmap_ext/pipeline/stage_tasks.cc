@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "colmap_ext/compact_map.h"
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
@@ -52,6 +53,14 @@ StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& 
 StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
                             const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
                             ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
+  StageResult result = RunExactly(stage, previous, input_keys, job, backend, progress, warnings);
+  if (stage.is_rounded) result.map = std::make_shared<const phi::MeasurementMap>(RoundToCompact(*result.map));
+  return result;
+}
+
+StageResult StageTasks::RunExactly(const Stage& stage, const Stage* previous,
+                                   const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
+                                   ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
   switch (stage.kind) {
     case StageKind::kEstimate:
       return Estimate(stage, previous, input_keys, jobs_[job], backend, progress, warnings);

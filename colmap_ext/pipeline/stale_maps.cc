@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "phi/base/error.h"
@@ -35,7 +36,9 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {
     const std::string& name = workspace.views()[i].name;
-    const std::filesystem::path path = workspace.DepthMapPath(static_cast<int>(i), kind);
+    const std::filesystem::path compact = CompactMapPath(workspace, static_cast<int>(i), kind);
+    const std::filesystem::path path =
+        std::filesystem::exists(compact) ? compact : workspace.DepthMapPath(static_cast<int>(i), kind);
     if (!std::filesystem::exists(path)) continue;
     ++num_maps;
     const TaskRecord* task = record.Find(name, std::string(kind));

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
@@ -18,6 +19,16 @@ std::string OptionsHash(const std::vector<Stage>& stages) {
   ResultKey key;
   for (const Stage& stage : stages) key.Add(stage.result).Add(stage.options);
   return key.Hex();
+}
+
+// What users read is COLMAP's.
+std::set<std::string> CompactKinds(const std::vector<Stage>& stages) {
+  std::set<std::string> kinds;
+  for (const Stage& stage : stages) {
+    if (stage.is_rounded) kinds.insert(stage.result);
+  }
+  kinds.erase(stages.back().result);
+  return kinds;
 }
 
 std::vector<int> OwnJobs(const PlanScope& scope, std::size_t num_jobs) {
@@ -69,6 +80,7 @@ StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob>
       backends_(backends),
       runner_(workspace_, jobs_, options_, std::move(sparse_depth), backends) {
   runner_.record().SetOptions(effective_options, OptionsHash(stages_));
+  if (options_.compact_maps) runner_.store().WriteCompactly(CompactKinds(stages_));
   runner_.summary().num_images = static_cast<int>(own_.size());
   if (IsShard()) BeginShard();
 }
@@ -92,6 +104,7 @@ RunSummary StereoPipeline::Run() {
   WarnOfFewWitnesses();
   runner_.Begin(stages_);
   RunStages();
+  if (!IsShard()) ConvertMaps();  // others may read them now
   runner_.End();
   if (!IsShard()) ConfirmKeptMaps();
   if (!IsShard()) RemoveIntermediateFiles();
@@ -275,6 +288,29 @@ void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
   for (const int job : failed) {
     made_.erase({stage, job});
     failed_.emplace(stage, job);
+  }
+}
+
+// They are rounded whatever their form, so that no value changes.
+void StereoPipeline::ConvertMaps() {
+  MapStore& store = runner_.store();
+  for (int s = 0; s < static_cast<int>(stages_.size()); ++s) {
+    const std::string& kind = stages_[s].result;
+    for (const int job : own_) {
+      const int image = jobs_[job].image;
+      if (!stages_[s].is_output || !stages_[s].is_rounded) continue;
+      if (store.IsCompact(image, kind) == store.WritesCompactly(kind)) continue;
+      const RunRecord::Task task{NameOf(job), kind};
+      const TaskRecord* record = runner_.record().Find(task.first, task.second);
+      if (record == nullptr || record->state != "done" || !Inspect(s, job).whole) continue;
+      StageResult result{.map = store.Map(image, kind)};
+      if (WritesCost(s)) result.cost = store.Cost(image, kind);
+      store.Write(image, kind, result, [this, task, both = *record](const std::vector<FileIdentity>& files) mutable {
+        // Of both forms: a process that is killed here leaves one of them, and either is this result.
+        both.files.insert(both.files.end(), files.begin(), files.end());
+        runner_.record().Finish(task, both);
+      });
+    }
   }
 }
 

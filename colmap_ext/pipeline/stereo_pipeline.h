@@ -53,6 +53,8 @@ class StereoPipeline {
   void RunStages();
   void RunStage(int stage, const std::vector<StagePlan>& plan);
   void ReportWaiting(const std::vector<StagePlan>& plan);
+  // Gives the maps of earlier runs the form that this one was asked for.
+  void ConvertMaps();
   void ConfirmKeptMaps();
   void RemoveIntermediateFiles();
   void LogPlan(const std::vector<StagePlan>& plan);

@@ -57,8 +57,7 @@ class ImageMaker {
   ReportImage Make() {
     result_.name = workspace_.views()[image_].name;
     result_.view = image_;
-    const auto photometric = Read(workspace_.DepthMapPath(image_, kPhotometric), ReadDepthMap);
-    const auto measured = Read(workspace_.DepthMapPath(image_, kMeasured), ReadPublishedDepths);
+    const auto photometric = ReadDepths(kPhotometric), measured = ReadDepths(kMeasured);
     const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
     const auto filled =
         Read(workspace_.FilledMaskPath(image_), [](const auto& path) { return ReadGrayImage(path); });
@@ -79,6 +78,16 @@ class ImageMaker {
     if (!std::filesystem::exists(path)) return std::nullopt;
     try {
       return read(path);
+    } catch (const phi::InputError& error) {
+      result_.warnings.push_back(error.what());
+      return std::nullopt;
+    }
+  }
+
+  // Of a map in whatever form.
+  std::optional<DepthMap> ReadDepths(std::string_view kind) {
+    try {
+      return FindPublishedDepths(workspace_, image_, kind);
     } catch (const phi::InputError& error) {
       result_.warnings.push_back(error.what());
       return std::nullopt;

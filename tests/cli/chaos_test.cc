@@ -134,6 +134,11 @@ class Chaos : public ::testing::Test {
     dense.insert(dense.end(), {"--output_path", "@out/cloud.ply", "--report_path", "@out/report.html",
                                "--StereoFusion.min_num_pixels", "2"});
     commands_->emplace_back("dense", fresh, dense);
+    for (const char* keep : {"maps", "cloud"}) {
+      Lines less = dense;
+      less.insert(less.end(), {"--keep", keep});
+      commands_->emplace_back("dense", fresh, less);
+    }
   }
   static void TearDownTestSuite() {
     delete commands_;

@@ -66,6 +66,8 @@ TEST_F(DenseCommand, TheCloudIsTheOneOfTheMapsInFiles) {
       {"smaller points than maps", {}, {"--StereoFusion.max_image_size", "60"}, 4},
       {"other maps than the last", {}, {"--input_type", "measured"}, 0},
       {"nothing inferred", {"--PhiInference.mode", "off"}, {}, 4},
+      {"compact maps", {"--keep", "maps"}, {}, 4},
+      {"compact maps in files", {"--keep", "maps"}, {"--input_type", "measured"}, 0},
       {"masks", {}, {"--StereoFusion.mask_path", masks}, 4},
   };
   const auto cloud = [&](const std::string& name) {
@@ -73,7 +75,7 @@ TEST_F(DenseCommand, TheCloudIsTheOneOfTheMapsInFiles) {
   };
   for (const Case& c : cases) {
     SCOPED_TRACE(c.name);
-    for (const char* maps : {"depth_maps", "filled_masks"})  // a map that is there already is not in memory
+    for (const char* maps : {"depth_maps", "filled_masks", "compact_maps"})  // a map that is there already is not in memory
       std::filesystem::remove_all(dense / "stereo" / maps);
     std::vector<std::string> options = {"--PhiStereo.quality", "fast", "--log_level", "3"};
     options.insert(options.end(), c.stereo.begin(), c.stereo.end());
@@ -88,6 +90,32 @@ TEST_F(DenseCommand, TheCloudIsTheOneOfTheMapsInFiles) {
     EXPECT_TRUE(cloud("fused.ply") == cloud("again.ply"));
     EXPECT_GT(cloud("fused.ply").size(), 20000u);
   }
+}
+
+TEST_F(DenseCommand, KeepsWhatItIsAskedToKeep) {
+  const std::filesystem::path dense = folder_ / "room/dense";
+  const auto made = [&](const std::string& keep) {
+    const ProgramResult result = Dense({"--PhiStereo.quality", "fast", "--keep", keep});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    EXPECT_THAT(test_support::ReadBytes(dense / "report.html"), HasSubstr("Raw depth")) << "which reads all maps";
+    return test_support::ReadMaps(dense);
+  };
+  const auto all = made("all");
+  EXPECT_EQ(all.size(), 4u * 8) << "depth and normals of three kinds, masks of two";
+  const std::string cloud = test_support::ReadBytes(dense / "fused.ply");
+  EXPECT_EQ(made("cloud").size(), 0u);
+  EXPECT_TRUE(test_support::ReadBytes(dense / "fused.ply") == cloud);
+  const auto maps = made("maps");
+  EXPECT_EQ(maps.size(), 4u * 5) << "two compact maps, the geometric one and its mask";
+  EXPECT_TRUE(test_support::ReadBytes(dense / "fused.ply") == cloud);
+  for (const auto& [path, bytes] : maps) {
+    if (path.ends_with(".map")) {
+      EXPECT_LT(bytes.size(), 5u * 120 * 90) << path;
+    } else {
+      EXPECT_TRUE(all.at(path) == bytes) << path;
+    }
+  }
+  EXPECT_TRUE(made("all") == all) << "compact maps take COLMAP's form where that is asked for";
 }
 
 TEST_F(DenseCommand, RefusesAMistakeInFusionsOptionsBeforeTheStereo) {

@@ -27,7 +27,7 @@ std::map<std::string, std::string> ReadMaps(const fs::path& workspace) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(workspace / "stereo")) {
     const std::string extension = entry.path().extension();
-    if (!entry.is_regular_file() || (extension != ".bin" && extension != ".png")) continue;
+    if (!entry.is_regular_file() || (extension != ".bin" && extension != ".png" && extension != ".map")) continue;
     files[fs::relative(entry.path(), workspace)] = ReadBytes(entry.path());
   }
   return files;

@@ -66,6 +66,9 @@ class StereoPipelineTest : public ::testing::Test {
     return HashMaps(clean.path());
   }
 
+  void BreakInEachStage();
+  void RunWithOtherWorkersAndMemory();
+
   std::filesystem::path DepthPath(int image, const std::string& kind) const {
     return folder_ / "stereo/depth_maps" / (names_[image] + "." + kind + ".bin");
   }
@@ -207,6 +210,13 @@ TEST_F(StereoPipelineTest, FilledMaskHoldsOnlyPixelsThatTheSecondFilterKept) {
 }
 
 TEST_F(StereoPipelineTest, BytesDependNeitherOnWorkersNorOnMemory) {
+  for (const bool is_compact : {false, true}) {
+    options_.compact_maps = is_compact;
+    RunWithOtherWorkersAndMemory();
+  }
+}
+
+void StereoPipelineTest::RunWithOtherWorkersAndMemory() {
   const auto expected = CleanMaps();
   calls_.duration = std::chrono::milliseconds(2);
   for (const auto& [num_backends, num_concurrent, cache_bytes] : {std::tuple{1, 3, std::int64_t{1} << 30},
@@ -268,7 +278,59 @@ TEST_F(StereoPipelineTest, OtherOptionsMakeOnlyWhatDependsOnThem) {
   EXPECT_EQ(calls_.estimates, kNumImages);
 }
 
+TEST_F(StereoPipelineTest, CompactMapsHoldTheSameValues) {
+  const auto expected = CleanMaps();
+  options_.compact_maps = true;
+  Run();
+  const auto compact = HashMaps(folder_.path());
+  // Per image: two compact maps, and depth, normals and mask of the geometric one.
+  EXPECT_THAT(compact, SizeIs(kNumImages * 5));
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(1, "geometric")));
+  EXPECT_FALSE(std::filesystem::exists(DepthPath(1, "measured")));
+  calls_.estimates = calls_.filters = calls_.inferences = 0;
+  EXPECT_THAT(SummaryLine(Run()), HasSubstr("nothing to do"));
+  for (const bool is_compact : {false, false, true}) {
+    options_.compact_maps = is_compact;
+    Run();
+    EXPECT_EQ(HashMaps(folder_.path()), is_compact ? compact : expected);
+  }
+  EXPECT_EQ(calls_.estimates + calls_.filters + calls_.inferences, 0) << "another form is no other map";
+}
+
+TEST_F(StereoPipelineTest, MakesADamagedCompactMapAgain) {
+  options_.compact_maps = true;
+  Run();
+  const auto expected = HashMaps(folder_.path());
+  std::filesystem::resize_file(folder_ / "stereo/compact_maps" / (names_[1] + ".photometric.map"), 300);
+  calls_.estimates = 0;
+  Run();
+  EXPECT_EQ(calls_.estimates, 1);
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
+}
+
+TEST_F(StereoPipelineTest, CompactMapsTakeNoPlaceOfAnotherProgramsUnasked) {
+  const auto path = DepthPath(2, "photometric");
+  for (const bool is_compact : {true, false}) {  // of an empty workspace, and of one with compact maps
+    WriteDepthMap(path, phi::Array2D<float>(24, 16, 5.0f));
+    const std::string foreign = test_support::ReadBytes(path);
+    options_.compact_maps = is_compact;
+    options_.overwrite = false;
+    EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }), HasSubstr(path.string() + " was not made by phimvs"));
+    EXPECT_EQ(test_support::ReadBytes(path), foreign);
+    options_.overwrite = true;
+    Run();
+    EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+  }
+}
+
 TEST_F(StereoPipelineTest, GoesOnAfterABreakInEachStageWithTheBytesOfACleanRun) {
+  for (const bool is_compact : {false, true}) {
+    options_.compact_maps = is_compact;
+    BreakInEachStage();
+  }
+}
+
+void StereoPipelineTest::BreakInEachStage() {
   const auto expected = CleanMaps();
   for (const std::string stage : {"estimate", "filter", "infer"}) {
     TemporaryFolder other;

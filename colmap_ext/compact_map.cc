@@ -1,0 +1,311 @@
+#include "colmap_ext/compact_map.h"
+
+#include <lz4.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "colmap_ext/input_file.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+using phi::PixelState;
+using Bytes = std::vector<std::uint8_t>;
+
+static_assert(std::endian::native == std::endian::little, "compact maps are little-endian");
+
+constexpr char kMagic[8] = {'P', 'H', 'I', 'M', 'A', 'P', '1', '\n'};
+constexpr int kBlock = 16;       // pixels a side
+constexpr int kNumPlanes = 6;    // depth's low and high byte; low bytes of the normal's axes, their upper bits; state
+constexpr int kMaxSide = 1 << 20;
+constexpr std::uint32_t kMaxStep = 65534;  // of a depth; its code is one more, and 0 stands for none
+
+struct Header {
+  char magic[8];
+  std::int32_t width, height;
+  std::int32_t has_states;
+  std::int32_t num_plane_bytes[kNumPlanes];  // compressed
+};
+
+// The depths of a block: the float with the bits base + step << shift.
+struct BlockScale {
+  std::uint32_t base = 0;
+  std::uint32_t shift = 0;
+};
+
+struct Grid {
+  int width, height;
+  int columns() const { return (width + kBlock - 1) / kBlock; }
+  int rows() const { return (height + kBlock - 1) / kBlock; }
+  std::size_t num_blocks() const { return static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows()); }
+  std::size_t num_pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+
+  // function(block, index of pixel) for all pixels, block by block, blocks in parallel.
+  template <typename Function>
+  void ForPixels(const Function& function) const {
+    tbb::parallel_for(0, columns() * rows(), [&](int block) {
+      ForPixelsOf(block, [&](std::size_t i) { function(static_cast<std::size_t>(block), i); });
+    });
+  }
+
+  // function(index of pixel)
+  template <typename Function>
+  void ForPixelsOf(int block, const Function& function) const {
+    const int x0 = block % columns() * kBlock, y0 = block / columns() * kBlock;
+    for (int y = y0; y < std::min(y0 + kBlock, height); ++y) {
+      for (int x = x0; x < std::min(x0 + kBlock, width); ++x)
+        function(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
+    }
+  }
+};
+
+bool HasDepth(const phi::MeasurementMap& map, std::size_t i) {
+  const float depth = map.planes.data()[i].depth;
+  const bool is_known = map.states.empty() || map.states.data()[i] != PixelState::kNone;
+  return is_known && depth > 0 && std::isnormal(depth);
+}
+
+// The bits of positive floats rise with their values.
+std::uint32_t BitsOf(float depth) { return std::bit_cast<std::uint32_t>(depth); }
+
+std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
+  const std::uint32_t half = scale.shift > 0 ? std::uint32_t{1} << (scale.shift - 1) : 0;
+  return (bits - scale.base + half) >> scale.shift;
+}
+
+float DepthAt(const BlockScale& scale, std::uint32_t step) {
+  return std::bit_cast<float>(std::min(scale.base + (step << scale.shift), BitsOf(std::numeric_limits<float>::max())));
+}
+
+// The finest steps that reach from the least depth to the largest.
+BlockScale ScaleOf(std::uint32_t least, std::uint32_t largest) {
+  BlockScale scale{least, 0};
+  while (StepOf(scale, largest) > kMaxStep) {
+    ++scale.shift;
+    scale.base = least >> scale.shift << scale.shift;  // so that depths once rounded are steps of any finer scale
+  }
+  return scale;
+}
+
+// Normals, on the octahedron of which the corner towards the camera is the middle: 0 to 4094 an axis, 2047 the middle.
+constexpr int kHalf = 2047;
+struct NormalCode {
+  std::uint32_t x = kHalf, y = kHalf;
+};
+
+float SignOf(float v) { return v >= 0 ? 1.0f : -1.0f; }
+
+NormalCode CodeOf(phi::Vec3f n) {
+  const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
+  if (!(sum > 0) || !std::isfinite(sum)) return {};
+  float x = n.x / sum, y = n.y / sum;
+  if (n.z > 0) {
+    const float folded = (1 - std::abs(y)) * SignOf(x);
+    y = (1 - std::abs(x)) * SignOf(y);
+    x = folded;
+  }
+  int column = static_cast<int>(std::lround(x * kHalf)), row = static_cast<int>(std::lround(y * kHalf));
+  // Each point of the square's rim has a twin that is the same direction.
+  if (std::abs(row) == kHalf) column = std::abs(column);
+  if (std::abs(column) == kHalf) row = std::abs(row);
+  return {static_cast<std::uint32_t>(column + kHalf), static_cast<std::uint32_t>(row + kHalf)};
+}
+
+phi::Vec3f NormalOf(NormalCode code) {
+  float x = static_cast<float>(static_cast<int>(code.x) - kHalf) / kHalf;
+  float y = static_cast<float>(static_cast<int>(code.y) - kHalf) / kHalf;
+  const float z = 1 - std::abs(x) - std::abs(y);
+  if (z < 0) {
+    const float folded = (1 - std::abs(y)) * SignOf(x);
+    y = (1 - std::abs(x)) * SignOf(y);
+    x = folded;
+  }
+  return phi::Normalized({x, y, -z});
+}
+
+[[noreturn]] void ThrowDamaged(const std::string& whose) {
+  throw phi::InputError(whose + ": this map is damaged or of another version; delete it and compute it again");
+}
+
+void Append(const void* data, std::size_t num_bytes, Bytes* bytes) {
+  if (num_bytes == 0) return;
+  const std::size_t begin = bytes->size();
+  bytes->resize(begin + num_bytes);
+  std::memcpy(bytes->data() + begin, data, num_bytes);
+}
+
+// As it is where that is shorter.
+Bytes Compressed(const Bytes& plane) {
+  Bytes compressed(plane.size());
+  if (plane.empty()) return plane;
+  const int size = LZ4_compress_default(reinterpret_cast<const char*>(plane.data()), reinterpret_cast<char*>(compressed.data()),
+                                        static_cast<int>(plane.size()), static_cast<int>(compressed.size()));
+  if (size <= 0 || static_cast<std::size_t>(size) >= plane.size()) return plane;
+  compressed.resize(static_cast<std::size_t>(size));
+  return compressed;
+}
+
+// The next plane, of num_bytes.
+Bytes Decompressed(const std::uint8_t* data, std::size_t size, std::size_t num_bytes, const std::string& whose) {
+  constexpr std::size_t kMostRatio = 255;  // of LZ4
+  if (size == num_bytes) return Bytes(data, data + size);
+  if (size > num_bytes || num_bytes / kMostRatio > size) ThrowDamaged(whose);
+  Bytes plane(num_bytes);
+  const int got = LZ4_decompress_safe(reinterpret_cast<const char*>(data), reinterpret_cast<char*>(plane.data()),
+                                      static_cast<int>(size), static_cast<int>(num_bytes));
+  if (got < 0 || static_cast<std::size_t>(got) != num_bytes) ThrowDamaged(whose);
+  return plane;
+}
+
+
+Header CheckedHeader(const std::uint8_t* data, std::size_t size, const std::string& whose) {
+  Header header;
+  if (size < sizeof(header)) ThrowDamaged(whose);
+  std::memcpy(&header, data, sizeof(header));
+  const bool has_size = header.width >= 1 && header.width <= kMaxSide && header.height >= 1 && header.height <= kMaxSide &&
+                        std::int64_t{header.width} * header.height <= LZ4_MAX_INPUT_SIZE;
+  if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 || !has_size) ThrowDamaged(whose);
+  return header;
+}
+
+std::vector<BlockScale> ScalesOf(const phi::MeasurementMap& map, const Grid& grid) {
+  std::vector<BlockScale> scales(grid.num_blocks());
+  tbb::parallel_for(std::size_t{0}, scales.size(), [&](std::size_t b) {
+    std::uint32_t least = std::numeric_limits<std::uint32_t>::max(), largest = 0;
+    grid.ForPixelsOf(static_cast<int>(b), [&](std::size_t i) {
+      if (!HasDepth(map, i)) return;
+      const std::uint32_t bits = BitsOf(map.planes.data()[i].depth);
+      least = std::min(least, bits);
+      largest = std::max(largest, bits);
+    });
+    if (largest > 0) scales[b] = ScaleOf(least, largest);
+  });
+  return scales;
+}
+
+}  // namespace
+
+phi::MeasurementMap RoundToCompact(const phi::MeasurementMap& map) {
+  const Grid grid{map.width(), map.height()};
+  const std::vector<BlockScale> scales = ScalesOf(map, grid);
+  phi::MeasurementMap rounded{phi::PlaneMap(map.width(), map.height()), {}};
+  if (!map.states.empty()) rounded.states = phi::StateMap(map.width(), map.height());
+  grid.ForPixels([&](std::size_t b, std::size_t i) {
+    if (!HasDepth(map, i)) return;
+    const phi::PlaneHypothesis& plane = map.planes.data()[i];
+    rounded.planes.data()[i] = {NormalOf(CodeOf(plane.normal)), DepthAt(scales[b], StepOf(scales[b], BitsOf(plane.depth)))};
+    if (!map.states.empty()) rounded.states.data()[i] = map.states.data()[i];
+  });
+  return rounded;
+}
+
+Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
+  const Grid grid{map.width(), map.height()};
+  const std::vector<BlockScale> scales = ScalesOf(map, grid);
+  std::array<Bytes, kNumPlanes> planes;
+  for (Bytes& plane : planes) plane.assign(grid.num_pixels(), 0);
+  if (map.states.empty()) planes.back().clear();
+  grid.ForPixels([&](std::size_t b, std::size_t i) {
+    if (!HasDepth(map, i)) return;
+    const phi::PlaneHypothesis& plane = map.planes.data()[i];
+    const std::uint32_t code = StepOf(scales[b], BitsOf(plane.depth)) + 1;
+    const NormalCode normal = CodeOf(plane.normal);
+    planes[0][i] = static_cast<std::uint8_t>(code);
+    planes[1][i] = static_cast<std::uint8_t>(code >> 8);
+    planes[2][i] = static_cast<std::uint8_t>(normal.x);
+    planes[3][i] = static_cast<std::uint8_t>(normal.y);
+    planes[4][i] = static_cast<std::uint8_t>(normal.x >> 8 | normal.y >> 8 << 4);
+    if (!map.states.empty()) planes[5][i] = static_cast<std::uint8_t>(map.states.data()[i]);
+  });
+  Header header{{}, map.width(), map.height(), map.states.empty() ? 0 : 1, {}};
+  std::copy(std::begin(kMagic), std::end(kMagic), header.magic);
+  for (int p = 0; p < kNumPlanes; ++p) {
+    planes[p] = Compressed(planes[p]);
+    header.num_plane_bytes[p] = static_cast<std::int32_t>(planes[p].size());
+  }
+  Bytes bytes;
+  Append(&header, sizeof(header), &bytes);
+  for (const BlockScale& scale : scales) Append(&scale.base, sizeof(scale.base), &bytes);
+  for (const BlockScale& scale : scales) bytes.push_back(static_cast<std::uint8_t>(scale.shift));
+  for (const Bytes& plane : planes) Append(plane.data(), plane.size(), &bytes);
+  return bytes;
+}
+
+phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const std::string& whose) {
+  const Header header = CheckedHeader(bytes.data(), bytes.size(), whose);
+  const Grid grid{header.width, header.height};
+  const std::size_t num_blocks = grid.num_blocks();
+  std::size_t at = sizeof(header), end = at + num_blocks * 5;
+  for (const std::int32_t size : header.num_plane_bytes) {
+    if (size < 0) ThrowDamaged(whose);
+    end += static_cast<std::size_t>(size);
+  }
+  if (bytes.size() != end) ThrowDamaged(whose);
+  std::vector<BlockScale> scales(num_blocks);
+  for (std::size_t b = 0; b < num_blocks; ++b) {
+    std::memcpy(&scales[b].base, bytes.data() + at + 4 * b, 4);
+    scales[b].shift = bytes[at + 4 * num_blocks + b];
+    if (scales[b].shift > 16) ThrowDamaged(whose);
+  }
+  at += num_blocks * 5;
+  std::array<Bytes, kNumPlanes> planes;
+  for (int p = 0; p < kNumPlanes; ++p) {
+    const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
+    const bool is_absent = p == kNumPlanes - 1 && header.has_states == 0;
+    planes[p] = Decompressed(bytes.data() + at, size, is_absent ? 0 : grid.num_pixels(), whose);
+    at += size;
+  }
+  phi::MeasurementMap map{phi::PlaneMap(grid.width, grid.height), {}};
+  if (header.has_states != 0) map.states = phi::StateMap(grid.width, grid.height);
+  grid.ForPixels([&](std::size_t b, std::size_t i) {
+    const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
+    if (code == 0) return;
+    const std::uint32_t upper = planes[4][i];
+    const NormalCode normal{planes[2][i] | (upper & 15) << 8, planes[3][i] | upper >> 4 << 8};
+    map.planes.data()[i] = {NormalOf(normal), DepthAt(scales[b], code - 1)};
+    if (header.has_states == 0) return;
+    if (planes[5][i] > static_cast<std::uint8_t>(PixelState::kInferredConfirmed)) ThrowDamaged(whose);
+    map.states.data()[i] = static_cast<PixelState>(planes[5][i]);
+  });
+  return map;
+}
+
+fs::path CompactMapPath(const Workspace& workspace, int image, std::string_view kind) {
+  return workspace.StereoFolder() / "compact_maps" /
+         (workspace.views()[static_cast<std::size_t>(image)].name + "." + std::string(kind) + ".map");
+}
+
+std::unique_ptr<AtomicFile> PrepareCompactMap(const fs::path& path, const phi::MeasurementMap& map, Durability durability) {
+  const Bytes bytes = EncodeCompactMap(map);
+  auto file = std::make_unique<AtomicFile>(path, durability);
+  file->Write(bytes.data(), bytes.size());
+  file->Complete();
+  return file;
+}
+
+phi::MeasurementMap ReadCompactMap(const fs::path& path) {
+  std::ifstream file = OpenRegularFile(path);
+  if (!file) throw phi::InputError(path.string() + ": cannot read this map: it cannot be opened");
+  const Bytes bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return DecodeCompactMap(bytes, path.string());
+}
+
+MapSize ReadCompactMapSize(const fs::path& path) {
+  std::ifstream file = OpenRegularFile(path);
+  Bytes bytes(sizeof(Header));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const Header header = CheckedHeader(bytes.data(), static_cast<std::size_t>(file.gcount()), path.string());
+  return {header.width, header.height, 1};
+}
+
+}  // namespace colmap_ext
