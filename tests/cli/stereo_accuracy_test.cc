@@ -28,9 +28,10 @@ TEST(StereoAccuracy, FixedRoom) {
       score.RawCorrectPercent(), score.KeptTexturedPercent(), score.KeptTexturedCorrectPercent(),
       score.KeptCorrectPercent());
   EXPECT_GE(score.RawCorrectPercent(), 90);           // 91.58
-  EXPECT_GE(score.KeptTexturedPercent(), 85);         // 94.47
-  EXPECT_GE(score.KeptTexturedCorrectPercent(), 98);  // 98.88
-  EXPECT_GE(score.KeptCorrectPercent(), 97);          // 97.47
+  // With neighbours and probability as judges it kept 94.5 %, 98.9 % of these right, and of all 97.5 %: docs/development/rules.md.
+  EXPECT_GE(score.KeptTexturedPercent(), 97);           // 98.20
+  EXPECT_GE(score.KeptTexturedCorrectPercent(), 97);    // 97.55
+  EXPECT_GE(score.KeptCorrectPercent(), 93);            // 93.82
 }
 
 // Photos with a laser scan. The goal, 55 % within 2 cm and 80 % within 10 cm, is for 768 pixels; it holds at half of
