@@ -1,6 +1,6 @@
 // When two depths are one surface's, and when one surface lies before another. All tolerances of that kind that are no option
 // stand here; they are shares of the depth. Those that follow from the geometry of the views (DepthPrecision) stand where they
-// are used: neighbor_agreement.h, region_planes.cc.
+// are used: neighbor_planes.h, region_planes.cc.
 #pragma once
 
 #include <cmath>
@@ -16,8 +16,7 @@ inline constexpr float kSameDepth = 0.01f;
 inline constexpr float kDepthGap = 0.02f;
 // Pixels beside each other in one map are one surface's, and a plane is fitted to them together; of what a first plane predicts.
 inline constexpr float kSameSurface = 0.02f;
-// The two sides of a hole, each followed by its own slope, are two surfaces from here on. Wide, since slopes of few pixels are
-// carried far.
+// The two sides of a hole are two surfaces from here on. Wide, since one that is seen at a slant changes across a hole.
 inline constexpr float kDepthEdge = 0.05f;
 
 // Whether a depth agrees with `own` within a tolerance. Both may be scaled by one factor.
