@@ -332,7 +332,7 @@ TEST_F(Benchmark, AblationRunsEachRuleOffAndScaledAndGoesOn) {
   const std::vector<std::string> words{"--rules",  "--phimvs",       folder_ / "phimvs",
                                        "--data",   folder_ / "data", "--split",
                                        folder_ / "split.json",       "--seeds",
-                                       "0,1",      "--only",         "own_texture,cloud_holes,measured_stay",
+                                       "0,1",      "--only",         "own_texture,cloud_holes,region_normals",
                                        "--lanes",  "2",              "--settings",
                                        "off,0.7",  "--output_path",  folder_ / "rules"};
   std::vector<std::string> no_time = words;
@@ -344,10 +344,10 @@ TEST_F(Benchmark, AblationRunsEachRuleOffAndScaledAndGoesOn) {
 
   const ProgramResult run = Script("ablation", words);
   ASSERT_EQ(run.exit_code, 0) << run.output << run.errors;
-  // Two sets, two seeds: the maps as they are, own_texture off and scaled, measured_stay off; the rule of fusion has maps already.
+  // Two sets, two seeds: the maps as they are, own_texture off and scaled, region_normals off; the rule of fusion has maps already.
   EXPECT_EQ(Calls("patch_match_stereo"), 16u);
   EXPECT_EQ(Calls("--PhiStereo.rules own_texture=0.7"), 4u);
-  EXPECT_EQ(Calls("--PhiStereo.rules measured_stay=0.7"), 0u) << "has no constants";
+  EXPECT_EQ(Calls("--PhiStereo.rules region_normals=0.7"), 0u) << "has no constants";
   EXPECT_EQ(Calls("stereo_fusion"), 24u);
   EXPECT_EQ(Calls("--PhiFusion.rules cloud_holes=0"), 8u) << "off and 0.7";
   const auto rows = nlohmann::json::parse(ReadBytes(folder_ / "rules/rules.json"))["rows"];
