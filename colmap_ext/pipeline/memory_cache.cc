@@ -43,13 +43,12 @@ MemoryCache::Item MemoryCache::Find(const Key& key) const {
   return it != entries_.end() ? it->second.sized.item : nullptr;
 }
 
-void MemoryCache::PutPinned(Key key, Sized item) {
-  Entry entry;
-  entry.sized = std::move(item);
-  entry.pinned = true;
+void MemoryCache::Put(Key key, Entry entry) {
   Lock lock(mutex_);
   Insert(lock, key, std::move(entry));
 }
+
+void MemoryCache::PutPinned(Key key, Sized item) { Put(std::move(key), {.sized = std::move(item), .pinned = true}); }
 
 void MemoryCache::Unpin(Key key) {
   Lock lock(mutex_);
@@ -60,20 +59,10 @@ void MemoryCache::Unpin(Key key) {
 }
 
 void MemoryCache::PutTransient(Key key, Sized item, Spill spill) {
-  Entry entry;
-  entry.sized = std::move(item);
-  entry.spill = std::move(spill);
-  Lock lock(mutex_);
-  Insert(lock, key, std::move(entry));
+  Put(std::move(key), {.sized = std::move(item), .spill = std::move(spill)});
 }
 
-void MemoryCache::PutSpare(Key key, Sized item) {
-  Entry entry;
-  entry.sized = std::move(item);
-  entry.spare = true;
-  Lock lock(mutex_);
-  Insert(lock, key, std::move(entry));
-}
+void MemoryCache::PutSpare(Key key, Sized item) { Put(std::move(key), {.sized = std::move(item), .spare = true}); }
 
 void MemoryCache::Erase(Key key) {
   Lock lock(mutex_);

@@ -50,15 +50,16 @@ class MemoryCache {
 
  private:
   struct Entry {
-    Sized sized;
-    Spill spill;  // empty once the item is in a file
+    Sized sized = {};
+    Spill spill = {};  // empty once the item is in a file
     bool pinned = false;
     bool spare = false;  // put as such
     bool loading = false;
-    std::list<Key>::iterator recency;
+    std::list<Key>::iterator recency = {};
   };
   using Lock = std::unique_lock<std::mutex>;
 
+  void Put(Key key, Entry entry);
   void Insert(Lock& lock, Key key, Entry entry);
   void EvictToBudget(Lock& lock);
 
