@@ -32,6 +32,7 @@ inline constexpr float kCoverFactor = 4;
 inline constexpr float kMaxCoarsening = 1.2f;
 // Least cosine of a slant in that comparison (84 degrees): normals are not exact enough to tell more.
 inline constexpr float kMinSlantCosine = 0.1f;
+
 // Thresholds in the units that the pixel's code compares; see FusionOptions.
 struct FusionGates {
   float max_reproj_error = 8;
