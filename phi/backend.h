@@ -37,9 +37,24 @@ struct EstimationInput {
   std::function<void(double)> tell_progress;
 };
 
+// What an estimation did, in numbers that are the same on every machine; 0 where a backend does not count.
+struct EstimationCounts {
+  std::int64_t hypotheses = 0;  // planes that were matched at a pixel, in one view or more
+  std::int64_t windows = 0;     // of source images that were read for them
+  std::int64_t samples = 0;     // bilinear ones, in these windows
+
+  EstimationCounts& operator+=(const EstimationCounts& other) {
+    hypotheses += other.hypotheses;
+    windows += other.windows;
+    samples += other.samples;
+    return *this;
+  }
+};
+
 struct EstimationResult {
   PlaneMap map;
   CostMap cost;
+  EstimationCounts counts;
 };
 
 // The reference's states: none before inference, then as InferenceResult's.

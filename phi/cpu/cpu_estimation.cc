@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace {
 
 using Matcher = SimdMatcher;
 
-// The view policy of estimate_pixel.h.
+// The view policy of estimate_pixel.h. Each row has a copy, which counts alone.
 struct CpuContext {
   static constexpr bool kReusesCosts = true;
 
@@ -30,12 +31,16 @@ struct CpuContext {
   EstimationState state;
   const Matcher& matcher;
   const std::vector<RelativeView>& views;
-  std::vector<ArrayView2D<const float>> source_depths;  // empty: no guidance
+  std::span<const ArrayView2D<const float>> source_depths;  // empty: no guidance
+  mutable EstimationCounts counts = {};
 
   Matcher::Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
              float* costs) const {
-    matcher.Costs(patch, x, y, h, wanted, costs);
+    const int num_windows = matcher.Costs(patch, x, y, h, wanted, costs);
+    ++counts.hypotheses;
+    counts.windows += num_windows;
+    counts.samples += static_cast<std::int64_t>(num_windows) * matcher.NumSamplesPerWindow();
     for (std::size_t j = 0; j < source_depths.size(); ++j) {
       if ((wanted >> j & 1u) == 0) continue;
       const float guidance =
@@ -90,16 +95,18 @@ void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
+    const CpuContext of_row = context;
     for (int x = 0; x < width; ++x) {
-      InitializePixelState<kViews>(context, x, y, StartHypothesis(p, start, x, y));
+      InitializePixelState<kViews>(of_row, x, y, StartHypothesis(p, start, x, y));
     }
-    work->RowDone(width, EstimationWork::kFirstHypotheses);
+    work->RowDone(width, EstimationWork::kFirstHypotheses, of_row.counts);
   });
   for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
     for (int colour = 0; colour < 2; ++colour) {
       ForEachRow(height, [&](int y) {
-        for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel<kViews>(context, x, y, iteration);
-        work->RowDone(width, EstimationWork::kHalfPassHypotheses);
+        const CpuContext of_row = context;
+        for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel<kViews>(of_row, x, y, iteration);
+        work->RowDone(width, EstimationWork::kHalfPassHypotheses, of_row.counts);
       });
     }
   }
@@ -122,16 +129,17 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
   const Matcher matcher(input, parameters, views);
-  CpuContext context{parameters, arrays.View(start.ranges), matcher, views, {}};
+  std::vector<ArrayView2D<const float>> source_depths;
   for (const auto& depths : input.source_depths) {
-    context.source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
+    source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
+  const CpuContext context{parameters, arrays.View(start.ranges), matcher, views, source_depths};
   if (parameters.num_views <= 8) {
     Run<8>(context, start, work);
   } else {
     Run<kMaxSourceViews>(context, start, work);
   }
-  return {std::move(arrays.plane), std::move(arrays.cost)};
+  return {std::move(arrays.plane), std::move(arrays.cost), {}};
 }
 
 // Of the coarsest part; the cells cover more pixels of a finer one.
@@ -159,6 +167,7 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
     result = EstimatePart(of_part.input(), of_part.options(), start, &work);
     coarser_level = part.level;
   }
+  result.counts = work.counts();
   return result;
 }
 

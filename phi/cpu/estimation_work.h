@@ -1,10 +1,13 @@
-// How far an estimation is, told now and then to whom it may concern.
+// How far an estimation is, told now and then to whom it may concern, and what it did so far.
 #pragma once
 
 #include <atomic>
+#include <cstdint>
+#include <functional>
 #include <mutex>
 #include <vector>
 
+#include "phi/backend.h"
 #include "phi/base/images.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/matching/coarse_start.h"
@@ -28,7 +31,10 @@ class EstimationWork {
   }
 
   // From any thread. Tells each hundredth once, from one thread at a time.
-  void RowDone(int width, double num_hypotheses) {
+  void RowDone(int width, double num_hypotheses, const EstimationCounts& counts) {
+    hypotheses_ += counts.hypotheses;
+    windows_ += counts.windows;
+    samples_ += counts.samples;
     if (!tell_) return;
     constexpr double kStep = 0.01;
     const double added = width * num_hypotheses / all_;
@@ -39,10 +45,14 @@ class EstimationWork {
     tell_(done < 1 ? done : 1);
   }
 
+  // Not while rows are under way.
+  EstimationCounts counts() const { return {hypotheses_, windows_, samples_}; }
+
  private:
   const std::function<void(double)>& tell_;
   double all_ = 0;
   std::atomic<double> done_{0};
+  std::atomic<std::int64_t> hypotheses_{0}, windows_{0}, samples_{0};
   std::mutex mutex_;
   double told_ = 0;
 };

@@ -29,14 +29,14 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
   }
 }
 
-void SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
-                        float* costs) const {
+int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+                       float* costs) const {
   const float u = x + 0.5f, v = y + 0.5f;
   const float step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
   const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  SimdZnccCosts(Window(patch.scale), levels_[patch.scale.level].sources, patch, u / step, v / step, plane,
-                wanted, costs);
+  return SimdZnccCosts(Window(patch.scale), levels_[patch.scale.level].sources, patch, u / step, v / step, plane,
+                       wanted, costs);
 }
 
 }  // namespace phi

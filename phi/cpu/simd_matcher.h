@@ -33,9 +33,11 @@ class SimdMatcher {
     return patch;
   }
 
-  // The cost of each source view whose bit in `wanted` is set.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
-             float* costs) const;
+  // The cost of each source view whose bit in `wanted` is set. Returns how many windows it read.
+  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+            float* costs) const;
+
+  int NumSamplesPerWindow() const { return window_.num_samples; }
 
  private:
   struct Level {

@@ -167,10 +167,8 @@ HWY_INLINE bool MakeLocalWarp(const SimdSource& s, double u, double v, const Pla
   return true;
 }
 
-float CostOfView(const SimdWindow& window, const SimdSource& source, const SimdPatch& patch, double u,
-                 double v, const PlaneAtPixel& plane) {
-  LocalWarp warp;
-  if (!MakeLocalWarp(source, u, v, plane, window.radius, &warp)) return kMaxCost;
+float CostOfWindow(const SimdWindow& window, const SimdSource& source, const SimdPatch& patch,
+                   const LocalWarp& warp) {
   const Floats df;
   const VF one = hn::Set(df, 1.0f);
   const VF wx = hn::Set(df, warp.wx), wy = hn::Set(df, warp.wy);
@@ -205,11 +203,17 @@ float CostOfView(const SimdWindow& window, const SimdSource& source, const SimdP
   return std::clamp(1.0f - Join(products) / std::sqrt(variance), 0.0f, kMaxCost);
 }
 
-void Costs(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch, double u,
-           double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+int Costs(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch, double u,
+          double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+  int num_read = 0;
+  LocalWarp warp;
   for (std::size_t j = 0; j < sources.size(); ++j) {
-    if (wanted >> j & 1u) costs[j] = CostOfView(window, sources[j], patch, u, v, plane);
+    if ((wanted >> j & 1u) == 0) continue;
+    const bool is_inside = MakeLocalWarp(sources[j], u, v, plane, window.radius, &warp);
+    costs[j] = is_inside ? CostOfWindow(window, sources[j], patch, warp) : kMaxCost;
+    num_read += is_inside;
   }
+  return num_read;
 }
 
 std::string TargetName() { return hwy::TargetName(HWY_TARGET); }
@@ -252,15 +256,13 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
   HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, weight_decay, u, v, patch);
 }
 
-void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
-                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
-  if (!patch.textured) {
-    for (std::size_t j = 0; j < sources.size(); ++j) {
-      if (wanted >> j & 1u) costs[j] = kMaxCost;
-    }
-    return;
+int SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
+                  double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+  if (patch.textured) return HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, wanted, costs);
+  for (std::size_t j = 0; j < sources.size(); ++j) {
+    if (wanted >> j & 1u) costs[j] = kMaxCost;
   }
-  HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, wanted, costs);
+  return 0;
 }
 
 std::string SimdTargetName() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }

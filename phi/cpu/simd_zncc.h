@@ -53,8 +53,9 @@ struct PlaneAtPixel {
 // (u, v): the window's centre in the reference, K's coordinates. weight_decay: as MatchingWindow's.
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
                    float v, SimdPatch* patch);
-void SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
-                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
+// Returns how many source windows it read: not those that leave their image.
+int SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
+                  double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
 
 // "AVX2", "AVX3", "SSE4", ...
 std::string SimdTargetName();
