@@ -72,7 +72,7 @@ void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaun
 }
 
 void ResetCounter(Scratch* scratch, const Task& task) {
-  DeviceBuffer<unsigned long long>& counter = scratch->estimation.num_windows;
+  DeviceBuffer<unsigned long long>& counter = scratch->estimation.num_samples;
   counter.Reserve(1, task);
   Check(cudaMemsetAsync(counter.data(), 0, counter.bytes(), scratch->stream.get()), "cudaMemsetAsync", task);
 }
@@ -128,7 +128,7 @@ class PartsOnGpu {
     ReserveState(scratch_, plan_, static_cast<int>(input_.sources.size()), task_);
     ResetCounter(scratch_, task_);
     launch_.form = plan_.form;
-    launch_.num_windows = scratch_->estimation.num_windows.data();
+    launch_.num_samples = scratch_->estimation.num_samples.data();
     images_ = UploadImages(device, input_, plan_.form, scratch_->stream.get(), task_);
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
     guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
@@ -140,8 +140,6 @@ class PartsOnGpu {
       LaunchPart(parts_[i]);
     }
   }
-
-  int NumSamplesPerWindow() const { return launch_.parameters.window.NumSamples(); }
 
  private:
   bool IsWhole() const { return plan_.band_rows == 0; }
@@ -253,11 +251,10 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
     scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
     scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
   }
-  scratch->estimation.host_num_windows.Download(scratch->estimation.num_windows, 1, stream, task);
+  scratch->estimation.host_num_samples.Download(scratch->estimation.num_samples, 1, stream, task);
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
-  const double num_samples =
-      static_cast<double>(*scratch->estimation.host_num_windows.data()) * estimation.NumSamplesPerWindow();
+  const double num_samples = static_cast<double>(*scratch->estimation.host_num_samples.data());
   device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }

@@ -38,7 +38,7 @@ __global__ void __launch_bounds__(kThreads)
     }
     InitializePixelState<V::kViews>(context, pixel.x, pixel.y, hypothesis);
   }
-  context.CountWindows();
+  context.CountSamples();
 }
 
 template <class V>
@@ -49,19 +49,19 @@ __global__ void __launch_bounds__(kThreads)
   if (launch.state.plane.Contains(pixel.x, pixel.y)) {
     UpdatePixel<V::kViews>(context, pixel.x, pixel.y, iteration);
   }
-  context.CountWindows();
+  context.CountSamples();
 }
 
 template <class V>
 __global__ void __launch_bounds__(kThreads)
     ViewCostsKernel(const __grid_constant__ EstimationLaunch launch,
-                    ArrayView2D<const PlaneHypothesis> hypotheses, float* costs, int colour) {
+                    ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples, float* costs, int colour) {
   const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
   if (!hypotheses.Contains(pixel.x, pixel.y)) return;
   const typename V::Context context(launch);
   float pixel_costs[kMaxSourceViews];
   context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y),
-                kAllViews, pixel_costs);
+                kAllViews, samples, pixel_costs);
   const std::int64_t index = static_cast<std::int64_t>(pixel.y) * hypotheses.width + pixel.x;
   for (int j = 0; j < launch.parameters.num_views; ++j) costs[j * hypotheses.size() + index] = pixel_costs[j];
 }
@@ -132,13 +132,13 @@ void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, c
   });
 }
 
-void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,
+void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples,
                      float* costs, cudaStream_t stream, const Task& task) {
   WithWindow<kMaxSourceViews>(launch, [&](auto variant) {
     const auto kernel = ViewCostsKernel<decltype(variant)>;
     const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
     for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, hypotheses, costs, colour);
+      kernel<<<Grid(launch), kThreads, shared, stream>>>(launch, hypotheses, samples, costs, colour);
       CheckLaunch("ViewCostsKernel", task);
     }
   });

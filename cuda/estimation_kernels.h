@@ -50,7 +50,7 @@ struct EstimationLaunch {
   EstimationState state;           // of all rows; only first_row to end_row and what those read need be there
   int first_row = 0, end_row = 0;  // the rows to work on; first_row is a multiple of kTileSide
   ImageForm form = ImageForm::kQuads;         // of the sources
-  unsigned long long* num_windows = nullptr;  // counts the source windows that were read, on the device
+  unsigned long long* num_samples = nullptr;  // counts the source samples that were read, on the device
   TextureSampler reference[kMaxPyramidLevels];
   ArrayView2D<std::uint8_t>
       window_scales;  // of each pixel, see PackWindowScale; LaunchWindowScales writes it
@@ -74,7 +74,7 @@ void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, c
                     const Task& task);
 
 // The cost of each pixel's hypothesis in each source view: costs[view][pixel]. For tests.
-void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses,
+void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples,
                      float* costs, cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

@@ -119,6 +119,8 @@ template <int kSide, ImageForm kForm>
 class ReferenceWindow {
  public:
   static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
+  // Row and column of the first sparse sample: even offsets from the centre.
+  static constexpr int kFirstSparse = kSide / 2 % 2;
   static constexpr int kSharedBytes = kSide * kPairs * kThreads * static_cast<int>(sizeof(__half2));
 
   __device__ __forceinline__ void Load(TextureSampler texture, const MatchingWindow& window, float u,
@@ -139,13 +141,23 @@ class ReferenceWindow {
         total_weight_ += w0 + w1;
         sums_.r += w0 * r.x + w1 * r.y;
         sums_.rr = fmaf(w0 * r.x, r.x, fmaf(w1 * r.y, r.y, sums_.rr));
-        Samples()[(row * kPairs + pair) * kThreads] = packed;
+        if (row % 2 == kFirstSparse) {
+          const float w_sparse = kFirstSparse ? w1 : w0, r_sparse = kFirstSparse ? r.y : r.x;
+          sparse_weight_ += w_sparse;
+          sparse_sums_.r += w_sparse * r_sparse;
+          sparse_sums_.rr = fmaf(w_sparse * r_sparse, r_sparse, sparse_sums_.rr);
+        }
+        SharedSamples()[(row * kPairs + pair) * kThreads] = packed;
       }
     }
   }
 
-  __device__ __forceinline__ float TotalWeight() const { return total_weight_; }
+  __device__ __forceinline__ float Cost(const SourceLevel& source, const WindowWarp& warp, Samples samples) const {
+    return samples == Samples::kSparse ? SparseSums(source, warp).Cost(sparse_weight_)
+                                       : Sums(source, warp).Cost(total_weight_);
+  }
 
+ private:
   __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
     ZnccSums sums = sums_;
     const float half = static_cast<float>(kSide / 2);
@@ -154,7 +166,7 @@ class ReferenceWindow {
     for (int row = 0; row < kSide; ++row) {
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
-        const float2 r = __half22float2(Samples()[(row * kPairs + pair) * kThreads]);
+        const float2 r = __half22float2(SharedSamples()[(row * kPairs + pair) * kThreads]);
         Add<false>(source, warp, middle, static_cast<float>(2 * pair - kSide / 2), r.x, &sums);
         if (2 * pair + 1 < kSide) {
           Add<true>(source, warp, middle, static_cast<float>(2 * pair + 1 - kSide / 2), r.y, &sums);
@@ -165,8 +177,28 @@ class ReferenceWindow {
     return sums;
   }
 
- private:
-  __device__ __forceinline__ static __half2* Samples() {
+  __device__ __forceinline__ ZnccSums SparseSums(const SourceLevel& source, const WindowWarp& warp) const {
+    ZnccSums sums = sparse_sums_;
+    Vec3f middle = warp.centre - static_cast<float>(kSide / 2 - kFirstSparse) * warp.down;
+#pragma unroll 1
+    for (int row = kFirstSparse; row < kSide; row += 2) {
+#pragma unroll
+      for (int pair = 0; 2 * pair + kFirstSparse < kSide; ++pair) {
+        const __half2 packed = SharedSamples()[(row * kPairs + pair) * kThreads];
+        const float r = kFirstSparse ? __high2float(packed) : __low2float(packed);
+        const float column = static_cast<float>(2 * pair + kFirstSparse - kSide / 2);
+        if (pair % 2 == 0) {
+          Add<false>(source, warp, middle, column, r, &sums);
+        } else {
+          Add<true>(source, warp, middle, column, r, &sums);
+        }
+      }
+      middle = middle + 2.0f * warp.down;
+    }
+    return sums;
+  }
+
+  __device__ __forceinline__ static __half2* SharedSamples() {
     extern __shared__ __half2 reference_samples[];
     return reference_samples + threadIdx.x;
   }
@@ -193,6 +225,8 @@ class ReferenceWindow {
   float shift_ = 0;
   float weight_decay_ = 0, total_weight_ = 0;
   ZnccSums sums_;  // of the reference; those of the source are zero
+  float sparse_weight_ = 0;
+  ZnccSums sparse_sums_;
 };
 
 template <ImageForm kForm>
@@ -207,28 +241,24 @@ class ReferenceWindow<0, kForm> {
     u_ = u;
     v_ = v;
     shift_ = texture(u, v);
-    for (int row = -window.samples_per_side; row <= window.samples_per_side; ++row) {
-      for (int column = -window.samples_per_side; column <= window.samples_per_side; ++column) {
-        total_weight_ += window.Weight(texture(u + column * window.step, v + row * window.step) - shift_);
-      }
-    }
   }
 
-  __device__ __forceinline__ float TotalWeight() const { return total_weight_; }
-
-  __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
+  __device__ __forceinline__ float Cost(const SourceLevel& source, const WindowWarp& warp, Samples samples) const {
     ZnccSums sums;
-    const int n = window_.samples_per_side;
+    float total_weight = 0;
+    const int step = samples == Samples::kSparse ? 2 : 1;
+    const int n = window_.samples_per_side / step * step;
 #pragma unroll 1
-    for (int row = -n; row <= n; ++row) {
+    for (int row = -n; row <= n; row += step) {
 #pragma unroll 4
-      for (int column = -n; column <= n; ++column) {
+      for (int column = -n; column <= n; column += step) {
         const Vec3f p =
             warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
         const float inverse_w = FastReciprocal(p.z);
         const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
         const float s = source.texture(p.x * inverse_w, p.y * inverse_w) - shift_;
         const float w = window_.Weight(r), weighted = w * s;
+        total_weight += w;
         sums.r += w * r;
         sums.rr = fmaf(w * r, r, sums.rr);
         sums.s += weighted;
@@ -236,23 +266,21 @@ class ReferenceWindow<0, kForm> {
         sums.rs = fmaf(weighted, r, sums.rs);
       }
     }
-    return sums;
+    return sums.Cost(total_weight);
   }
 
  private:
   TextureSampler texture_;
   MatchingWindow window_;
-  float u_ = 0, v_ = 0, shift_ = 0, total_weight_ = 0;
+  float u_ = 0, v_ = 0, shift_ = 0;
 };
 
 template <int kSide, ImageForm kForm>
 struct GpuContext {
-  static constexpr bool kReusesCosts = false;
-
   const EstimationLaunch& launch;
   const EstimationParameters& parameters;
   EstimationState state;
-  mutable std::uint32_t num_windows = 0;  // of the sources that this thread read
+  mutable std::uint32_t num_samples = 0;  // of the sources, that this thread read
 
   struct Patch {
     ReferenceWindow<kSide, kForm> window;
@@ -277,18 +305,18 @@ struct GpuContext {
   }
 
   __device__ __forceinline__ void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h,
-                                        std::uint32_t wanted, float* costs) const {
+                                        std::uint32_t wanted, Samples samples, float* costs) const {
     const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
     ForLevel(patch.level_bit,
-             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, wanted, costs); });
+             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, wanted, samples, costs); });
   }
 
   // Adds what the threads of the warp read to the launch's count. All of them must call it.
-  __device__ __forceinline__ void CountWindows() const {
+  __device__ __forceinline__ void CountSamples() const {
     constexpr unsigned kWarp = 0xffffffffu;
-    std::uint32_t sum = num_windows;
+    std::uint32_t sum = num_samples;
     for (int offset = 16; offset > 0; offset /= 2) sum += __shfl_down_sync(kWarp, sum, offset);
-    if ((threadIdx.x & 31) == 0) atomicAdd(launch.num_windows, static_cast<unsigned long long>(sum));
+    if ((threadIdx.x & 31) == 0) atomicAdd(launch.num_samples, static_cast<unsigned long long>(sum));
   }
 
  private:
@@ -304,7 +332,9 @@ struct GpuContext {
 
   __device__ __forceinline__ void CostsOnLevel(const Patch& patch, int level, float u, float v,
                                                const PlaneHypothesis& h, Vec3f q, std::uint32_t wanted,
-                                               float* costs) const {
+                                               Samples samples, float* costs) const {
+    const MatchingWindow& form = parameters.window;
+    const int num_window_samples = samples == Samples::kSparse ? form.NumSparseSamples() : form.NumSamples();
     const float inverse_depth = 1.0f / h.depth;
     const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1
@@ -313,11 +343,9 @@ struct GpuContext {
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * patch.step, scale);
       const bool is_inside =
-          warp.IsInside(static_cast<float>(parameters.window.samples_per_side), view, level);
-      num_windows += is_inside;
-      costs[j] = is_inside
-                     ? patch.window.Sums(SourceLevel(view, level), warp).Cost(patch.window.TotalWeight())
-                     : kMaxCost;
+          warp.IsInside(static_cast<float>(form.samples_per_side), view, level);
+      num_samples += is_inside ? num_window_samples : 0;
+      costs[j] = is_inside ? patch.window.Cost(SourceLevel(view, level), warp, samples) : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
         costs[j] =

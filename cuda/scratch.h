@@ -49,8 +49,8 @@ struct EstimationScratch {
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<DepthRange> ranges;
   DeviceBuffer<GuidanceSource> guidance;
-  DeviceBuffer<unsigned long long> num_windows;
-  PinnedBuffer<unsigned long long> host_num_windows;
+  DeviceBuffer<unsigned long long> num_samples;
+  PinnedBuffer<unsigned long long> host_num_samples;
   // Of an estimation in bands, with Scratch::host_plane and host_cost.
   PinnedBuffer<std::uint32_t> host_selected_views;
   PinnedBuffer<std::uint16_t> host_view_costs;

@@ -28,6 +28,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kCoarseToFine, "coarse_to_fine", kEstimation, kOffAndScale)     \
   X(kJointViews, "joint_views", kEstimation, kOffAndScale)          \
   X(kFirstHypotheses, "first_hypotheses", kEstimation, kOff)        \
+  X(kSparseRanking, "sparse_ranking", kEstimation, kOffAndScale)    \
   X(kRefinement, "refinement", kEstimation, kOffAndScale)           \
   X(kDepthBounds, "depth_bounds", kEstimation, kOffAndScale)        \
   X(kOneSurfaceDepth, "one_surface_depth", kFilter, kOffAndScale)   \

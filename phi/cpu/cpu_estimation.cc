@@ -25,7 +25,7 @@ using Matcher = SimdMatcher;
 
 // The view policy of estimate_pixel.h. Each row has a copy, which counts alone.
 struct CpuContext {
-  static constexpr bool kReusesCosts = true;
+  using Patch = Matcher::Patch;
 
   const EstimationParameters& parameters;
   EstimationState state;
@@ -34,13 +34,13 @@ struct CpuContext {
   std::span<const ArrayView2D<const float>> source_depths;  // empty: no guidance
   mutable EstimationCounts counts = {};
 
-  Matcher::Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
-  void Costs(const Matcher::Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+  Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
              float* costs) const {
-    const int num_windows = matcher.Costs(patch, x, y, h, wanted, costs);
+    const int num_windows = matcher.Costs(patch, x, y, h, wanted, samples, costs);
     ++counts.hypotheses;
     counts.windows += num_windows;
-    counts.samples += static_cast<std::int64_t>(num_windows) * matcher.NumSamplesPerWindow();
+    counts.samples += static_cast<std::int64_t>(num_windows) * matcher.NumSamplesPerWindow(samples);
     for (std::size_t j = 0; j < source_depths.size(); ++j) {
       if ((wanted >> j & 1u) == 0) continue;
       const float guidance =

@@ -26,7 +26,7 @@ class ScalarMatcher {
   Patch LoadPatch(int x, int y) const { return {window_scales_(x, y)}; }
 
   // The cost of each source view whose bit in `wanted` is set.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
              float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
     const int level = patch.scale.level;
@@ -38,7 +38,7 @@ class ScalarMatcher {
       if ((wanted >> j & 1u) == 0) continue;
       const GraySampler source{sources_[j][level].view()};
       costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, window, scale * u,
-                          scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale));
+                          scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale), samples);
     }
   }
 

@@ -10,7 +10,8 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
     : rays_(parameters.reference),
       matching_window_(parameters.window),
       window_(parameters.window),
-      near_window_(parameters.window.Near()) {
+      near_window_(parameters.window.Near()),
+      ranks_(parameters.num_finalists > 0) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
   window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);
@@ -30,13 +31,15 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
 }
 
 int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
-                       float* costs) const {
+                       Samples samples, float* costs) const {
   const float u = x + 0.5f, v = y + 0.5f;
   const float step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
   const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  return SimdZnccCosts(Window(patch.scale), levels_[patch.scale.level].sources, patch, u / step, v / step, plane,
-                       wanted, costs);
+  const Windows& windows = Window(patch.scale);
+  const bool is_sparse = samples == Samples::kSparse;
+  return SimdZnccCosts(is_sparse ? windows.sparse : windows.all, levels_[patch.scale.level].sources,
+                       is_sparse ? patch.sparse : patch.all, u / step, v / step, plane, wanted, costs);
 }
 
 }  // namespace phi

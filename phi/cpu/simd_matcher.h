@@ -12,12 +12,13 @@
 namespace phi {
 
 // Packs the images of one reference, all pyramid levels: 4 bytes a pixel for the reference and each source (a third
-// more with the coarser levels) while the matcher lives. LoadPatch and Costs allocate nothing and may be called from
+// more with the coarser levels) while the matcher lives. Sparse samples are loaded where the parameters ask for them. LoadPatch and Costs allocate nothing and may be called from
 // many threads.
 class SimdMatcher {
  public:
-  struct Patch : SimdPatch {
+  struct Patch {
     WindowScale scale;
+    SimdPatch all, sparse;
   };
 
   SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
@@ -27,17 +28,21 @@ class SimdMatcher {
     Patch patch;
     patch.scale = window_scales_(x, y);
     const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
-    LoadSimdPatch(levels_[patch.scale.level].reference, Window(patch.scale),
-                  WindowAtScale(matching_window_, patch.scale).weight_decay, scale * (x + 0.5f),
-                  scale * (y + 0.5f), &patch);
+    const float decay = WindowAtScale(matching_window_, patch.scale).weight_decay;
+    const PackedImage& image = levels_[patch.scale.level].reference;
+    const Windows& windows = Window(patch.scale);
+    LoadSimdPatch(image, windows.all, decay, scale * (x + 0.5f), scale * (y + 0.5f), &patch.all);
+    if (ranks_) LoadSimdPatch(image, windows.sparse, decay, scale * (x + 0.5f), scale * (y + 0.5f), &patch.sparse);
     return patch;
   }
 
   // The cost of each source view whose bit in `wanted` is set. Returns how many windows it read.
-  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
+  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
             float* costs) const;
 
-  int NumSamplesPerWindow() const { return window_.num_samples; }
+  int NumSamplesPerWindow(Samples samples) const {
+    return samples == Samples::kAll ? window_.all.num_samples : window_.sparse.num_samples;
+  }
 
  private:
   struct Level {
@@ -46,11 +51,17 @@ class SimdMatcher {
     std::vector<SimdSource> sources;  // point into images
   };
 
-  const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
+  struct Windows {
+    explicit Windows(const MatchingWindow& window) : all(window, Samples::kAll), sparse(window, Samples::kSparse) {}
+    SimdWindow all, sparse;
+  };
+
+  const Windows& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
 
   RayModel rays_;
   MatchingWindow matching_window_;
-  SimdWindow window_, near_window_;
+  Windows window_, near_window_;
+  bool ranks_;  // by sparse samples
   std::vector<Level> levels_;
   Array2D<WindowScale> window_scales_;
 };

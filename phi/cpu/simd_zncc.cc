@@ -229,15 +229,16 @@ HWY_EXPORT(LoadPatch);
 HWY_EXPORT(Costs);
 HWY_EXPORT(TargetName);
 
-SimdWindow::SimdWindow(const MatchingWindow& window)
-    : num_samples(window.NumSamples()), radius(window.Radius()) {
+SimdWindow::SimdWindow(const MatchingWindow& window, Samples samples) : radius(window.Radius()) {
   const int n = window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
+      if (samples == Samples::kSparse && !IsSparseSample(row, column)) continue;
       dx.push_back(static_cast<float>(column) * window.step);
       dy.push_back(static_cast<float>(row) * window.step);
     }
   }
+  num_samples = static_cast<int>(dx.size());
   const std::size_t padded = (dx.size() + kSimdChunk - 1) / kSimdChunk * kSimdChunk;
   dx.resize(padded, 0.0f);
   dy.resize(padded, 0.0f);

@@ -22,9 +22,9 @@ inline constexpr int kMaxSimdSamples = 66 * 64 + 16;  // of a window with r_now 
 
 // Offsets of the window's samples from its centre, pixels; padded to whole chunks with the centre itself.
 struct SimdWindow {
-  explicit SimdWindow(const MatchingWindow& window);
+  SimdWindow(const MatchingWindow& window, Samples samples);
   int num_samples = 0;
-  float radius = 0;
+  float radius = 0;  // of all samples
   std::vector<float> dx, dy;
 };
 

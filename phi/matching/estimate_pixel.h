@@ -4,10 +4,8 @@
 //   parameters                     EstimationParameters
 //   state                          EstimationState
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
-//   Costs(patch, x, y, h, views, costs)   the cost in [0, kMaxCost] of each source view whose bit in `views` is set,
-//                                  geometric guidance included; the other elements of `costs` stay as they are
-//   kReusesCosts                   whether a candidate that equals an earlier one takes its costs. Not where the threads
-//                                  of a warp wait for each other anyway: hardly ever all of them could skip one
+//   Costs(patch, x, y, h, views, samples, costs)   the cost in [0, kMaxCost] of each source view whose bit in `views` is
+//                                  set, geometric guidance included; the other elements of `costs` stay as they are
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
@@ -39,6 +37,7 @@ struct EstimationParameters {
   int num_iterations = 8;                      // of all parts of the estimation
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
+  int num_finalists = 0;  // candidates, best by sparse samples, that are scored by all of them; 0: all are scored so
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};
 
@@ -119,7 +118,7 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   const EstimationParameters& p = context.parameters;
   const auto patch = context.LoadPatch(x, y);
   float costs[kViews];
-  context.Costs(patch, x, y, hypothesis, kAllViews, costs);
+  context.Costs(patch, x, y, hypothesis, kAllViews, Samples::kAll, costs);
   std::uint32_t selected = 0;
   float cost = BestViewsCost(costs, p.num_views, &selected);
   if (p.formulas == Formulas::kPaper || !p.rules.IsOn(Rule::kJointViews))
@@ -127,32 +126,8 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
   WriteState(context.state, x, y, hypothesis, cost, selected, costs, p.num_views);
 }
 
-// Weights of the views at (x, y) from the candidates' costs and the neighbours' selection; returns the new
-// selection.
-template <int kViews>
-PHI_HD std::uint32_t SelectViews(const EstimationState& state, const EstimationParameters& p, int x, int y,
-                                 int iteration, const float (*costs)[kViews], int num_candidates,
-                                 float* weights) {
-  std::uint32_t masks[4];
-  int num_masks = 0;
-  const PixelOffset neighbours[4] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
-  for (const PixelOffset& o : neighbours) {
-    if (state.plane.Contains(x + o.dx, y + o.dy))
-      masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
-  }
-  const float tau = GoodCostThreshold(iteration);
-  // All constants of the evidence are costs: instead of them the costs are scaled.
-  const float inverse_scale = 1 / p.rules.Scale(Rule::kJointViews);
-  for (int j = 0; j < p.num_views; ++j) {
-    ViewEvidence evidence;
-    for (int k = 0; k < num_candidates; ++k) evidence.Add(inverse_scale * costs[k][j], tau);
-    weights[j] = evidence.Weight(tau) * NeighbourPrior(masks, num_masks, j);
-  }
-  return PruneWeights(weights, p.num_views);
-}
-
 // The first candidate that is the same plane as `h` at the pixel, up to rounding, or -1. Good planes spread over their
-// surroundings, so that several regions often send the same one.
+// surroundings, so that several regions often send the same one: it takes the costs of the first.
 PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candidates, int num_candidates,
                     const PlaneHypothesis& h) {
   constexpr float kMaxPixels = 1e-3f, kMaxAngle = 3e-4f;  // shift of a match; radian
@@ -166,6 +141,150 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   return -1;
 }
 
+// What a pixel may become in an iteration. The first is its own hypothesis, with costs of all samples.
+template <int kViews>
+struct Candidates {
+  int num = 1;
+  std::uint32_t repeated = 0;  // bit k: the same plane as an earlier one
+  PlaneHypothesis planes[kNumRegions + 1];
+  float costs[kNumRegions + 1][kViews];
+};
+
+// Of sparse samples where these rank the candidates.
+template <int kViews, class Context>
+PHI_HD void GatherCandidates(const Context& context, const typename Context::Patch& patch, int x, int y,
+                             Candidates<kViews>* candidates) {
+  const EstimationParameters& p = context.parameters;
+  const EstimationState& state = context.state;
+  const Samples samples = p.num_finalists > 0 ? Samples::kSparse : Samples::kAll;
+  candidates->planes[0] = state.plane(x, y);
+  for (int j = 0; j < p.num_views; ++j) candidates->costs[0][j] = LoadCost(state.ViewCost(j, x, y));
+  int num = 1;
+  for (int region = 0; region < kNumRegions; ++region) {
+    PixelOffset offset;
+    if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
+    PlaneHypothesis moved;
+    if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
+    const int same = FindSame(p, candidates->planes, num, moved);
+    if (same >= 0) {
+      for (int j = 0; j < p.num_views; ++j) candidates->costs[num][j] = candidates->costs[same][j];
+      candidates->repeated |= 1u << num;
+    } else {
+      context.Costs(patch, x, y, moved, kAllViews, samples, candidates->costs[num]);
+    }
+    candidates->planes[num++] = moved;
+  }
+  candidates->num = num;
+}
+
+// From costs in the views to one.
+template <int kViews>
+struct Aggregation {
+  bool is_joint = false;  // joint view selection, else Eq. 5
+  int num_views = 0;
+  std::uint32_t selected = kAllViews;  // views with weight
+  float weights[kViews];               // where it is joint
+
+  PHI_HD float operator()(const float* costs) const {
+    return is_joint ? WeightedMeanCost(costs, weights, num_views) : HarmonicMeanCost(costs, num_views);
+  }
+};
+
+// Weights of the views at (x, y) from the candidates' costs and the neighbours' selection.
+template <int kViews>
+PHI_HD void SelectViews(const EstimationState& state, const EstimationParameters& p, int x, int y, int iteration,
+                        const Candidates<kViews>& candidates, Aggregation<kViews>* aggregate) {
+  const int num_views = aggregate->num_views;
+  std::uint32_t masks[4];
+  int num_masks = 0;
+  const PixelOffset neighbours[4] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
+  for (const PixelOffset& o : neighbours) {
+    if (state.plane.Contains(x + o.dx, y + o.dy))
+      masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
+  }
+  const float tau = GoodCostThreshold(iteration);
+  // All constants of the evidence are costs: instead of them the costs are scaled.
+  const float inverse_scale = 1 / p.rules.Scale(Rule::kJointViews);
+  for (int j = 0; j < num_views; ++j) {
+    ViewEvidence evidence;
+    for (int k = 0; k < candidates.num; ++k) evidence.Add(inverse_scale * candidates.costs[k][j], tau);
+    aggregate->weights[j] = evidence.Weight(tau) * NeighbourPrior(masks, num_masks, j);
+  }
+  aggregate->selected = PruneWeights(aggregate->weights, num_views);
+}
+
+inline constexpr float kUnknownCost = -1;
+
+// A hypothesis with its costs, of all samples but in views without weight.
+struct ScoredHypothesis {
+  PlaneHypothesis plane;
+  const float* costs = nullptr;      // by view
+  float cost = 0;                    // aggregated
+  float sparse_cost = kUnknownCost;  // the same of sparse samples
+};
+
+// All candidates were scored by all samples: the best of them.
+template <int kViews>
+PHI_HD ScoredHypothesis BestCandidate(const Candidates<kViews>& candidates, const Aggregation<kViews>& aggregate) {
+  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0], aggregate(candidates.costs[0])};
+  for (int k = 1; k < candidates.num; ++k) {
+    const float cost = aggregate(candidates.costs[k]);
+    if (cost < best.cost) best = {candidates.planes[k], candidates.costs[k], cost};
+  }
+  return best;
+}
+
+// Of the candidates the sparse samples' favourites are scored by all samples. The pixel's own hypothesis needs no ranking: where
+// it is better than these, it stays.
+template <int kViews, class Context>
+PHI_HD ScoredHypothesis BestFinalist(const Context& context, const typename Context::Patch& patch, int x, int y,
+                                     Candidates<kViews>* candidates, const Aggregation<kViews>& aggregate) {
+  ScoredHypothesis best = {candidates->planes[0], candidates->costs[0], aggregate(candidates->costs[0])};
+  float sparse_costs[kNumRegions + 1];
+  for (int k = 1; k < candidates->num; ++k) sparse_costs[k] = aggregate(candidates->costs[k]);
+  std::uint32_t done = candidates->repeated;
+  for (int i = 0; i < context.parameters.num_finalists; ++i) {
+    int next = 0;
+    for (int k = 1; k < candidates->num; ++k) {
+      if ((done >> k & 1u) == 0 && (next == 0 || sparse_costs[k] < sparse_costs[next])) next = k;
+    }
+    if (next == 0) break;
+    done |= 1u << next;
+    float* costs = candidates->costs[next];
+    context.Costs(patch, x, y, candidates->planes[next], aggregate.selected, Samples::kAll, costs);
+    const float cost = aggregate(costs);
+    if (cost < best.cost) best = {candidates->planes[next], costs, cost, sparse_costs[next]};
+  }
+  return best;
+}
+
+// Refinement: (d_new, n_old), (d_old, n_new), (d_new, n_new).
+inline constexpr int kNumVariants = 3;
+inline constexpr std::uint32_t kAllVariants = 0b1110;
+PHI_HD PlaneHypothesis RefinementVariant(const PlaneHypothesis& old, const PlaneHypothesis& disturbed, int variant) {
+  return {variant & 2 ? disturbed.normal : old.normal, variant & 1 ? disturbed.depth : old.depth};
+}
+
+// The variant that sparse samples like best, as a bit; none where they like the hypothesis itself best.
+template <int kViews, class Context>
+PHI_HD std::uint32_t PromisingVariant(const Context& context, const typename Context::Patch& patch, int x, int y,
+                                      const ScoredHypothesis& current, const PlaneHypothesis& disturbed,
+                                      const Aggregation<kViews>& aggregate) {
+  float costs[kViews];
+  for (int j = 0; j < context.parameters.num_views; ++j) costs[j] = 0;  // views without weight do not count
+  std::uint32_t promising = 0;
+  float lowest = current.sparse_cost;
+  for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
+    const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, variant);
+    context.Costs(patch, x, y, h, aggregate.selected, Samples::kSparse, costs);
+    const float cost = aggregate(costs);
+    if (lowest >= 0 && !(cost < lowest)) continue;
+    lowest = cost;
+    promising = variant > 0 ? 1u << variant : 0;
+  }
+  return promising;
+}
+
 // One propagation and refinement of the pixel, for `iteration` counted from 0.
 template <int kViews, class Context>
 PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
@@ -173,75 +292,41 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
 
-  // Candidate 0 is the pixel's own hypothesis.
-  float costs[kNumRegions + 1][kViews];
-  PlaneHypothesis candidates[kNumRegions + 1];
-  int num_candidates = 1;
-  candidates[0] = state.plane(x, y);
-  for (int j = 0; j < p.num_views; ++j) costs[0][j] = LoadCost(state.ViewCost(j, x, y));
-  for (int region = 0; region < kNumRegions; ++region) {
-    PixelOffset offset;
-    if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
-    PlaneHypothesis moved;
-    if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
-    int same = -1;
-    if constexpr (Context::kReusesCosts) same = FindSame(p, candidates, num_candidates, moved);
-    if (same >= 0) {
-      for (int j = 0; j < p.num_views; ++j) costs[num_candidates][j] = costs[same][j];
-    } else {
-      context.Costs(patch, x, y, moved, kAllViews, costs[num_candidates]);
-    }
-    candidates[num_candidates++] = moved;
-  }
+  Candidates<kViews> candidates;
+  GatherCandidates(context, patch, x, y, &candidates);
+  Aggregation<kViews> aggregate;
+  aggregate.num_views = p.num_views;
+  aggregate.is_joint = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kJointViews);
+  if (aggregate.is_joint) SelectViews(state, p, x, y, iteration, candidates, &aggregate);
+  ScoredHypothesis current = p.num_finalists > 0
+                                 ? BestFinalist(context, patch, x, y, &candidates, aggregate)
+                                 : BestCandidate(candidates, aggregate);
 
-  float weights[kViews];
-  std::uint32_t selected = kAllViews;
-  const bool is_joint = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kJointViews);
-  if (is_joint) {
-    selected = SelectViews<kViews>(state, p, x, y, iteration, costs, num_candidates, weights);
-  }
-  const auto aggregate = [&](const float* c) {
-    return is_joint ? WeightedMeanCost(c, weights, p.num_views) : HarmonicMeanCost(c, p.num_views);
-  };
-
-  int best = 0;
-  float best_cost = aggregate(costs[0]);
-  for (int k = 1; k < num_candidates; ++k) {
-    const float cost = aggregate(costs[k]);
-    if (cost < best_cost) {
-      best = k;
-      best_cost = cost;
-    }
-  }
-  PlaneHypothesis current = candidates[best];
-  const float* current_costs = costs[best];
-
-  // Refinement: (d_new, n_old), (d_old, n_new), (d_new, n_new).
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
   const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
   const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
   // Only the paper's range depends on the pixel.
   const DepthRange near = p.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
+  const PlaneHypothesis old = current.plane;
   const PlaneHypothesis disturbed =
-      DisturbHypothesis(current, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
-  const PlaneHypothesis old = current;
+      DisturbHypothesis(old, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
+  const std::uint32_t variants =
+      p.num_finalists > 0 ? PromisingVariant(context, patch, x, y, current, disturbed, aggregate) : kAllVariants;
   float refined_costs[2][kViews];
   int slot = 0;
-  for (int variant = 1; variant <= 3; ++variant) {
-    const PlaneHypothesis h = {variant & 2 ? disturbed.normal : old.normal,
-                               variant & 1 ? disturbed.depth : old.depth};
+  for (int variant = 1; variant <= kNumVariants; ++variant) {
+    if ((variants >> variant & 1u) == 0) continue;
+    const PlaneHypothesis h = RefinementVariant(old, disturbed, variant);
     // Views without weight do not decide; they keep the cost of the hypothesis that is being refined.
-    for (int j = 0; j < p.num_views; ++j) refined_costs[slot][j] = current_costs[j];
-    context.Costs(patch, x, y, h, selected, refined_costs[slot]);
+    for (int j = 0; j < p.num_views; ++j) refined_costs[slot][j] = current.costs[j];
+    context.Costs(patch, x, y, h, aggregate.selected, Samples::kAll, refined_costs[slot]);
     const float cost = aggregate(refined_costs[slot]);
-    if (cost < best_cost) {
-      best_cost = cost;
-      current = h;
-      current_costs = refined_costs[slot];
+    if (cost < current.cost) {
+      current = {h, refined_costs[slot], cost};
       slot ^= 1;
     }
   }
-  WriteState(state, x, y, current, best_cost, selected, current_costs, p.num_views);
+  WriteState(state, x, y, current.plane, current.cost, aggregate.selected, current.costs, p.num_views);
 }
 
 }  // namespace phi

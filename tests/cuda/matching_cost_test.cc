@@ -42,7 +42,8 @@ class MatchingCostTest : public CudaTest {
 
   // costs[view][pixel]
   std::vector<float> CostsOnGpu(const EstimationInput& input, const EstimationParameters& parameters,
-                                const PlaneMap& map, ImageForm form = ImageForm::kQuads) {
+                                const PlaneMap& map, Samples samples = Samples::kAll,
+                                ImageForm form = ImageForm::kQuads) {
     const Task task{"test"};
     const Stream stream(task);
     EstimationLaunch launch;
@@ -66,14 +67,14 @@ class MatchingCostTest : public CudaTest {
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());
     const DeviceBuffer<float> costs(count, task);
     PinnedBuffer<float> host;
-    LaunchViewCosts(launch, hypotheses.View(), costs.data(), stream.get(), task);
+    LaunchViewCosts(launch, hypotheses.View(), samples, costs.data(), stream.get(), task);
     host.Download(costs, count, stream.get(), task);
     stream.Synchronize(task);
     return {host.data(), host.data() + count};
   }
 
   std::vector<float> CostsOnCpu(const EstimationInput& input, const StereoOptions& options,
-                                const PlaneMap& map) {
+                                const PlaneMap& map, Samples samples) {
     const EstimationParameters p = MakeEstimationParameters(input, options);
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     const TextureUnitSampler reference{input.reference.image->view()};
@@ -86,7 +87,7 @@ class MatchingCostTest : public CudaTest {
           const WindowScale scale = SelectWindowScale(&reference, 1, p.window, x + 0.5f, y + 0.5f);
           costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height,
                                    WindowAtScale(p.window, scale), x + 0.5f, y + 0.5f,
-                                   PlaneHomography(views[j], q)));
+                                   PlaneHomography(views[j], q), samples));
         }
       }
     }
@@ -94,10 +95,14 @@ class MatchingCostTest : public CudaTest {
   }
 
   void ExpectSameCosts(const StereoOptions& options, float disturbance) {
+    for (const Samples samples : {Samples::kAll, Samples::kSparse}) ExpectSameCosts(options, disturbance, samples);
+  }
+
+  void ExpectSameCosts(const StereoOptions& options, float disturbance, Samples samples) {
     const EstimationInput input = MakeInput(scene_, 0, 1, 20);
     const PlaneMap map = Hypotheses(disturbance);
-    const std::vector<float> gpu = CostsOnGpu(input, MakeEstimationParameters(input, options), map),
-                             cpu = CostsOnCpu(input, options, map);
+    const std::vector<float> gpu = CostsOnGpu(input, MakeEstimationParameters(input, options), map, samples),
+                             cpu = CostsOnCpu(input, options, map, samples);
     ASSERT_EQ(gpu.size(), cpu.size());
     std::size_t num_far = 0, num_matched = 0;
     double sum = 0;
@@ -124,11 +129,13 @@ TEST_F(MatchingCostTest, CompactImagesGiveTheSameBits) {
   const EstimationParameters parameters = MakeEstimationParameters(input, StereoOptions());
   for (const float disturbance : {0.01f, 0.3f}) {
     const PlaneMap map = Hypotheses(disturbance);
-    const std::vector<float> quads = CostsOnGpu(input, parameters, map, ImageForm::kQuads),
-                             compact = CostsOnGpu(input, parameters, map, ImageForm::kCompact);
-    std::size_t num_different = 0;
-    for (std::size_t i = 0; i < quads.size(); ++i) num_different += quads[i] != compact[i];
-    EXPECT_EQ(num_different, 0u) << "of " << quads.size();
+    for (const Samples samples : {Samples::kAll, Samples::kSparse}) {
+      const std::vector<float> quads = CostsOnGpu(input, parameters, map, samples, ImageForm::kQuads),
+                               compact = CostsOnGpu(input, parameters, map, samples, ImageForm::kCompact);
+      std::size_t num_different = 0;
+      for (std::size_t i = 0; i < quads.size(); ++i) num_different += quads[i] != compact[i];
+      EXPECT_EQ(num_different, 0u) << "of " << quads.size();
+    }
   }
 }
 
@@ -158,7 +165,7 @@ TEST_F(MatchingCostTest, AgreesOnCoarserLevels) {
     for (int x = 0; x < map.width(); ++x) {
       float costs[kMaxSourceViews];
       const ScalarMatcher::Patch patch = matcher.LoadPatch(x, y);
-      matcher.Costs(patch, x, y, map(x, y), kAllViews, costs);
+      matcher.Costs(patch, x, y, map(x, y), kAllViews, Samples::kAll, costs);
       num_coarse += patch.scale.level > 0;
       for (std::size_t j = 0; j < views.size(); ++j) {
         num_far +=

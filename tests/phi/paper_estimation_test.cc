@@ -18,13 +18,13 @@ constexpr float kStartDepth = 2;
 
 // One view, in which a plane matches the better the farther away it is.
 struct FarIsBetter {
-  static constexpr bool kReusesCosts = false;
+  using Patch = int;
 
   EstimationParameters parameters;
   EstimationState state;
 
   int LoadPatch(int, int) const { return 0; }
-  void Costs(int, int, int, const PlaneHypothesis& h, std::uint32_t, float* costs) const {
+  void Costs(int, int, int, const PlaneHypothesis& h, std::uint32_t, Samples, float* costs) const {
     costs[0] = 1 - h.depth / 1000;
   }
 };
