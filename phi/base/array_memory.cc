@@ -9,12 +9,7 @@ namespace phi {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;  // bytes
-// From here on arrays get their own mapping. The heap keeps smaller ones for the next that asks, and that is faster than
-// fresh memory of any kind; larger ones it never keeps.
-constexpr std::size_t kLarge = (std::size_t{32} << 20) + 1;
 constexpr std::size_t kMappingUnit = std::size_t{64} << 10;  // a multiple of every usual page size
-
-bool IsLarge(std::size_t num_bytes) { return num_bytes >= kLarge; }
 
 std::uintptr_t RoundUp(std::uintptr_t value, std::size_t unit) { return (value + unit - 1) / unit * unit; }
 
@@ -41,14 +36,14 @@ void* Map(std::size_t num_bytes) {
 
 }  // namespace
 
-void* AllocateArray(std::size_t num_bytes) {
-  void* memory = IsLarge(num_bytes) ? Map(num_bytes) : std::malloc(num_bytes);
+void* AllocateArray(std::size_t num_bytes, std::size_t large) {
+  void* memory = num_bytes >= large ? Map(num_bytes) : std::malloc(num_bytes);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 
-void FreeArray(void* memory, std::size_t num_bytes) {
-  if (IsLarge(num_bytes)) {
+void FreeArray(void* memory, std::size_t num_bytes, std::size_t large) {
+  if (num_bytes >= large) {
     munmap(memory, RoundUp(num_bytes, kMappingUnit));
   } else {
     std::free(memory);

@@ -12,21 +12,30 @@
 
 namespace phi {
 
-// Throws std::bad_alloc.
-void* AllocateArray(std::size_t num_bytes);
-void FreeArray(void* memory, std::size_t num_bytes);
+// From here on arrays get their own mapping. The heap keeps smaller ones for the next that asks, and that is faster than fresh
+// memory of any kind; larger ones it never keeps. Where an array is read at random, page tables cost more than fresh memory.
+inline constexpr std::size_t kLargeArray = (std::size_t{32} << 20) + 1;  // bytes
+inline constexpr std::size_t kLargeRandomArray = std::size_t{2} << 20;
+
+// large: the one of the two that says what the array is for, the same when it is freed. Throws std::bad_alloc.
+void* AllocateArray(std::size_t num_bytes, std::size_t large = kLargeArray);
+void FreeArray(void* memory, std::size_t num_bytes, std::size_t large = kLargeArray);
 
 // For std::vector: plain elements without a value stay uninitialised.
-template <typename T>
+template <typename T, std::size_t kLarge = kLargeArray>
 struct ArrayAllocator {
   using value_type = T;
+  template <typename U>
+  struct rebind {
+    using other = ArrayAllocator<U, kLarge>;
+  };
 
   ArrayAllocator() = default;
   template <typename U>
-  ArrayAllocator(const ArrayAllocator<U>&) {}
+  ArrayAllocator(const ArrayAllocator<U, kLarge>&) {}
 
-  T* allocate(std::size_t size) { return static_cast<T*>(AllocateArray(size * sizeof(T))); }
-  void deallocate(T* memory, std::size_t size) { FreeArray(memory, size * sizeof(T)); }
+  T* allocate(std::size_t size) { return static_cast<T*>(AllocateArray(size * sizeof(T), kLarge)); }
+  void deallocate(T* memory, std::size_t size) { FreeArray(memory, size * sizeof(T), kLarge); }
 
   template <typename U>
   void construct(U* element) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "phi/base/array_memory.h"
 #include "phi/base/images.h"
 
 namespace phi {
@@ -26,7 +27,8 @@ class PackedImage {
 
  private:
   int width_, height_;
-  std::vector<std::uint32_t> data_;
+  // Windows of wild hypotheses lie far apart.
+  std::vector<std::uint32_t, ArrayAllocator<std::uint32_t, kLargeRandomArray>> data_;
 };
 
 }  // namespace phi

@@ -24,9 +24,9 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
   }
   for (int l = 0; l < num_levels; ++l) {
     const float scale = 1.0f / static_cast<float>(1 << l);
-    for (std::size_t j = 0; j < views.size(); ++j) {
-      levels_[l].sources.emplace_back(levels_[l].images[j], ScaleView(views[j], scale));
-    }
+    std::vector<RelativeView> scaled;
+    for (const RelativeView& view : views) scaled.push_back(ScaleView(view, scale));
+    levels_[l].sources = SimdSources(levels_[l].images, scaled);
   }
 }
 

@@ -48,7 +48,7 @@ class SimdMatcher {
   struct Level {
     PackedImage reference;
     std::vector<PackedImage> images;
-    std::vector<SimdSource> sources;  // point into images
+    SimdSources sources;  // point into images
   };
 
   struct Windows {

@@ -40,10 +40,31 @@ struct Totals {
 HWY_INLINE float Join(const Totals& totals) {
   alignas(64) float lane[kSimdChunk];
   for (int p = 0; p < kParts; ++p) hn::Store(totals.part[p], Floats(), lane + p * kLanes);
+  constexpr hn::CappedTag<float, 4> quarter;
+  if constexpr (hn::MaxLanes(quarter) == 4) {
+    const auto even = hn::Add(hn::Load(quarter, lane), hn::Load(quarter, lane + 8));
+    const auto odd = hn::Add(hn::Load(quarter, lane + 4), hn::Load(quarter, lane + 12));
+    hn::Store(hn::Add(even, odd), quarter, lane);
+    return (lane[0] + lane[2]) + (lane[1] + lane[3]);
+  }
   for (int half = kSimdChunk / 2; half > 0; half /= 2) {
     for (int k = 0; k < half; ++k) lane[k] += lane[k + half];
   }
   return lane[0];
+}
+
+// 2^x for x <= 0, to about a unit in the last place; 2^-126 below that.
+HWY_INLINE VF Exp2(VF x) {
+  const Floats df;
+  const Ints di;
+  x = hn::Max(x, hn::Set(df, -126.0f));
+  const auto whole = hn::NearestInt(x);
+  const VF f = hn::Sub(x, hn::ConvertTo(df, whole));  // [-0.5, 0.5]
+  VF sum = hn::Set(df, 1.5403530e-4f);                // ln(2)^k / k!, k = 6 to 0
+  for (const float factor : {1.3333558e-3f, 9.6181291e-3f, 5.5504109e-2f, 2.4022651e-1f, 6.9314718e-1f, 1.0f}) {
+    sum = hn::MulAdd(sum, f, hn::Set(df, factor));
+  }
+  return hn::Mul(sum, hn::BitCast(df, hn::ShiftLeft<23>(hn::Add(whole, hn::Set(di, 127)))));
 }
 
 // Bilinear samples at (x, y) >= 0, in elements from `base`.
@@ -65,7 +86,7 @@ HWY_INLINE VF Sample(const std::uint32_t* HWY_RESTRICT base, hn::Vec<Ints> strid
   return hn::MulAdd(fy, hn::Sub(bottom, top), top);
 }
 
-float SampleAt(const std::uint32_t* base, std::int64_t stride, float x, float y) {
+HWY_INLINE float SampleAt(const std::uint32_t* base, std::int64_t stride, float x, float y) {
   const int column = static_cast<int>(x), row = static_cast<int>(y);
   const float fx = x - column, fy = y - row;
   const std::uint32_t taps = base[row * stride + column];
@@ -91,8 +112,10 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
     const VF y = hn::Min(hn::Max(hn::Add(y_center, hn::LoadU(df, window.dy.data() + k)), zero), y_last);
     hn::Store(hn::Sub(Sample(reference.origin(), stride, x, y), shift), df, patch->samples + k);
   }
-  for (int k = 0; k < window.num_samples; ++k) {
-    patch->weights[k] = std::exp2(-weight_decay * patch->samples[k] * patch->samples[k]);
+  const VF decay = hn::Set(df, -weight_decay);
+  for (int k = 0; k < padded; k += kLanes) {
+    const VF sample = hn::Load(df, patch->samples + k);
+    hn::Store(Exp2(hn::Mul(hn::Mul(decay, sample), sample)), df, patch->weights + k);
   }
   std::fill(patch->weights + window.num_samples, patch->weights + padded, 0.0f);
   Totals weight, sum, squares;
@@ -120,65 +143,90 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   }
 }
 
-// The homography around the window's centre. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy,
-// the source's element is (x + (xx dx + xy dy) / w, y + (yx dx + yy dy) / w), counted from `base`.
-struct LocalWarp {
-  float wx, wy, xx, xy, yx, yy;
-  float x, y;
-  const std::uint32_t* base;
+// The homographies around the window's centre, by view. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy, the
+// source's element is (x + (xx dx + xy dy) / w, y + (yx dx + yy dy) / w), counted from element (column, row): one element before the
+// window's first, so that positions are positive and truncation rounds down.
+struct LocalWarps {
+  alignas(64) float wx[kMaxSourceViews], wy[kMaxSourceViews];
+  alignas(64) float xx[kMaxSourceViews], xy[kMaxSourceViews], yx[kMaxSourceViews], yy[kMaxSourceViews];
+  alignas(64) float x[kMaxSourceViews], y[kMaxSourceViews];
+  alignas(64) double column[kMaxSourceViews], row[kMaxSourceViews];
 };
 
-// False when a corner of the window falls outside the source image, or behind it.
-HWY_INLINE bool MakeLocalWarp(const SimdSource& s, double u, double v, const PlaneAtPixel& plane,
-                              float radius, LocalWarp* warp) {
-  const double hx = s.a[0] * u + s.a[1] * v + s.a[2] + s.b[0] * plane.inverse_depth;
-  const double hy = s.a[3] * u + s.a[4] * v + s.a[5] + s.b[1] * plane.inverse_depth;
-  const double hz = s.a[6] * u + s.a[7] * v + s.a[8] + s.b[2] * plane.inverse_depth;
-  if (!(hz > 0)) return false;
-  const double inverse = 1.0 / hz, su = hx * inverse, sv = hy * inverse;
-  const double zx = s.a[6] + s.b[2] * plane.per_column, zy = s.a[7] + s.b[2] * plane.per_row;
-  warp->wx = static_cast<float>(zx * inverse);
-  warp->wy = static_cast<float>(zy * inverse);
-  warp->xx = static_cast<float>((s.a[0] + s.b[0] * plane.per_column - su * zx) * inverse);
-  warp->xy = static_cast<float>((s.a[1] + s.b[0] * plane.per_row - su * zy) * inverse);
-  warp->yx = static_cast<float>((s.a[3] + s.b[1] * plane.per_column - sv * zx) * inverse);
-  warp->yy = static_cast<float>((s.a[4] + s.b[1] * plane.per_row - sv * zy) * inverse);
+using Doubles = hn::ScalableTag<double>;
+using VD = hn::Vec<Doubles>;
 
-  float x_min = 0, x_max = 0, y_min = 0, y_max = 0;
+// The warps of the views from `first` on, as many as there are lanes. Returns a bit for each whose window lies inside the source
+// image: no corner falls outside or behind it.
+HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, double u, double v,
+                                        const PlaneAtPixel& plane, float radius, LocalWarps* warps) {
+  const Doubles dd;
+  const hn::Rebind<float, Doubles> df;
+  const auto set = [&](double value) HWY_ATTR { return hn::Set(dd, value); };
+  const auto a = [&](int k) HWY_ATTR { return hn::Load(dd, s.a[k] + first); };
+  const auto b = [&](int k) HWY_ATTR { return hn::Load(dd, s.b[k] + first); };
+  const auto at_center = [&](int k) HWY_ATTR {
+    return hn::MulAdd(a(3 * k), set(u),
+                      hn::MulAdd(a(3 * k + 1), set(v), hn::MulAdd(b(k), set(plane.inverse_depth), a(3 * k + 2))));
+  };
+  const auto per_column = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_column), a(3 * k)); };
+  const auto per_row = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_row), a(3 * k + 1)); };
+  const VD hz = at_center(2), inverse = hn::Div(set(1), hz);
+  const VD su = hn::Mul(at_center(0), inverse), sv = hn::Mul(at_center(1), inverse);
+  const VD zx = per_column(2), zy = per_row(2);
+  const auto single = [&](VD value) HWY_ATTR { return hn::DemoteTo(df, hn::Mul(value, inverse)); };
+  const auto wx = single(zx), wy = single(zy);
+  const auto xx = single(hn::NegMulAdd(su, zx, per_column(0))), xy = single(hn::NegMulAdd(su, zy, per_row(0)));
+  const auto yx = single(hn::NegMulAdd(sv, zx, per_column(1))), yy = single(hn::NegMulAdd(sv, zy, per_row(1)));
+
+  auto inside = hn::Gt(hz, set(0));
+  auto x_min = hn::Zero(df), x_max = x_min, y_min = x_min, y_max = x_min;
   for (int corner = 0; corner < 4; ++corner) {
-    const float dx = corner & 1 ? radius : -radius, dy = corner & 2 ? radius : -radius;
-    const float w = 1.0f + (warp->wx * dx + warp->wy * dy);
-    if (!(w > 0)) return false;
-    const float r = 1.0f / w;
-    const float x = (warp->xx * dx + warp->xy * dy) * r, y = (warp->yx * dx + warp->yy * dy) * r;
-    x_min = std::min(x_min, x);
-    x_max = std::max(x_max, x);
-    y_min = std::min(y_min, y);
-    y_max = std::max(y_max, y);
+    const auto dx = hn::Set(df, corner & 1 ? radius : -radius), dy = hn::Set(df, corner & 2 ? radius : -radius);
+    const auto w = hn::MulAdd(wx, dx, hn::MulAdd(wy, dy, hn::Set(df, 1.0f)));
+    const auto r = hn::Div(hn::Set(df, 1.0f), w);
+    const auto x = hn::Mul(hn::MulAdd(xx, dx, hn::Mul(xy, dy)), r), y = hn::Mul(hn::MulAdd(yx, dx, hn::Mul(yy, dy)), r);
+    inside = hn::And(inside, hn::Gt(hn::PromoteTo(dd, w), set(0)));
+    x_min = hn::Min(x_min, x);
+    x_max = hn::Max(x_max, x);
+    y_min = hn::Min(y_min, y);
+    y_max = hn::Max(y_max, y);
   }
-  const double x = su - 0.5, y = sv - 0.5;  // elements
-  if (!(x + x_min >= 0 && y + y_min >= 0 && x + x_max <= s.width - 1 && y + y_max <= s.height - 1))
-    return false;
-  // From one element before the first: then positions are positive and truncation rounds down.
-  const int column = static_cast<int>(x + x_min) - 1, row = static_cast<int>(y + y_min) - 1;
-  warp->x = static_cast<float>(x - column);
-  warp->y = static_cast<float>(y - row);
-  warp->base = s.origin + (row * s.stride + column);
-  return true;
+  const VD x = hn::Sub(su, set(0.5)), y = hn::Sub(sv, set(0.5));  // elements
+  const VD left = hn::Add(x, hn::PromoteTo(dd, x_min)), top = hn::Add(y, hn::PromoteTo(dd, y_min));
+  inside = hn::And(inside, hn::And(hn::Ge(left, set(0)), hn::Ge(top, set(0))));
+  inside = hn::And(inside, hn::Le(hn::Add(x, hn::PromoteTo(dd, x_max)), hn::Load(dd, s.last_column + first)));
+  inside = hn::And(inside, hn::Le(hn::Add(y, hn::PromoteTo(dd, y_max)), hn::Load(dd, s.last_row + first)));
+  const VD column = hn::Sub(hn::Trunc(left), set(1)), row = hn::Sub(hn::Trunc(top), set(1));
+  hn::Store(wx, df, warps->wx + first);
+  hn::Store(wy, df, warps->wy + first);
+  hn::Store(xx, df, warps->xx + first);
+  hn::Store(xy, df, warps->xy + first);
+  hn::Store(yx, df, warps->yx + first);
+  hn::Store(yy, df, warps->yy + first);
+  hn::Store(hn::DemoteTo(df, hn::Sub(x, column)), df, warps->x + first);
+  hn::Store(hn::DemoteTo(df, hn::Sub(y, row)), df, warps->y + first);
+  hn::Store(column, dd, warps->column + first);
+  hn::Store(row, dd, warps->row + first);
+  alignas(8) std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(dd, inside, bits);
+  return bits[0];
 }
 
-float CostOfWindow(const SimdWindow& window, const SimdSource& source, const SimdPatch& patch,
-                   const LocalWarp& warp) {
+HWY_INLINE float CostOfWindow(const SimdWindow& window, const SimdSources& sources, int view, const SimdPatch& patch,
+                              const LocalWarps& warps) {
   const Floats df;
   const VF one = hn::Set(df, 1.0f);
-  const VF wx = hn::Set(df, warp.wx), wy = hn::Set(df, warp.wy);
-  const VF xx = hn::Set(df, warp.xx), xy = hn::Set(df, warp.xy);
-  const VF yx = hn::Set(df, warp.yx), yy = hn::Set(df, warp.yy);
-  const VF x_center = hn::Set(df, warp.x), y_center = hn::Set(df, warp.y);
-  const auto stride = hn::Set(Ints(), static_cast<std::int32_t>(source.stride));
+  const VF wx = hn::Set(df, warps.wx[view]), wy = hn::Set(df, warps.wy[view]);
+  const VF xx = hn::Set(df, warps.xx[view]), xy = hn::Set(df, warps.xy[view]);
+  const VF yx = hn::Set(df, warps.yx[view]), yy = hn::Set(df, warps.yy[view]);
+  const VF x_center = hn::Set(df, warps.x[view]), y_center = hn::Set(df, warps.y[view]);
+  const std::int64_t row = static_cast<std::int64_t>(warps.row[view]), column = static_cast<std::int64_t>(warps.column[view]);
+  const std::uint32_t* base = sources.origin[view] + (row * sources.stride[view] + column);
+  const auto stride = hn::Set(Ints(), static_cast<std::int32_t>(sources.stride[view]));
   // Shifted by the centre's sample, the sums lose no digits: the centre itself bounds how far it is from the
   // mean.
-  const VF shift = hn::Set(df, SampleAt(warp.base, source.stride, warp.x, warp.y));
+  const VF shift = hn::Set(df, SampleAt(base, sources.stride[view], warps.x[view], warps.y[view]));
   const float* HWY_RESTRICT dx_begin = window.dx.data();
   const float* HWY_RESTRICT dy_begin = window.dy.data();
   const int padded = static_cast<int>(window.dx.size());
@@ -190,7 +238,7 @@ float CostOfWindow(const SimdWindow& window, const SimdSource& source, const Sim
       const VF r = hn::Div(one, hn::MulAdd(wx, dx, hn::MulAdd(wy, dy, one)));
       const VF x = hn::MulAdd(hn::MulAdd(xx, dx, hn::Mul(xy, dy)), r, x_center);
       const VF y = hn::MulAdd(hn::MulAdd(yx, dx, hn::Mul(yy, dy)), r, y_center);
-      const VF sample = hn::Sub(Sample(warp.base, stride, x, y), shift);
+      const VF sample = hn::Sub(Sample(base, stride, x, y), shift);
       const VF weighted = hn::Mul(hn::Load(df, patch.weights + k), sample);
       sum.part[p] = hn::Add(sum.part[p], weighted);
       squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
@@ -203,15 +251,21 @@ float CostOfWindow(const SimdWindow& window, const SimdSource& source, const Sim
   return std::clamp(1.0f - Join(products) / std::sqrt(variance), 0.0f, kMaxCost);
 }
 
-int Costs(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch, double u,
-          double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+int Costs(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+          const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+  constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
+  constexpr std::uint64_t kGroup = (std::uint64_t{1} << kViews) - 1;
   int num_read = 0;
-  LocalWarp warp;
-  for (std::size_t j = 0; j < sources.size(); ++j) {
-    if ((wanted >> j & 1u) == 0) continue;
-    const bool is_inside = MakeLocalWarp(sources[j], u, v, plane, window.radius, &warp);
-    costs[j] = is_inside ? CostOfWindow(window, sources[j], patch, warp) : kMaxCost;
-    num_read += is_inside;
+  LocalWarps warps;
+  for (int first = 0; first < sources.num; first += kViews) {
+    if ((wanted >> first & kGroup) == 0) continue;
+    const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
+    for (int j = first; j < sources.num && j < first + kViews; ++j) {
+      if ((wanted >> j & 1u) == 0) continue;
+      const bool is_inside = inside >> (j - first) & 1u;
+      costs[j] = is_inside ? CostOfWindow(window, sources, j, patch, warps) : kMaxCost;
+      num_read += is_inside;
+    }
   }
   return num_read;
 }
@@ -244,12 +298,18 @@ SimdWindow::SimdWindow(const MatchingWindow& window, Samples samples) : radius(w
   dy.resize(padded, 0.0f);
 }
 
-SimdSource::SimdSource(const PackedImage& image, const RelativeView& view)
-    : origin(image.origin()), stride(image.stride()), width(image.width()), height(image.height()) {
-  std::copy(view.a.m, view.a.m + 9, a);
-  b[0] = view.b.x;
-  b[1] = view.b.y;
-  b[2] = view.b.z;
+SimdSources::SimdSources(std::span<const PackedImage> images, std::span<const RelativeView> views)
+    : num(static_cast<int>(images.size())) {
+  for (int j = 0; j < num; ++j) {
+    origin[j] = images[j].origin();
+    stride[j] = images[j].stride();
+    last_column[j] = images[j].width() - 1;
+    last_row[j] = images[j].height() - 1;
+    for (int k = 0; k < 9; ++k) a[k][j] = views[j].a.m[k];
+    b[0][j] = views[j].b.x;
+    b[1][j] = views[j].b.y;
+    b[2][j] = views[j].b.z;
+  }
 }
 
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
@@ -257,10 +317,10 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
   HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, weight_decay, u, v, patch);
 }
 
-int SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
+int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
   if (patch.textured) return HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, wanted, costs);
-  for (std::size_t j = 0; j < sources.size(); ++j) {
+  for (int j = 0; j < sources.num; ++j) {
     if (wanted >> j & 1u) costs[j] = kMaxCost;
   }
   return 0;

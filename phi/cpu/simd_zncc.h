@@ -13,6 +13,7 @@
 
 #include "phi/cpu/simd_image.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/matching/cost_aggregation.h"
 #include "phi/matching/zncc.h"
 
 namespace phi {
@@ -28,14 +29,19 @@ struct SimdWindow {
   std::vector<float> dx, dy;
 };
 
-// A source image and the homography's parts (see RelativeView), in double: the homography is taken at the
-// window's centre, and only small differences reach single precision.
-struct SimdSource {
-  SimdSource(const PackedImage& image, const RelativeView& view);
-  const std::uint32_t* origin;
-  std::int64_t stride;
-  int width, height;
-  double a[9], b[3];
+// Source images and their homographies' parts (see RelativeView), in double: a homography is taken at the window's centre, and
+// only small differences reach single precision. Views lie across lanes.
+struct SimdSources {
+  SimdSources() = default;
+  // images must outlive it.
+  SimdSources(std::span<const PackedImage> images, std::span<const RelativeView> views);
+
+  int num = 0;
+  const std::uint32_t* origin[kMaxSourceViews] = {};
+  std::int64_t stride[kMaxSourceViews] = {};
+  alignas(64) double a[9][kMaxSourceViews] = {};
+  alignas(64) double b[3][kMaxSourceViews] = {};
+  alignas(64) double last_column[kMaxSourceViews] = {}, last_row[kMaxSourceViews] = {};
 };
 
 // Reference samples: weighted, zero mean, unit variance; zero in the padding.
@@ -54,7 +60,7 @@ struct PlaneAtPixel {
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
                    float v, SimdPatch* patch);
 // Returns how many source windows it read: not those that leave their image.
-int SimdZnccCosts(const SimdWindow& window, std::span<const SimdSource> sources, const SimdPatch& patch,
+int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
                   double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
 
 // "AVX2", "AVX3", "SSE4", ...

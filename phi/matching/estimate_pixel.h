@@ -133,7 +133,8 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   constexpr float kMaxPixels = 1e-3f, kMaxAngle = 3e-4f;  // shift of a match; radian
   for (int k = 0; k < num_candidates; ++k) {
     const Vec3f turn = candidates[k].normal - h.normal;
-    if (fabsf(1.0f / candidates[k].depth - 1.0f / h.depth) < kMaxPixels * p.inverse_depth_per_pixel &&
+    // The difference of inverse depths, without divisions.
+    if (fabsf(candidates[k].depth - h.depth) < kMaxPixels * p.inverse_depth_per_pixel * candidates[k].depth * h.depth &&
         Dot(turn, turn) < kMaxAngle * kMaxAngle) {
       return k;
     }
