@@ -12,8 +12,8 @@
 namespace phi {
 
 // Packs the images of one reference, all pyramid levels: 4 bytes a pixel for the reference and each source (a third
-// more with the coarser levels) while the matcher lives. Sparse samples are loaded where the parameters ask for them. LoadPatch and Costs allocate nothing and may be called from
-// many threads.
+// more with the coarser levels) while the matcher lives. Patches have sparse samples where the parameters ask for
+// them. LoadPatch and Costs allocate nothing and may be called from many threads.
 class SimdMatcher {
  public:
   struct Patch {

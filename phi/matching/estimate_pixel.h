@@ -261,19 +261,19 @@ PHI_HD ScoredHypothesis BestFinalist(const Context& context, const typename Cont
 
 // Refinement: (d_new, n_old), (d_old, n_new), (d_new, n_new).
 inline constexpr int kNumVariants = 3;
-inline constexpr std::uint32_t kAllVariants = 0b1110;
-PHI_HD PlaneHypothesis RefinementVariant(const PlaneHypothesis& old, const PlaneHypothesis& disturbed, int variant) {
+PHI_HD PlaneHypothesis RefinementVariant(const PlaneHypothesis& old, const PlaneHypothesis& disturbed,
+                                         int variant) {
   return {variant & 2 ? disturbed.normal : old.normal, variant & 1 ? disturbed.depth : old.depth};
 }
 
-// The variant that sparse samples like best, as a bit; none where they like the hypothesis itself best.
+// The variant that sparse samples like best; 0 where they like the hypothesis itself best.
 template <int kViews, class Context>
-PHI_HD std::uint32_t PromisingVariant(const Context& context, const typename Context::Patch& patch, int x, int y,
-                                      const ScoredHypothesis& current, const PlaneHypothesis& disturbed,
-                                      const Aggregation<kViews>& aggregate) {
+PHI_HD int PromisingVariant(const Context& context, const typename Context::Patch& patch, int x, int y,
+                            const ScoredHypothesis& current, const PlaneHypothesis& disturbed,
+                            const Aggregation<kViews>& aggregate) {
   float costs[kViews];
   for (int j = 0; j < context.parameters.num_views; ++j) costs[j] = 0;  // views without weight do not count
-  std::uint32_t promising = 0;
+  int promising = 0;
   float lowest = current.sparse_cost;
   for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, variant);
@@ -281,7 +281,7 @@ PHI_HD std::uint32_t PromisingVariant(const Context& context, const typename Con
     const float cost = aggregate(costs);
     if (lowest >= 0 && !(cost < lowest)) continue;
     lowest = cost;
-    promising = variant > 0 ? 1u << variant : 0;
+    promising = variant;
   }
   return promising;
 }
@@ -299,9 +299,8 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   aggregate.num_views = p.num_views;
   aggregate.is_joint = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kJointViews);
   if (aggregate.is_joint) SelectViews(state, p, x, y, iteration, candidates, &aggregate);
-  ScoredHypothesis current = p.num_finalists > 0
-                                 ? BestFinalist(context, patch, x, y, &candidates, aggregate)
-                                 : BestCandidate(candidates, aggregate);
+  ScoredHypothesis current = p.num_finalists > 0 ? BestFinalist(context, patch, x, y, &candidates, aggregate)
+                                                 : BestCandidate(candidates, aggregate);
 
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
   const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
@@ -311,12 +310,15 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   const PlaneHypothesis old = current.plane;
   const PlaneHypothesis disturbed =
       DisturbHypothesis(old, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
-  const std::uint32_t variants =
-      p.num_finalists > 0 ? PromisingVariant(context, patch, x, y, current, disturbed, aggregate) : kAllVariants;
+  // The promising one alone, or all. Not all with a test of each: threads of a warp score their variants together.
+  int first = 1, last = kNumVariants;
+  if (p.num_finalists > 0) {
+    last = PromisingVariant(context, patch, x, y, current, disturbed, aggregate);
+    if (last > 0) first = last;
+  }
   float refined_costs[2][kViews];
   int slot = 0;
-  for (int variant = 1; variant <= kNumVariants; ++variant) {
-    if ((variants >> variant & 1u) == 0) continue;
+  for (int variant = first; variant <= last; ++variant) {
     const PlaneHypothesis h = RefinementVariant(old, disturbed, variant);
     // Views without weight do not decide; they keep the cost of the hypothesis that is being refined.
     for (int j = 0; j < p.num_views; ++j) refined_costs[slot][j] = current.costs[j];
