@@ -54,7 +54,7 @@ struct EstimationCounts {
 struct EstimationResult {
   PlaneMap map;
   CostMap cost;
-  EstimationCounts counts;
+  EstimationCounts counts = {};
 };
 
 // The reference's states: none before inference, then as InferenceResult's.
