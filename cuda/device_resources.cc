@@ -1,5 +1,6 @@
 #include "cuda/device_resources.h"
 
+#include <algorithm>
 #include <memory>
 
 namespace phi::gpu {
@@ -49,6 +50,33 @@ std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
   if (kConcurrentCalls * bytes <= budget.bytes()) return kConcurrentCalls;
   scratch.FreeIdle();
   return 1;
+}
+
+bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
+  std::int64_t largest = largest_call_;
+  while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
+  }
+  // Of three kinds each worker's scratch memory, or what a cache keeps for as many calls; there are two workers a call at once.
+  constexpr int kKinds = 3, kWorkers = 2 * kConcurrentCalls;
+  return kKinds * kWorkers * std::max(largest, bytes) <= budget.bytes();
+}
+
+void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {
+  if (HoldsAllKinds(bytes)) {
+    const auto keep = [](auto* cache, std::size_t size) {
+      if (size > 0) cache->KeepAtMost(size);
+    };
+    keep(&images, sizes.images);
+    keep(&compact_images, sizes.compact_images);
+    keep(&maps, sizes.maps);
+    keep(&depths, sizes.depths);
+    keep(&measured, sizes.measured);
+    return;
+  }
+  KeepOnly(sizes);
+  scratch.FreeIdleDeviceMaps();
+  if (kind != CallKind::kEstimation) own->estimation.FreeDeviceMaps();
+  if (kind != CallKind::kInference) own->inference.FreeDeviceMaps();
 }
 
 void DeviceResources::KeepOnly(const CacheSizes& sizes) {

@@ -1,8 +1,9 @@
 // What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times. And the
 // three kinds of call.
 //
-// Memory: a stage's calls come in a row, so each kind of call first gives up what only other kinds need, and caches keep
-// what the calls that fit at once work on. cuda/memory_plan.h says what a call takes.
+// Memory: calls of all kinds come side by side. Caches keep what the calls of their kind that fit at once work on; where the
+// budget cannot hold that of all kinds, each call first gives up what only other kinds need. cuda/memory_plan.h says what a
+// call takes.
 #pragma once
 
 #include <atomic>
@@ -24,6 +25,8 @@ struct CacheSizes {
   std::size_t images = 0, compact_images = 0, maps = 0, depths = 0, measured = 0;
 };
 
+enum class CallKind { kEstimation, kFilter, kInference };
+
 inline constexpr int kConcurrentCalls =
     2;  // keep the device busy: one computes while another uploads or downloads
 
@@ -34,7 +37,8 @@ struct DeviceResources {
   // Calls of `bytes` that the budget lets run side by side. Where it is one, frees the scratch memory of the others.
   std::size_t NumCallsAtOnce(std::int64_t bytes);
 
-  void KeepOnly(const CacheSizes& sizes);
+  // For a call of `bytes` that uses this scratch memory. sizes: of the caches that its kind uses; 0: other kinds do.
+  void MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own);
 
   // After memory ran short: frees what no running call holds, and lowers the budget to what there really is.
   void RecoverMemory(const Task& task);
@@ -51,6 +55,13 @@ struct DeviceResources {
   DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference
   ScratchPool scratch;
   DeviceTimes times;
+
+ private:
+  // Whether the budget holds what calls of all kinds keep, if none takes more than the largest so far.
+  bool HoldsAllKinds(std::int64_t bytes);
+  void KeepOnly(const CacheSizes& sizes);
+
+  std::atomic<std::int64_t> largest_call_ = 0;  // bytes
 };
 
 EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,

@@ -44,8 +44,7 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
   CacheSizes sizes;
   (plan.form == ImageForm::kQuads ? sizes.images : sizes.compact_images) = num_calls * (num_sources + 1);
   sizes.depths = num_calls * num_sources;
-  device->KeepOnly(sizes);
-  scratch->inference.FreeDeviceMaps();
+  device->MakeRoom(CallKind::kEstimation, plan.bytes, sizes, scratch);
 }
 
 // Room for the state of the whole image, of its coarser parts, and the scales of its windows.

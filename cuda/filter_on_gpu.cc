@@ -74,9 +74,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t at_once = static_cast<std::size_t>(plan.num_sources_at_once);
   // Concurrent calls share most of the maps.
-  device->KeepOnly({.maps = at_once + device->NumCallsAtOnce(plan.bytes)});
-  scratch->estimation.FreeDeviceMaps();
-  scratch->inference.FreeDeviceMaps();
+  device->MakeRoom(CallKind::kFilter, plan.bytes, {.maps = at_once + device->NumCallsAtOnce(plan.bytes)}, scratch.get());
   const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream, task);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};

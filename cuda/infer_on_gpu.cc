@@ -216,8 +216,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
-  device->KeepOnly({.compact_images = num_images, .measured = num_images});
-  scratch->estimation.FreeDeviceMaps();
+  device->MakeRoom(CallKind::kInference, bytes, {.compact_images = num_images, .measured = num_images}, scratch.get());
   InferenceLaunch launch;
   launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                        .window = MakeMatchingWindow(stereo),

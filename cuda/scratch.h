@@ -110,6 +110,14 @@ class ScratchPool {
     std::lock_guard<std::mutex> lock(mutex_);
     free_.clear();
   }
+  // The same for the large ones on the device alone.
+  void FreeIdleDeviceMaps() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const std::unique_ptr<Scratch>& idle : free_) {
+      idle->estimation.FreeDeviceMaps();
+      idle->inference.FreeDeviceMaps();
+    }
+  }
 
  private:
   std::unique_ptr<Scratch> Take(const Task& task) {
