@@ -107,23 +107,29 @@ double ProgressEstimator::SecondsPerTask(const Stage& stage) const {
   return stage.num_done > 0 ? stage.seconds / stage.num_done : stage.weight * SecondsPerWeight();
 }
 
-double ProgressEstimator::SecondsLeft() const {
-  if (SecondsPerWeight() <= 0) return -1;
+double ProgressEstimator::SecondsSpent() const {
+  double seconds = 0;
+  for (const Stage& stage : stages_) seconds += stage.seconds;
+  return seconds;
+}
+
+double ProgressEstimator::TaskSecondsLeft() const {
   double seconds = 0;
   for (const Stage& stage : stages_) seconds += SecondsPerTask(stage) * (stage.num_tasks - stage.num_done);
   return std::max(0.0, seconds);
 }
 
+double ProgressEstimator::SecondsLeft() const {
+  if (SecondsPerWeight() <= 0) return -1;
+  return TaskSecondsLeft() * elapsed_ / SecondsSpent();
+}
+
 double ProgressEstimator::Fraction() const {
-  const double left = SecondsLeft();
-  double spent = 0;
   int num_tasks = 0;
-  for (const Stage& stage : stages_) {
-    spent += stage.seconds;
-    num_tasks += stage.num_tasks;
-  }
+  for (const Stage& stage : stages_) num_tasks += stage.num_tasks;
   if (num_tasks == 0) return 1;
-  return left < 0 ? 0 : spent / std::max(spent + left, 1e-9);
+  const double spent = SecondsSpent();
+  return SecondsPerWeight() <= 0 ? 0 : spent / std::max(spent + TaskSecondsLeft(), 1e-9);
 }
 
 std::string FormatDuration(double seconds) {
@@ -160,7 +166,7 @@ ProgressLine::ProgressLine(std::vector<ProgressStage> stages, std::chrono::milli
       line_interval_(line_interval),
       stages_(std::move(stages)),
       estimator_(Weights(stages_)),
-      num_tasks_(stages_.size(), 0) {
+      counts_(stages_.size()) {
   if (terminal_) {
     phi::SetLogSink([this](phi::LogLevel level, const std::string& message) {
       {
@@ -182,7 +188,6 @@ ProgressLine::ProgressLine(std::vector<ProgressStage> stages, std::chrono::milli
 ProgressLine::ProgressLine(const ProgressStage& stage, std::size_t num_tasks)
     : ProgressLine(std::vector<ProgressStage>{stage}) {
   SetNumTasks(0, static_cast<int>(num_tasks));
-  BeginStage(0);
 }
 
 ProgressLine::~ProgressLine() {
@@ -202,42 +207,52 @@ ProgressLine::~ProgressLine() {
 
 void ProgressLine::SetNumTasks(int stage, int num_tasks) {
   std::lock_guard<std::mutex> lock(mutex_);
-  num_tasks_[stage] = num_tasks;
+  counts_[stage].num_tasks = num_tasks;
   estimator_.SetNumTasks(stage, num_tasks);
 }
 
-void ProgressLine::BeginStage(int stage) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  UpdateEstimate();
-  stage_ = stage;
-  num_done_ = 0;
-  shares_ = 0;
-  stage_begin_ = estimated_at_ = Clock::now();
+ProgressLine::Task::Task(ProgressLine* line, int stage) : line_(line), stage_(stage) {
+  std::lock_guard<std::mutex> lock(line_->mutex_);
+  if (!line_->first_begin_) line_->first_begin_ = line_->estimated_at_ = begin_;
+  line_->running_.insert(this);
+}
+
+ProgressLine::Task::~Task() {
+  std::lock_guard<std::mutex> lock(line_->mutex_);
+  line_->running_.erase(this);
+  Counts& counts = line_->counts_[stage_];
+  ++counts.num_done;
+  counts.seconds += std::chrono::duration<double>(Clock::now() - begin_).count();
+  line_->UpdateEstimate();
 }
 
 void ProgressLine::Task::SetShare(double share) {
-  line_->AddShare(share - share_);
+  std::lock_guard<std::mutex> lock(line_->mutex_);
   share_ = share;
+  line_->UpdateEstimate();
 }
 
-void ProgressLine::AddShare(double share) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  shares_ += share;
-  UpdateEstimate();
-}
-
-void ProgressLine::TaskDone(double share_told) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  ++num_done_;
-  shares_ -= share_told;
-  UpdateEstimate();
-}
-
+// Of a task under way that tells no share nothing is known yet.
 void ProgressLine::UpdateEstimate() {
-  if (stage_ < 0) return;
   estimated_at_ = Clock::now();
-  const std::chrono::duration<double> elapsed = estimated_at_ - stage_begin_;
-  estimator_.SetDone(stage_, num_done_ + shares_, elapsed.count());
+  std::vector<double> done, seconds;
+  for (const Counts& counts : counts_) {
+    done.push_back(counts.num_done);
+    seconds.push_back(counts.seconds);
+  }
+  for (const Task* task : running_) {
+    if (!(task->share_ > 0)) continue;
+    done[task->stage_] += task->share_;
+    seconds[task->stage_] += std::chrono::duration<double>(estimated_at_ - task->begin_).count();
+  }
+  for (int s = 0; s < static_cast<int>(counts_.size()); ++s) estimator_.SetDone(s, done[s], seconds[s]);
+  estimator_.SetElapsed(std::chrono::duration<double>(estimated_at_ - *first_begin_).count());
+}
+
+std::size_t ProgressLine::ShownStage() const {
+  std::size_t stage = 0;
+  while (stage + 1 < counts_.size() && counts_[stage].num_done >= counts_[stage].num_tasks) ++stage;
+  return stage;
 }
 
 // Between two reports of what is done the time left runs down by the clock.
@@ -246,11 +261,12 @@ ProgressState ProgressLine::State() const {
   const std::chrono::duration<double> since_begin = now - begin_, since_estimate = now - estimated_at_;
   ProgressState state;
   state.seconds = since_begin.count();
-  if (stage_ < 0) return state;
-  state.stage = stages_[stage_].name;
-  state.unit = stages_[stage_].unit;
-  state.num_done = num_done_;
-  state.num_tasks = num_tasks_[stage_];
+  if (!first_begin_) return state;
+  const std::size_t shown = ShownStage();
+  state.stage = stages_[shown].name;
+  state.unit = stages_[shown].unit;
+  state.num_done = counts_[shown].num_done;
+  state.num_tasks = counts_[shown].num_tasks;
   state.fraction = estimator_.Fraction();
   const double left = estimator_.SecondsLeft();
   if (left >= 0) state.seconds_left = std::max(0.0, left - since_estimate.count());

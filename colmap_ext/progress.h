@@ -5,22 +5,26 @@
 #include <condition_variable>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 namespace colmap_ext {
 
-// Time left from the measured speed of each stage; stages that have not run yet count by their weight.
+// Time left from what a task of each stage took, and how many ran side by side; stages of which none has ended count by their
+// weight.
 class ProgressEstimator {
  public:
   // weights: expected seconds of one task of each stage, in any common unit.
   explicit ProgressEstimator(const std::vector<double>& weights);
 
   void SetNumTasks(int stage, int num_tasks);
-  // `seconds`: wall time that the stage has run so far; `num_done`: its tasks done in that time, with shares of those
-  // under way.
+  // `num_done`: tasks of the stage, with shares of those under way; `seconds`: of these tasks, one after the other.
   void SetDone(int stage, double num_done, double seconds);
+  // Wall time since the first task began, in which tasks ran side by side.
+  void SetElapsed(double seconds) { elapsed_ = seconds; }
 
   double Fraction() const;     // [0, 1]
   double SecondsLeft() const;  // < 0: unknown
@@ -31,16 +35,19 @@ class ProgressEstimator {
   };
   double SecondsPerWeight() const;  // <= 0: unknown
   double SecondsPerTask(const Stage& stage) const;
+  double SecondsSpent() const;  // of all tasks, one after the other
+  double TaskSecondsLeft() const;
 
   std::vector<Stage> stages_;
+  double elapsed_ = 0;
 };
 
 // "3 min 20 s"
 std::string FormatDuration(double seconds);
 
 struct ProgressStage {
-  std::string name;    // what is being done: "estimating"
-  double weight = 1;   // expected seconds of one task, in the unit of all stages
+  std::string name;   // what is being done: "estimating"
+  double weight = 1;  // expected seconds of one task, in the unit of all stages
   std::string unit{"images"};
 };
 
@@ -75,30 +82,38 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void SetNumTasks(int stage, int num_tasks);
-  void BeginStage(int stage);
 
-  // A task under way of the stage that has begun; done, well or not, when it goes out of scope.
+  // A task of a stage under way; done, well or not, when it goes out of scope.
   class Task {
    public:
-    explicit Task(ProgressLine* line) : line_(line) {}
-    ~Task() { line_->TaskDone(share_); }
+    explicit Task(ProgressLine* line, int stage = 0);
+    ~Task();
     Task(const Task&) = delete;
     Task& operator=(const Task&) = delete;
     // Of its work that is done, [0, 1], never less than before; from one thread at a time.
     void SetShare(double share);
 
    private:
+    friend class ProgressLine;
+
     ProgressLine* line_;
-    double share_ = 0;
+    const int stage_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    double share_ = 0;  // guarded by the line's mutex
   };
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  void AddShare(double share);
-  void TaskDone(double share_told);
+  struct Counts {
+    int num_tasks = 0, num_done = 0;
+    double seconds = 0;  // of the tasks done, one after the other
+  };
+
   void Loop();
   ProgressState State() const;
+  // The first stage with work left, else the last one.
+  std::size_t ShownStage() const;
   void DrawBar();
   void EraseBar() const;
   void UpdateEstimate();
@@ -111,11 +126,11 @@ class ProgressLine {
   mutable std::mutex mutex_;
   std::condition_variable stopped_;
   ProgressEstimator estimator_;
-  std::vector<int> num_tasks_;
-  int stage_ = -1, num_done_ = 0;
-  double shares_ = 0;  // of the tasks under way
+  std::vector<Counts> counts_;     // by stage
+  std::set<const Task*> running_;  // tasks under way
   const Clock::time_point begin_ = Clock::now();
-  Clock::time_point stage_begin_, estimated_at_;
+  std::optional<Clock::time_point> first_begin_;  // of a task; empty: none has begun
+  Clock::time_point estimated_at_;
   std::size_t bar_length_ = 0;  // characters on the terminal
   bool stop_ = false;
   std::thread thread_;

@@ -151,7 +151,6 @@ CloudScores EvaluateClouds(const EvaluateOptions& o) {
                                                    {.name = "comparing clouds", .weight = kComparing, .unit = "steps"}});
   progress.SetNumTasks(0, 1);
   progress.SetNumTasks(1, 1);
-  progress.BeginStage(0);
   LoadedClouds loaded;
   {
     const ProgressLine::Task task(&progress);
@@ -160,7 +159,7 @@ CloudScores EvaluateClouds(const EvaluateOptions& o) {
       loaded.clouds.counted = CoveredByTruth(loaded.clouds.points, loaded.origin, o.coverage);
     }
   }
-  progress.BeginStage(1);
+  const ProgressLine::Task task(&progress, 1);
   return EvaluateCloud(loaded.clouds, o.scoring);
 }
 

@@ -125,12 +125,13 @@ void HoleFilling::RunStages(const std::vector<Stage>& stages) {
       pending.push_back(static_cast<int>(j));
       result_keys[j] = std::string(kFillingKey) + keys_[j];
     }
-    const StageWork work{.stage = stages[s],
+    const StageWork work{.number = static_cast<int>(s),
+                         .stage = stages[s],
                          .previous = &stages[s - 1],
                          .input_keys = keys_,
                          .pending = pending,
                          .keys = result_keys};
-    for (const int job : runner_.Run(static_cast<int>(s), work)) keys_[job].clear();
+    for (const JobFailure& failure : runner_.Run({work}).failures) keys_[failure.job].clear();
   }
 }
 

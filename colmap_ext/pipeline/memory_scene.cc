@@ -76,8 +76,8 @@ class MemoryRun {
     const Stage* previous = number > 0 ? &stages_[number - 1] : nullptr;
     const std::vector<int> pending = Pending();
     const StageWork work{
-        .stage = stage, .previous = previous, .input_keys = keys_, .pending = pending, .keys = keys_};
-    const auto failures = loop_.Run(number, work, [&](int job, const TaskOutcome& outcome) {
+        .number = number, .stage = stage, .previous = previous, .input_keys = keys_, .pending = pending, .keys = keys_};
+    const LoopOutcome done = loop_.Run({work}, [&](const StageWork&, int job, const TaskOutcome& outcome) {
       const StageResult& result = outcome.result;
       loop_.store().KeepInMemory(jobs_[job].image, stage.result, result);
       std::lock_guard<std::mutex> lock(mutex_);
@@ -86,7 +86,7 @@ class MemoryRun {
       const bool after_inference = previous != nullptr && previous->kind == StageKind::kInfer;
       maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
     });
-    for (const TaskFailure& failure : failures) Fail(failure.task, failure.message);
+    for (const JobFailure& failure : done.failures) Fail(failure.job, failure.message);
   }
 
   void Fail(int job, const std::string& message) {

@@ -13,7 +13,7 @@ namespace colmap_ext {
 struct StageSummary {
   std::string name;
   int num_made = 0;
-  double seconds = 0;  // wall time
+  double seconds = 0;  // from its first task's begin to its last one's end: stages overlap
   // Of the maps made; no pixels: not counted.
   std::int64_t num_pixels = 0, num_with_depth = 0;
 };

@@ -103,16 +103,6 @@ void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const St
   }
 }
 
-// The jobs whose maps of the stage before this one a job reads: its own first.
-std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
-  std::vector<int> inputs = {job};
-  if (!stage.reads_source_maps) return inputs;
-  for (const int source : jobs[job].source_jobs) {
-    if (source >= 0) inputs.push_back(source);
-  }
-  return inputs;
-}
-
 // By job: those that have it among their sources.
 std::vector<std::vector<int>> FindReaders(const std::vector<ImageJob>& jobs) {
   std::vector<std::vector<int>> readers(jobs.size());
@@ -242,6 +232,15 @@ std::string ActivityName(StageKind kind) {
   return "";
 }
 
+std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
+  std::vector<int> inputs = {job};
+  if (!stage.reads_source_maps) return inputs;
+  for (const int source : jobs[job].source_jobs) {
+    if (source >= 0) inputs.push_back(source);
+  }
+  return inputs;
+}
+
 std::string EstimateKind(const PipelineOptions& options) {
   return RawMapsAreOutput(options) ? std::string(kPhotometric) : "raw";
 }
@@ -284,9 +283,14 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
   if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
   geometric.kind = StageKind::kFilter;
   geometric.has_mask = true;
+  geometric.reads_source_maps = true;
   geometric.weight = kFilterWeightInFilling;
   return {measured,
-          {.kind = StageKind::kInfer, .result = std::string(kInferred), .is_output = false, .transient = true},
+          {.kind = StageKind::kInfer,
+           .result = std::string(kInferred),
+           .is_output = false,
+           .transient = true,
+           .reads_source_maps = true},
           geometric};
 }
 

@@ -1,5 +1,5 @@
-// The stages of a run as a chain with barriers: each reads the maps of the stage before it and makes one
-// result per image. The plan says which results are still to be made.
+// The stages of a run as a chain: each makes one result per image from the maps of the stage before it, its own image's and
+// often the sources'. The plan says which results are still to be made.
 #pragma once
 
 #include <cstddef>
@@ -51,6 +51,9 @@ struct ImageJob {
   bool file_is_missing = false;
   std::string problem;  // not empty: the job cannot run, for this reason
 };
+
+// The jobs whose maps of the stage before this one a job reads: its own first.
+std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs, int job);
 
 // What a process takes on: these images in these stages. The rest is other processes'.
 struct PlanScope {

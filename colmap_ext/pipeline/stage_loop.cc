@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <mutex>
 #include <utility>
 
 #include "phi/base/log.h"
@@ -9,11 +11,61 @@
 namespace colmap_ext {
 namespace {
 
-// Enough to keep up with several devices, few enough that what waits to be written stays small.
+// The tasks of several stages as one list, and how many of them still read each map.
+class TaskList {
+ public:
+  struct Entry {
+    const StageWork* work;
+    int job;
+  };
+
+  TaskList(const std::vector<StageWork>& works, const std::vector<ImageJob>& jobs) : jobs_(jobs) {
+    std::vector<int> previous, own;  // by job: the task that makes the map, -1: none does
+    for (const StageWork& work : works) {
+      previous = std::move(own);
+      own.assign(jobs.size(), -1);
+      for (const int job : work.pending) {
+        own[job] = static_cast<int>(entries_.size());
+        queued_.push_back({.kind = work.number, .needs = {}});
+        entries_.push_back({&work, job});
+        if (work.previous == nullptr) continue;
+        for (const int input : InputJobs(work.stage, jobs, job)) {
+          ++num_readers_[{work.number, input}];
+          if (!previous.empty() && previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
+        }
+      }
+    }
+  }
+
+  const std::vector<QueuedTask>& queued() const { return queued_; }
+  const Entry& operator[](int task) const { return entries_[task]; }
+
+  // The jobs whose maps of the stage before no task reads any more, now that this one has ended.
+  std::vector<int> EndReading(int task) {
+    const Entry& entry = entries_[task];
+    std::vector<int> unread;
+    if (entry.work->previous == nullptr) return unread;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const int input : InputJobs(entry.work->stage, jobs_, entry.job)) {
+      if (--num_readers_[{entry.work->number, input}] == 0) unread.push_back(input);
+    }
+    return unread;
+  }
+
+ private:
+  const std::vector<ImageJob>& jobs_;
+  std::vector<QueuedTask> queued_;
+  std::vector<Entry> entries_;
+  std::mutex mutex_;                                // guards num_readers_ while tasks run
+  std::map<std::pair<int, int>, int> num_readers_;  // by the stage that reads, and the job that it reads of
+};
+
+// Enough to keep up with several devices, few enough that what waits to be written stays small. Two for each image at once: a
+// file system gives one writer a part of what it can take.
 int NumWriters(const Backends& backends) {
-  int num_workers = 0;
-  for (const auto& backend : backends) num_workers += std::max(1, backend->NumConcurrentImages());
-  return std::clamp(num_workers, 2, 8);
+  int num_at_once = 0;
+  for (const auto& backend : backends) num_at_once += std::max(1, backend->NumConcurrentImages());
+  return std::clamp(2 * num_at_once, 2, 8);
 }
 
 }  // namespace
@@ -35,26 +87,38 @@ void StageLoop::Begin(const std::vector<Stage>& stages) {
   progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
 }
 
-std::vector<TaskFailure> StageLoop::Run(int number, const StageWork& work,
-                                        const std::function<void(int job, TaskOutcome outcome)>& keep) {
-  using Clock = std::chrono::steady_clock;
-  progress_->BeginStage(number);
-  const std::vector<TaskFailure> failures =
-      RunTasks(work.pending, backends_, [&](int job, phi::Backend& backend) {
-        const Clock::time_point begin = Clock::now();
-        ProgressLine::Task progress(progress_.get());
-        TaskOutcome outcome;
-        outcome.result = tasks_.Run(work.stage, work.previous, work.input_keys, job, backend, &progress,
-                                    &outcome.warnings);
-        const std::string& name = workspace_.views()[jobs_[job].image].name;
-        for (const std::string& warning : outcome.warnings) phi::LogWarning("image " + name + ": " + warning);
-        outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-        keep(job, std::move(outcome));
-      });
-  if (work.previous != nullptr) {  // no other stage reads those maps
-    for (const ImageJob& job : jobs_) store_.Forget(job.image, work.previous->result);
+LoopOutcome StageLoop::Run(const std::vector<StageWork>& works, const KeepFunction& keep) {
+  TaskList tasks(works, jobs_);
+  const auto forget = [&](int task) {
+    const TaskList::Entry& entry = tasks[task];
+    for (const int input : tasks.EndReading(task))
+      store_.Forget(jobs_[input].image, entry.work->previous->result);
+  };
+  const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {
+    RunTask(*tasks[task].work, tasks[task].job, backend, keep);
+    forget(task);
+  });
+  LoopOutcome outcome;
+  for (const TaskFailure& failure : queue.failures) {
+    outcome.failures.push_back({tasks[failure.task].work->number, tasks[failure.task].job, failure.message});
+    forget(failure.task);
   }
-  return failures;
+  for (const int task : queue.left_out)
+    outcome.left_out.emplace_back(tasks[task].work->number, tasks[task].job);
+  return outcome;
+}
+
+void StageLoop::RunTask(const StageWork& work, int job, phi::Backend& backend, const KeepFunction& keep) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  ProgressLine::Task progress(progress_.get(), work.number);
+  TaskOutcome outcome;
+  outcome.result =
+      tasks_.Run(work.stage, work.previous, work.input_keys, job, backend, &progress, &outcome.warnings);
+  const std::string& name = workspace_.views()[jobs_[job].image].name;
+  for (const std::string& warning : outcome.warnings) phi::LogWarning("image " + name + ": " + warning);
+  outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  keep(work, job, std::move(outcome));
 }
 
 void StageLoop::End() {

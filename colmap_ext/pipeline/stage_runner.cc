@@ -15,14 +15,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kHardlyAny = 0.01;  // of an image's pixels
 
-double SecondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 }  // namespace
 
-StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
-                         SparseDepthFunction sparse_depth, const Backends& backends)
+StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>& jobs,
+                         const PipelineOptions& options, SparseDepthFunction sparse_depth,
+                         const Backends& backends)
     : workspace_(workspace),
       jobs_(jobs),
       backends_(backends),
@@ -38,30 +35,36 @@ void StageRunner::Begin(const std::vector<Stage>& stages) {
   loop_.Begin(stages);
 }
 
-std::vector<int> StageRunner::Run(int number, const StageWork& work) {
-  if (!work.stage.transient) {
-    std::vector<RunRecord::Task> tasks;
-    std::vector<std::string> keys;
-    for (const int job : work.pending) {
-      tasks.emplace_back(NameOf(job), work.stage.result);
-      keys.push_back(work.keys[job]);
-    }
-    record_.Begin(tasks, keys);
+LoopOutcome StageRunner::Run(const std::vector<StageWork>& works) {
+  for (const StageWork& work : works) Begin(work);
+  spans_.assign(summary_.stages.size(), {});
+  LoopOutcome outcome = loop_.Run(works, [this](const StageWork& work, int job, const TaskOutcome& outcome) {
+    Keep(work, job, outcome);
+  });
+  for (std::size_t s = 0; s < spans_.size(); ++s) {
+    const std::chrono::duration<double> span = spans_[s].end - spans_[s].begin;
+    if (span.count() > 0) summary_.stages[s].seconds += span.count();
   }
-  const Clock::time_point begin = Clock::now();
-  const std::vector<TaskFailure> failures = loop_.Run(
-      number, work, [&](int job, const TaskOutcome& outcome) { Keep(number, work, job, outcome); });
-  summary_.stages[number].seconds += SecondsSince(begin);
-  summary_.stages[number].num_made += static_cast<int>(work.pending.size() - failures.size());
-  std::vector<int> failed;
-  for (const TaskFailure& failure : failures) {
-    RecordFailure(work, failure);
-    failed.push_back(failure.task);
+  for (const JobFailure& failure : outcome.failures) {
+    const auto work =
+        std::find_if(works.begin(), works.end(), [&](const auto& w) { return w.number == failure.stage; });
+    RecordFailure(*work, failure);
   }
-  return failed;
+  return outcome;
 }
 
-void StageRunner::Keep(int number, const StageWork& work, int job, const TaskOutcome& outcome) {
+void StageRunner::Begin(const StageWork& work) {
+  if (work.stage.transient || work.pending.empty()) return;
+  std::vector<RunRecord::Task> tasks;
+  std::vector<std::string> keys;
+  for (const int job : work.pending) {
+    tasks.emplace_back(NameOf(job), work.stage.result);
+    keys.push_back(work.keys[job]);
+  }
+  record_.Begin(tasks, keys);
+}
+
+void StageRunner::Keep(const StageWork& work, int job, const TaskOutcome& outcome) {
   TaskRecord record;
   record.warnings = outcome.warnings;
   record.state = "done";
@@ -69,14 +72,20 @@ void StageRunner::Keep(int number, const StageWork& work, int job, const TaskOut
   record.seconds = outcome.seconds;
   record.peak_memory_bytes = PeakHostBytes();
   Save(work.stage, job, outcome.result, record);
-  Count(number, job, *outcome.result.map);
+  Count(work.number, job, outcome);
 }
 
-void StageRunner::Count(int number, int job, const phi::MeasurementMap& map) {
+void StageRunner::Count(int number, int job, const TaskOutcome& outcome) {
+  const phi::MeasurementMap& map = *outcome.result.map;
   const std::int64_t num_with_depth = phi::CountPublished(map);
   const auto num_pixels = static_cast<std::int64_t>(map.size());
+  const Clock::time_point now = Clock::now();
+  const auto begin =
+      now - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(outcome.seconds));
   std::lock_guard<std::mutex> lock(mutex_);
+  spans_[number] = {std::min(spans_[number].begin, begin), now};
   StageSummary& stage = summary_.stages[number];
+  ++stage.num_made;
   stage.num_pixels += num_pixels;
   stage.num_with_depth += num_with_depth;
   const bool is_last = number + 1 == static_cast<int>(summary_.stages.size());
@@ -90,21 +99,21 @@ void StageRunner::Save(const Stage& stage, int job, const StageResult& result, c
     return;
   }
   store().Write(jobs_[job].image, stage.result, result,
-               [this, task = RunRecord::Task(NameOf(job), stage.result),
-                record = record](const std::vector<FileIdentity>& files) mutable {
-                 record.files = files;
-                 record_.Finish(task, record);
-               });
+                [this, task = RunRecord::Task(NameOf(job), stage.result),
+                 record = record](const std::vector<FileIdentity>& files) mutable {
+                  record.files = files;
+                  record_.Finish(task, record);
+                });
 }
 
-void StageRunner::RecordFailure(const StageWork& work, const TaskFailure& failure) {
-  Fail(failure.task, work.stage.result, failure.message);
+void StageRunner::RecordFailure(const StageWork& work, const JobFailure& failure) {
+  Fail(failure.job, work.stage.result, failure.message);
   if (work.stage.transient) return;
   TaskRecord record;
   record.state = "failed";
-  record.key = work.keys[failure.task];
+  record.key = work.keys[failure.job];
   record.warnings = {failure.message};
-  record_.Finish({NameOf(failure.task), work.stage.result}, record);
+  record_.Finish({NameOf(failure.job), work.stage.result}, record);
 }
 
 void StageRunner::Fail(int job, const std::string& stage, const std::string& message) {

@@ -1,7 +1,8 @@
-// Runs a stage over the images that need it: results into store and record, counts into the summary.
+// Runs stages over the images that need them: results into store and record, counts into the summary.
 // patch_match_stereo and hole_filler differ in which stages and images those are.
 #pragma once
 
+#include <chrono>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -27,8 +28,9 @@ class StageRunner {
 
   // Before the first Run: the stages by their numbers.
   void Begin(const std::vector<Stage>& stages);
-  // Does the pending jobs of stage `number` and waits for them. Returns the jobs that failed; log, summary and record tell of them already. Throws as RunTasks.
-  std::vector<int> Run(int number, const StageWork& work);
+  // Does the pending jobs of these stages, ascending and without a gap, and waits for them. Log, summary and record
+  // tell of failures already. Throws as RunTasks.
+  LoopOutcome Run(const std::vector<StageWork>& works);
   // A job that cannot be done, at any time: log and summary.
   void Fail(int job, const std::string& stage, const std::string& message);
   // After the last Run: writes what waits, and ends the progress line.
@@ -41,10 +43,16 @@ class StageRunner {
   const std::string& NameOf(int job) const;
 
  private:
-  void Keep(int number, const StageWork& work, int job, const TaskOutcome& outcome);
-  void Count(int number, int job, const phi::MeasurementMap& map);
+  // From its first task's begin to its last one's end.
+  struct TimeSpan {
+    std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::time_point::max(), end = {};
+  };
+
+  void Begin(const StageWork& work);
+  void Keep(const StageWork& work, int job, const TaskOutcome& outcome);
+  void Count(int number, int job, const TaskOutcome& outcome);
   void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
-  void RecordFailure(const StageWork& work, const TaskFailure& failure);
+  void RecordFailure(const StageWork& work, const JobFailure& failure);
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;
@@ -54,6 +62,7 @@ class StageRunner {
 
   std::mutex mutex_;  // guards what follows while tasks run
   RunSummary summary_;
+  std::vector<TimeSpan> spans_;  // by stage, of the Run under way
   std::vector<int> nearly_empty_;
 };
 

@@ -131,18 +131,19 @@ void StereoPipeline::RunStages() {
   for (bool first = true;; first = false) {
     const std::vector<StagePlan> plan = Plan();
     for (std::size_t s = 0; s < stages_.size(); ++s) {
-      runner_.progress().SetNumTasks(static_cast<int>(s),
-                                     static_cast<int>(plan[s].pending.size()) + summary.stages[s].num_made);
+      const auto num_failed = std::count_if(failed_.begin(), failed_.end(),
+                                            [s](const auto& task) { return task.first == static_cast<int>(s); });
+      const auto num_tasks = static_cast<std::ptrdiff_t>(plan[s].pending.size()) + summary.stages[s].num_made + num_failed;
+      runner_.progress().SetNumTasks(static_cast<int>(s), static_cast<int>(num_tasks));
     }
-    const auto next =
-        std::find_if(plan.begin(), plan.end(), [](const StagePlan& p) { return !p.pending.empty(); });
     if (first) {
       const StagePlan& last = plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
       summary.num_images_kept = static_cast<int>(own_.size() - last.pending.size() - last.waiting.size());
       LogPlan(plan);
     }
-    if (next == plan.end()) return ReportWaiting(plan);
-    RunStage(static_cast<int>(next - plan.begin()), plan);
+    if (std::all_of(plan.begin(), plan.end(), [](const StagePlan& p) { return p.pending.empty(); }))
+      return ReportWaiting(plan);
+    RunPlan(plan);
     if (IsShard()) runner_.record().Refresh();
   }
 }
@@ -276,19 +277,37 @@ bool StereoPipeline::HasFailed(int stage, int job, const std::string& key) const
   return record && record->state == "failed" && record->key == key;
 }
 
-void StereoPipeline::RunStage(int stage, const std::vector<StagePlan>& plan) {
+bool StereoPipeline::HasFailedBefore(int stage, const StagePlan& plan) const {
+  return std::any_of(plan.pending.begin(), plan.pending.end(), [&](int job) {
+    const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
+    return record != nullptr && record->state == "failed" && record->key == plan.keys[job];
+  });
+}
+
+// The stages that have work side by side, but for those after one that is likely to fail again: without its result the others
+// may all be done.
+void StereoPipeline::RunPlan(const std::vector<StagePlan>& plan) {
   static const std::vector<std::string> kNoKeys;
-  const bool is_first = stage == 0;
-  const std::vector<int> failed = runner_.Run(stage, {.stage = stages_[stage],
-                                                      .previous = is_first ? nullptr : &stages_[stage - 1],
-                                                      .input_keys = is_first ? kNoKeys : plan[stage - 1].keys,
-                                                      .pending = plan[stage].pending,
-                                                      .keys = plan[stage].keys});
-  for (const int job : plan[stage].pending) made_.emplace(stage, job);
-  for (const int job : failed) {
-    made_.erase({stage, job});
-    failed_.emplace(stage, job);
+  std::vector<StageWork> works;
+  for (std::size_t s = 0; s < stages_.size(); ++s) {
+    works.push_back({.number = static_cast<int>(s),
+                     .stage = stages_[s],
+                     .previous = s == 0 ? nullptr : &stages_[s - 1],
+                     .input_keys = s == 0 ? kNoKeys : plan[s - 1].keys,
+                     .pending = plan[s].pending,
+                     .keys = plan[s].keys});
+    if (HasFailedBefore(static_cast<int>(s), plan[s])) break;
   }
+  const LoopOutcome outcome = runner_.Run(works);
+  for (const StageWork& work : works) {
+    for (const int job : work.pending) made_.emplace(work.number, job);
+  }
+  for (const JobFailure& failure : outcome.failures) {
+    made_.erase({failure.stage, failure.job});
+    failed_.emplace(failure.stage, failure.job);
+  }
+  // The next plan has them again: without the map that failed.
+  for (const auto& task : outcome.left_out) made_.erase(task);
 }
 
 // They are rounded whatever their form, so that no value changes.

@@ -1,9 +1,8 @@
-// The whole of patch_match_stereo: stages with barriers between them, each a queue of one task per image.
+// The whole of patch_match_stereo: one task per stage and image, each begun when the maps that it reads are there.
 //
-//   estimate -> photometric maps -> (barrier) filter -> measured maps -> infer -> (barrier) filter ->
-//   geometric maps
+//   estimate -> photometric maps -> filter -> measured maps -> infer -> filter -> geometric maps
 //
-// A stage reads what the stage before made of the unfiltered images, never what it makes itself, so results
+// A stage reads what the stage before made of an image and its sources, never what it makes itself, so results
 // depend neither on the order of the tasks nor on how many run at once. Where a run stopped, the next one
 // goes on.
 #pragma once
@@ -51,7 +50,9 @@ class StereoPipeline {
   // An image that failed in another shard is not waited for.
   bool HasFailed(int stage, int job, const std::string& key) const;
   void RunStages();
-  void RunStage(int stage, const std::vector<StagePlan>& plan);
+  // Whether a task failed in an earlier run, for the same inputs.
+  bool HasFailedBefore(int stage, const StagePlan& plan) const;
+  void RunPlan(const std::vector<StagePlan>& plan);
   void ReportWaiting(const std::vector<StagePlan>& plan);
   // Gives the maps of earlier runs the form that this one was asked for.
   void ConvertMaps();

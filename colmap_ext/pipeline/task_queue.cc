@@ -4,8 +4,11 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "colmap_ext/pipeline/thread_group.h"
 #include "phi/base/cancellation.h"
@@ -15,43 +18,82 @@
 namespace colmap_ext {
 namespace {
 
+// Of a device whose calls overlap: one kind's tasks keep it busy while another's are on the host.
+constexpr int kKindsAtOnce = 2;
+
+int NumAtOnce(const phi::Backend& backend) { return std::max(1, backend.NumConcurrentImages()); }
+
+int NumWorkers(const phi::Backend& backend) {
+  const int num_at_once = NumAtOnce(backend);
+  return num_at_once > 1 ? kKindsAtOnce * num_at_once : num_at_once;
+}
+
 struct Device {
   phi::Backend* backend = nullptr;
-  bool failed = false;  // guarded by the queue's mutex
+  // Guarded by the queue's mutex.
+  bool failed = false;
+  std::map<int, int> num_running = {};  // by kind
 };
 
 class Queue {
  public:
-  Queue(std::size_t num_tasks, std::size_t num_devices) : num_devices_(num_devices), failures_(num_tasks) {
-    for (std::size_t i = 0; i < num_tasks; ++i) waiting_.push_back(i);
+  Queue(const std::vector<QueuedTask>& tasks, std::size_t num_devices)
+      : tasks_(tasks),
+        num_devices_(num_devices),
+        num_left_(tasks.size()),
+        num_needed_(tasks.size()),
+        readers_(tasks.size()) {
+    for (int i = 0; i < static_cast<int>(tasks.size()); ++i) {
+      num_needed_[i] = tasks[i].needs.size();
+      for (const int needed : tasks[i].needs) readers_[needed].push_back(i);
+      if (num_needed_[i] == 0) AddReady(i);
+    }
   }
 
-  // The position of the next task; nothing when all are done, or when this device or the whole queue has to stop. Waits
-  // while others run: a device that fails gives its task back.
-  std::optional<std::size_t> Next(const Device& device) {
+  // The next task; nothing when all have ended, or when this device or the whole queue has to stop. Waits while others run,
+  // which may let tasks begin: a device that fails gives its task back.
+  std::optional<int> Next(Device* device) {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [&] { return error_ || device.failed || !waiting_.empty() || num_running_ == 0; });
-    if (error_ || device.failed || waiting_.empty()) return {};
-    const std::size_t index = waiting_.front();
-    waiting_.pop_front();
-    ++num_running_;
-    return index;
+    std::optional<int> task;
+    changed_.wait(lock, [&] {
+      if (error_ || device->failed || num_left_ == 0) return true;
+      task = FindReady(*device);
+      return task.has_value();
+    });
+    if (!task) return {};
+    const int kind = tasks_[*task].kind;
+    ready_[kind].erase(*task);
+    ++device->num_running[kind];
+    return task;
   }
 
-  void Done(std::size_t index, std::optional<std::string> failure) {
-    Finish([&] { failures_[index] = std::move(failure); });
+  void Done(int task, Device* device) {
+    Finish(task, device, [&] {
+      --num_left_;
+      for (const int reader : readers_[task]) {
+        if (--num_needed_[reader] == 0) AddReady(reader);
+      }
+    });
+  }
+
+  void Fail(int task, Device* device, const std::string& message) {
+    Finish(task, device, [&] {
+      --num_left_;
+      failures_.emplace(task, message);
+      LeaveOutReaders(task);
+    });
   }
 
   // The current exception ends the queue.
-  void Stop() {
-    Finish([&] { SetError(); });
+  void Stop(int task, Device* device) {
+    Finish(task, device, [&] { SetError(); });
   }
 
   // The current exception ends the work of a device. True when it is the device's first, and others are left.
-  bool GiveBack(std::size_t index, Device* device) {
+  bool GiveBack(int task, Device* device) {
     bool others_go_on = false;
-    Finish([&] {
-      waiting_.push_front(index);
+    Finish(task, device, [&] {
+      AddReady(task);
       if (device->failed) return;
       device->failed = true;
       others_go_on = --num_devices_ > 0;
@@ -67,76 +109,97 @@ class Queue {
   }
 
   // After the last task.
-  const std::vector<std::optional<std::string>>& Failures() const {
+  QueueOutcome Outcome() const {
     if (error_) std::rethrow_exception(error_);
-    return failures_;
+    QueueOutcome outcome;
+    for (const auto& [task, message] : failures_) outcome.failures.push_back({task, message});
+    outcome.left_out.assign(left_out_.begin(), left_out_.end());
+    return outcome;
   }
 
  private:
+  void AddReady(int task) { ready_[tasks_[task].kind].insert(task); }
+
+  std::optional<int> FindReady(const Device& device) const {
+    for (const auto& [kind, tasks] : ready_) {
+      const auto running = device.num_running.find(kind);
+      const bool is_full =
+          running != device.num_running.end() && running->second >= NumAtOnce(*device.backend);
+      if (!tasks.empty() && !is_full) return *tasks.begin();
+    }
+    return {};
+  }
+
+  void LeaveOutReaders(int task) {
+    for (const int reader : readers_[task]) {
+      if (!left_out_.insert(reader).second) continue;
+      --num_left_;
+      LeaveOutReaders(reader);
+    }
+  }
+
   template <typename Change>
-  void Finish(const Change& change) {
+  void Finish(int task, Device* device, const Change& change) {
     std::lock_guard<std::mutex> lock(mutex_);
+    --device->num_running[tasks_[task].kind];
     change();
-    --num_running_;
     changed_.notify_all();
   }
   void SetError() {
     if (!error_) error_ = std::current_exception();
   }
 
+  const std::vector<QueuedTask>& tasks_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
-  std::deque<std::size_t> waiting_;
-  int num_running_ = 0;
   std::size_t num_devices_;
+  std::size_t num_left_;                                // tasks that have neither ended nor been left out
+  std::map<int, std::set<int>, std::greater<>> ready_;  // by kind, the highest first
+  std::vector<std::size_t> num_needed_;                 // by task: of what it needs, not done yet
+  std::vector<std::vector<int>> readers_;               // by task: those that need it
+  std::map<int, std::string> failures_;                 // by task
+  std::set<int> left_out_;
   std::exception_ptr error_;
-  std::vector<std::optional<std::string>> failures_;  // by position
 };
 
-void Work(const std::vector<int>& tasks, const TaskFunction& run, Queue* queue, Device* device) {
-  while (const std::optional<std::size_t> index = queue->Next(*device)) {
+void Work(const TaskFunction& run, Queue* queue, Device* device) {
+  while (const std::optional<int> task = queue->Next(device)) {
     try {
       phi::ThrowIfCancelled();
-      run(tasks[*index], *device->backend);
-      queue->Done(*index, {});
+      run(*task, *device->backend);
+      queue->Done(*task, device);
     } catch (const phi::InputError& error) {
-      queue->Done(*index, error.what());
+      queue->Fail(*task, device, error.what());
     } catch (const phi::DeviceError& error) {
-      if (!queue->GiveBack(*index, device)) continue;
+      if (!queue->GiveBack(*task, device)) continue;
       phi::LogWarning(device->backend->Name() +
                       " is left out, and the other devices do its images: " + error.what());
     } catch (...) {
-      queue->Stop();
+      queue->Stop(*task, device);
     }
   }
 }
 
 }  // namespace
 
-std::vector<TaskFailure> RunTasks(const std::vector<int>& tasks,
-                                  const std::vector<std::unique_ptr<phi::Backend>>& backends,
-                                  const TaskFunction& run) {
-  Queue queue(tasks.size(), backends.size());
+QueueOutcome RunTasks(const std::vector<QueuedTask>& tasks,
+                      const std::vector<std::unique_ptr<phi::Backend>>& backends, const TaskFunction& run) {
+  Queue queue(tasks, backends.size());
   std::deque<Device> devices;  // workers hold addresses
   {
     ThreadGroup workers;
     try {
       for (const auto& backend : backends) {
         Device& device = devices.emplace_back(Device{.backend = backend.get()});
-        for (int i = 0; i < std::max(1, backend->NumConcurrentImages()); ++i) {
-          workers.Start([&, &device = device] { Work(tasks, run, &queue, &device); });
+        for (int i = 0; i < NumWorkers(*backend); ++i) {
+          workers.Start([&, &device = device] { Work(run, &queue, &device); });
         }
       }
     } catch (...) {
       queue.StopUnstarted();  // the workers that run end after the tasks at hand
     }
   }
-  std::vector<TaskFailure> result;
-  const auto& failures = queue.Failures();
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    if (failures[i]) result.push_back({tasks[i], *failures[i]});
-  }
-  return result;
+  return queue.Outcome();
 }
 
 }  // namespace colmap_ext

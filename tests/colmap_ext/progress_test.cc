@@ -29,6 +29,7 @@ TEST(ProgressEstimatorTest, CountsLaterStagesByTheirWeight) {
   estimator.SetNumTasks(0, 10);
   estimator.SetNumTasks(1, 10);
   estimator.SetDone(0, 4, 8);  // 2 s a task: 6 more, and ten of 1 s
+  estimator.SetElapsed(8);
   EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 6 * 2 + 10 * 1);
   EXPECT_DOUBLE_EQ(estimator.Fraction(), 8.0 / (8 + 22));
 }
@@ -39,6 +40,7 @@ TEST(ProgressEstimatorTest, MeasuredSpeedReplacesTheWeight) {
   estimator.SetNumTasks(1, 10);
   estimator.SetDone(0, 10, 20);
   estimator.SetDone(1, 5, 1);
+  estimator.SetElapsed(21);
   EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 5 * 0.2);
 }
 
@@ -46,7 +48,19 @@ TEST(ProgressEstimatorTest, AQuarterOfTheFirstTaskTellsTheTimeOfAll) {
   ProgressEstimator estimator({1});
   estimator.SetNumTasks(0, 3);
   estimator.SetDone(0, 0.25, 5);
+  estimator.SetElapsed(5);
   EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 2.75 * 20);
+}
+
+TEST(ProgressEstimatorTest, TasksSideBySideTakeTheirShareOfTheTime) {
+  ProgressEstimator estimator({1, 0.5});
+  estimator.SetNumTasks(0, 10);
+  estimator.SetNumTasks(1, 10);
+  estimator.SetDone(0, 4, 8);
+  estimator.SetDone(1, 2, 2);
+  estimator.SetElapsed(5);  // 10 s of tasks in it: two at a time
+  EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), (6 * 2 + 8 * 1) / 2.0);
+  EXPECT_DOUBLE_EQ(estimator.Fraction(), 10.0 / (10 + 20));
 }
 
 TEST(ProgressEstimatorTest, NothingToDoIsDone) { EXPECT_EQ(ProgressEstimator({1, 1}).Fraction(), 1); }
@@ -83,7 +97,6 @@ TEST(ProgressLineTest, LogsALineAtATimeWhereThereIsNoTerminal) {
   const std::vector<std::string> lines = LinesOf([] {
     ProgressLine progress(std::vector<ProgressStage>{{.name = "estimating"}}, std::chrono::milliseconds(20));
     progress.SetNumTasks(0, 4);
-    progress.BeginStage(0);
     { const ProgressLine::Task task(&progress); }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   });
@@ -98,7 +111,6 @@ TEST(ProgressLineTest, MovesWithinATask) {
   const std::vector<std::string> lines = LinesOf([] {
     ProgressLine progress(std::vector<ProgressStage>{{.name = "estimating"}}, std::chrono::milliseconds(20));
     progress.SetNumTasks(0, 1);
-    progress.BeginStage(0);
     ProgressLine::Task task(&progress);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     task.SetShare(0.5);
@@ -107,6 +119,19 @@ TEST(ProgressLineTest, MovesWithinATask) {
   });
   ASSERT_FALSE(lines.empty());
   EXPECT_THAT(lines.back(), ::testing::StartsWith("progress: 75 %, estimating 0 of 1 images"));
+}
+
+TEST(ProgressLineTest, ShowsTheFirstStageThatHasWorkLeft) {
+  if (isatty(STDERR_FILENO)) GTEST_SKIP() << "stderr is a terminal";
+  const std::vector<std::string> lines = LinesOf([] {
+    ProgressLine progress(std::vector<ProgressStage>{{.name = "estimating"}, {.name = "filtering"}, {.name = "writing"}},
+                          std::chrono::milliseconds(20));
+    for (int stage = 0; stage < 3; ++stage) progress.SetNumTasks(stage, 2);
+    for (const int stage : {0, 1, 0, 2}) const ProgressLine::Task task(&progress, stage);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  });
+  ASSERT_FALSE(lines.empty());
+  EXPECT_THAT(lines.back(), ::testing::HasSubstr(", filtering 1 of 2 images, "));
 }
 
 TEST(FormatDurationTest, PicksTheUnit) {

@@ -92,6 +92,25 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
   EXPECT_EQ(calls_.filters, 2 * kNumImages);
 }
 
+// Each image reads its neighbour alone.
+TEST_F(StereoPipelineTest, AnImageGoesOnWhenWhatItReadsIsThere) {
+  std::string lists;
+  for (int i = 0; i < kNumImages; ++i) lists += names_[i] + "\n" + names_[i == 0 ? 1 : i - 1] + "\n";
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", lists);
+  std::vector<std::string> calls;
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    calls.push_back(stage + " " + image);
+  };
+  EXPECT_TRUE(Run().failures.empty());
+  const auto place = [&](const std::string& call) { return std::find(calls.begin(), calls.end(), call) - calls.begin(); };
+  EXPECT_EQ(calls.size(), 4u * kNumImages);
+  for (int i = 0; i < kNumImages; ++i) {
+    EXPECT_GT(place("filter " + names_[i]), place("estimate " + names_[i == 0 ? 1 : i - 1]));
+    EXPECT_GT(place("infer " + names_[i]), place("filter " + names_[i == 0 ? 1 : i - 1]));
+  }
+  EXPECT_LT(place("infer " + names_[0]), place("estimate " + names_[kNumImages - 1]));
+}
+
 TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
   Run();
   Run();  // finds everything done: no run worth a line

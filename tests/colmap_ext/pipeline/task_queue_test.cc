@@ -24,6 +24,9 @@ namespace {
 
 using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 
+// Of one kind, waiting for nothing.
+std::vector<QueuedTask> Independent(int count) { return std::vector<QueuedTask>(static_cast<std::size_t>(count)); }
+
 class TaskQueueTest : public ::testing::Test {
  protected:
   Backends MakeBackends(int count, int num_concurrent) {
@@ -39,38 +42,36 @@ class TaskQueueTest : public ::testing::Test {
 };
 
 TEST_F(TaskQueueTest, RunsEachTaskOnceAndUsesEveryBackend) {
-  std::vector<int> tasks(100);
-  std::iota(tasks.begin(), tasks.end(), 0);
-  std::vector<std::atomic<int>> count(tasks.size());
+  std::vector<std::atomic<int>> count(100);
   std::mutex mutex;
   std::set<const phi::Backend*> used;
   const auto backends = MakeBackends(3, 2);
-  const auto failures = RunTasks(tasks, backends, [&](int task, phi::Backend& backend) {
+  const auto outcome = RunTasks(Independent(100), backends, [&](int task, phi::Backend& backend) {
     ++count[task];
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::lock_guard<std::mutex> lock(mutex);
     used.insert(&backend);
   });
-  EXPECT_TRUE(failures.empty());
+  EXPECT_TRUE(outcome.failures.empty());
   for (const auto& c : count) EXPECT_EQ(c, 1);
   EXPECT_EQ(used.size(), 3u);
 }
 
 TEST_F(TaskQueueTest, BadInputFailsItsTaskAlone) {
   std::atomic<int> num_run{0};
-  const auto failures = RunTasks({5, 6, 7, 8}, MakeBackends(2, 1), [&](int task, phi::Backend&) {
+  const auto failures = RunTasks(Independent(4), MakeBackends(2, 1), [&](int task, phi::Backend&) {
     ++num_run;
-    if (task % 2 == 0) throw phi::InputError("image " + std::to_string(task));
-  });
+    if (task % 2 == 1) throw phi::InputError("image " + std::to_string(task));
+  }).failures;
   EXPECT_EQ(num_run, 4);
   ASSERT_EQ(failures.size(), 2u);
-  EXPECT_EQ(failures[0].task, 6);
-  EXPECT_EQ(failures[1].message, "image 8");
+  EXPECT_EQ(failures[0].task, 1);
+  EXPECT_EQ(failures[1].message, "image 3");
 }
 
 TEST_F(TaskQueueTest, OtherErrorsAndCancellationStopTheQueue) {
   std::atomic<int> num_run{0};
-  const std::vector<int> tasks(50, 0);
+  const std::vector<QueuedTask> tasks = Independent(50);
   EXPECT_THROW(RunTasks(tasks, MakeBackends(1, 1),
                         [&](int, phi::Backend&) {
                           if (++num_run == 3) throw phi::ResourceError("device lost");
@@ -90,11 +91,9 @@ TEST_F(TaskQueueTest, OtherErrorsAndCancellationStopTheQueue) {
 TEST_F(TaskQueueTest, ImagesOfAFailedDeviceAreDoneByTheOthers) {
   const test_support::LogCapture log;
   const auto backends = MakeBackends(2, 2);
-  std::vector<int> tasks(20);
-  std::iota(tasks.begin(), tasks.end(), 0);
-  std::vector<std::atomic<int>> num_done(tasks.size());
+  std::vector<std::atomic<int>> num_done(20);
   std::atomic<int> num_lost{0};
-  const auto failures = RunTasks(tasks, backends, [&](int task, phi::Backend& backend) {
+  const auto outcome = RunTasks(Independent(20), backends, [&](int task, phi::Backend& backend) {
     if (&backend == backends[1].get()) {
       ++num_lost;
       std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -103,7 +102,7 @@ TEST_F(TaskQueueTest, ImagesOfAFailedDeviceAreDoneByTheOthers) {
     while (num_lost == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ++num_done[task];
   });
-  EXPECT_TRUE(failures.empty());
+  EXPECT_TRUE(outcome.failures.empty());
   for (const auto& count : num_done) EXPECT_EQ(count, 1);
   EXPECT_LE(num_lost, 2);  // one for each worker
   EXPECT_THAT(log.messages(), testing::ElementsAre(testing::HasSubstr("illegal memory access")));
@@ -112,13 +111,81 @@ TEST_F(TaskQueueTest, ImagesOfAFailedDeviceAreDoneByTheOthers) {
 TEST_F(TaskQueueTest, TheLastDevicesFailureEndsTheQueue) {
   const test_support::LogCapture log;
   std::atomic<int> num_run{0};
-  EXPECT_THROW(RunTasks(std::vector<int>(50, 0), MakeBackends(3, 1),
+  EXPECT_THROW(RunTasks(Independent(50), MakeBackends(3, 1),
                         [&](int, phi::Backend&) {
                           ++num_run;
                           throw phi::DeviceError("device lost");
                         }),
                phi::DeviceError);
   EXPECT_EQ(num_run, 3);
+}
+
+// Of two kinds: task 2 j makes what task 2 k + 1 reads where j is k or the one beside it.
+std::vector<QueuedTask> Chain(int count) {
+  std::vector<QueuedTask> tasks;
+  for (int k = 0; k < count; ++k) {
+    tasks.push_back({.kind = 0, .needs = {}});
+    tasks.push_back({.kind = 1, .needs = {2 * k}});
+    if (k > 0) tasks.back().needs.push_back(2 * k - 2);
+  }
+  return tasks;
+}
+
+TEST_F(TaskQueueTest, ATaskBeginsOnceWhatItNeedsIsThereAndTheOthersDoNotWait) {
+  const std::vector<QueuedTask> tasks = Chain(20);
+  std::vector<std::atomic<bool>> done(tasks.size());
+  std::atomic<int> num_early{0}, num_before_the_last{0};
+  RunTasks(tasks, MakeBackends(2, 2), [&](int task, phi::Backend&) {
+    for (const int needed : tasks[task].needs) num_early += !done[needed];
+    num_before_the_last += tasks[task].kind == 1 && !done[38];
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    done[task] = true;
+  });
+  EXPECT_EQ(num_early, 0);
+  EXPECT_GT(num_before_the_last, 0);
+  for (const auto& d : done) EXPECT_TRUE(d);
+}
+
+TEST_F(TaskQueueTest, ABackendThatDoesOneImageAtATimeEndsItBeforeTheNext) {
+  std::vector<int> order;
+  RunTasks(Chain(3), MakeBackends(1, 1), [&](int task, phi::Backend&) { order.push_back(task); });
+  EXPECT_EQ(order, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+}
+
+TEST_F(TaskQueueTest, ADeviceDoesNoMoreOfAKindAtOnceThanItAskedFor) {
+  std::mutex mutex;
+  int running[2] = {0, 0}, most[2] = {0, 0}, most_in_all = 0;
+  const std::vector<QueuedTask> tasks = Chain(30);
+  RunTasks(tasks, MakeBackends(1, 2), [&](int task, phi::Backend&) {
+    const int kind = tasks[task].kind;
+    {
+      std::lock_guard<std::mutex> lock(mutex);
+      most[kind] = std::max(most[kind], ++running[kind]);
+      most_in_all = std::max(most_in_all, running[0] + running[1]);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    std::lock_guard<std::mutex> lock(mutex);
+    --running[kind];
+  });
+  EXPECT_EQ(most[0], 2);
+  EXPECT_LE(most[1], 2);
+  EXPECT_GT(most_in_all, 2);
+}
+
+TEST_F(TaskQueueTest, WhatNeedsAFailedTaskIsLeftOut) {
+  std::vector<std::atomic<int>> num_run(10);
+  // 0 fails; 3 needs it through 2.
+  const std::vector<QueuedTask> tasks = {{.kind = 0, .needs = {}}, {.kind = 0, .needs = {}},  {.kind = 1, .needs = {0, 1}},
+                                         {.kind = 2, .needs = {2}}, {.kind = 1, .needs = {1}}};
+  const QueueOutcome outcome = RunTasks(tasks, MakeBackends(1, 2), [&](int task, phi::Backend&) {
+    ++num_run[task];
+    if (task == 0) throw phi::InputError("no photo");
+  });
+  ASSERT_EQ(outcome.failures.size(), 1u);
+  EXPECT_EQ(outcome.failures[0].task, 0);
+  EXPECT_EQ(outcome.left_out, (std::vector<int>{2, 3}));
+  EXPECT_EQ(num_run[1] + num_run[4], 2);
+  EXPECT_EQ(num_run[2] + num_run[3], 0);
 }
 
 TEST(WorkingBackendsTest, ABadDeviceIsLeftOutAndNoneCountsTwice) {
@@ -158,7 +225,7 @@ int StartThreadsAtTheLimit(const std::function<void()>& start) {
 TEST_F(TaskQueueTest, ThreadsThatCannotStartAreAnErrorAndNoAbort) {
   EXPECT_EQ(StartThreadsAtTheLimit([] { WriterPool pool(4); }), 10);
   const auto backends = MakeBackends(2, 2);
-  EXPECT_EQ(StartThreadsAtTheLimit([&] { RunTasks({1, 2, 3}, backends, [](int, phi::Backend&) {}); }), 10);
+  EXPECT_EQ(StartThreadsAtTheLimit([&] { RunTasks(Independent(3), backends, [](int, phi::Backend&) {}); }), 10);
 }
 
 TEST(WriterPoolTest, WritesEverythingAndCounts) {
