@@ -62,6 +62,7 @@ class AtomicFile {
   // Publishes, and puts the new name on the disk. The file is there to stay or an exception leaves.
   void Commit();
 
+  const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& temporary_path() const { return temporary_; }
   std::filesystem::path folder() const;
 

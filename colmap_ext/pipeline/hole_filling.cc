@@ -36,9 +36,6 @@ RunSummary HoleFilling::Run() {
   const Clock::time_point begin = Clock::now();
   FindMeasuredMaps();
   RunStages(BuildFillingStages(options_));
-  if (options_.inference.mode == phi::InferenceMode::kOff) {
-    for (const ImageJob& job : jobs_) fs::remove(workspace_.FilledMaskPath(job.image));
-  }
   runner_.End();
   for (const ImageJob& job : jobs_) runner_.store().RemoveFiles(job.image, std::string(kInferred));
   runner_.summary().seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -76,7 +73,7 @@ bool HoleFilling::GeometricMapIsOurs(int job) const {
   const int image = jobs_[job].image;
   const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kGeometric));
   if (record == nullptr) return fs::exists(workspace_.FilledMaskPath(image));
-  return runner_.store().Inspect(image, std::string(kGeometric), false, false, record).foreign.empty();
+  return runner_.store().MapsAreOurs(image, std::string(kGeometric), *record);
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.

@@ -4,8 +4,8 @@
 #include <string>
 #include <system_error>
 
-#include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/file_identity.h"
+#include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 
@@ -20,9 +20,7 @@ void RemoveRecordedMaps(const Workspace& workspace) {
     const auto& [name, kind] = task;
     const int image = workspace.FindImage(name);
     if (image < 0) continue;
-    for (const fs::path& path :
-         {workspace.DepthMapPath(image, kind), workspace.NormalMapPath(image, kind), workspace.CostMapPath(image, kind),
-          workspace.FilledMaskPath(image, kind), CompactMapPath(workspace, image, kind)}) {
+    for (const fs::path& path : ResultPaths(workspace, image, kind)) {
       std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
       if (IsOneOf(path, result.files)) fs::remove(path, ignored);
     }

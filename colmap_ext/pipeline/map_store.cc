@@ -9,8 +9,8 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
+#include "colmap_ext/pipeline/result_files.h"
 #include "phi/base/error.h"
-#include "phi/base/whole_array.h"
 
 namespace colmap_ext {
 namespace {
@@ -40,28 +40,6 @@ bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
   try {
     const MapSize size = path.extension() == ".map" ? ReadCompactMapSize(path) : ReadMapSize(path);
     return size.width == pinhole.width && size.height == pinhole.height && size.channels == channels;
-  } catch (const phi::InputError&) {
-    return false;
-  }
-}
-
-// What a file system leaves that had written a file's size and not yet its data: no one's work is lost with it.
-bool HoldsValues(const fs::path& path, int num_channels) {
-  const auto any = [](const auto& map, const auto& has_value) {
-    return std::any_of(map.data(), map.data() + map.size(), has_value);
-  };
-  if (num_channels == 1) return any(ReadDepthMap(path), [](float value) { return value != 0; });
-  return any(ReadNormalMap(path), [](const phi::Vec3f& n) { return n.x != 0 || n.y != 0 || n.z != 0; });
-}
-
-bool HasDepth(const phi::PlaneHypothesis& h) { return h.depth > 0; }
-
-// Whoever made it, of whatever size.
-bool IsWholeFile(const fs::path& path) {
-  try {
-    if (path.extension() == ".map") return phi::CountIf(ReadCompactMap(path).planes, HasDepth) > 0;
-    if (path.extension() != ".bin") return ReadMask(path).size() > 0;
-    return HoldsValues(path, ReadMapSize(path).channels);
   } catch (const phi::InputError&) {
     return false;
   }
@@ -159,8 +137,9 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
 }
 
 void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
-  for (const auto& file : PrepareFiles(image, kind, result, Durability::kProcess)) file->Publish();
-  RemoveOtherForm(image, kind);
+  const CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
+  for (const auto& file : files) file->Publish();
+  RemoveOthers(image, kind, files);
 }
 
 bool MapStore::IsCompact(int image, const std::string& kind) const {
@@ -243,7 +222,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
   SyncFileSystem(workspace_.StereoFolder());
   for (const Ready& ready : batch) {
     for (const auto& file : ready.files) file->Publish();
-    RemoveOtherForm(ready.image, ready.kind);
+    RemoveOthers(ready.image, ready.kind, ready.files);
     cache_.Unpin({ready.image, ready.kind});
     cache_.Unpin({ready.image, CostKey(ready.kind)});
   }
@@ -263,36 +242,21 @@ void MapStore::Drain() {
 FoundFiles MapStore::Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                              const TaskRecord* record) const {
   FoundFiles found{.whole = record != nullptr, .foreign = {}};
-  for (const fs::path& path : FilesOf(image, kind, with_cost, with_mask)) {
-    std::error_code unreachable;
-    const bool exists = fs::exists(path, unreachable);
-    if (exists && record != nullptr && record->state == "done" && record->files.empty()) {
-      found.whole &= IsWholeFile(path);  // of an earlier program, which did not identify its files
-      continue;
-    }
-    if (exists && record != nullptr && IsOneOf(path, record->files)) continue;
-    found.whole = false;
-    const bool is_ours =
-        !exists || (record != nullptr && (IsOneOf(path, record->earlier) || !IsWholeFile(path)));
-    if (!is_ours && found.foreign.empty()) found.foreign = path;
+  const std::vector<fs::path> files = FilesOf(image, kind, with_cost, with_mask);
+  for (const fs::path& path : ResultPaths(workspace_, image, kind)) {
+    const FileState state = StateOf(path, record);
+    const bool is_asked_for = std::find(files.begin(), files.end(), path) != files.end();
+    // One that is not would be read together with the result: a mask of earlier maps, which a killed run left.
+    found.whole &= state == FileState::kCurrent || (state == FileState::kMissing && !is_asked_for);
+    if (state == FileState::kForeign && found.foreign.empty()) found.foreign = path;
   }
-  if (found.foreign.empty() && IsCompact(image, kind)) found.foreign = FindForeign(ColmapFilesOf(image, kind), record);
   return found;
 }
 
-fs::path MapStore::FindForeign(const std::vector<fs::path>& paths, const TaskRecord* record) {
-  for (const fs::path& path : paths) {
-    std::error_code unreachable;
-    if (!fs::exists(path, unreachable)) continue;
-    const bool is_ours = record != nullptr && (IsOneOf(path, record->files) || IsOneOf(path, record->earlier));
-    if (!is_ours && IsWholeFile(path)) return path;
-  }
-  return {};
-}
-
-std::vector<fs::path> MapStore::ColmapFilesOf(int image, const std::string& kind) const {
-  return {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
-          workspace_.FilledMaskPath(image, kind)};
+bool MapStore::MapsAreOurs(int image, const std::string& kind, const TaskRecord& record) const {
+  const std::vector<fs::path> files = FilesOf(image, kind, false, false);
+  return std::none_of(files.begin(), files.end(),
+                      [&](const fs::path& path) { return StateOf(path, &record) == FileState::kForeign; });
 }
 
 std::vector<fs::path> MapStore::FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const {
@@ -307,13 +271,12 @@ std::vector<fs::path> MapStore::FilesOf(int image, const std::string& kind, bool
   return paths;
 }
 
-void MapStore::RemoveOtherForm(int image, const std::string& kind) const {
-  std::error_code ignored;  // a file that is not there is as good as one removed
-  if (!WritesCompactly(kind)) {
-    fs::remove(CompactMapPath(workspace_, image, kind), ignored);
-    return;
+void MapStore::RemoveOthers(int image, const std::string& kind, const CompleteFiles& files) const {
+  for (const fs::path& path : ResultPaths(workspace_, image, kind)) {
+    const bool is_its_own = std::any_of(files.begin(), files.end(), [&](const auto& file) { return file->path() == path; });
+    std::error_code ignored;  // a file that is not there is as good as one removed
+    if (!is_its_own) fs::remove(path, ignored);
   }
-  for (const fs::path& path : ColmapFilesOf(image, kind)) fs::remove(path, ignored);
 }
 
 bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
@@ -328,13 +291,6 @@ bool MapStore::HasMask(int image, const std::string& kind) const {
   return IsCompact(image, kind) || fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
-void MapStore::RemoveFiles(int image, const std::string& kind) const {
-  std::error_code ignored;  // a file that is not there is as good as one removed
-  fs::remove(workspace_.DepthMapPath(image, kind), ignored);
-  fs::remove(workspace_.NormalMapPath(image, kind), ignored);
-  fs::remove(workspace_.CostMapPath(image, kind), ignored);
-  fs::remove(workspace_.FilledMaskPath(image, kind), ignored);
-  fs::remove(CompactMapPath(workspace_, image, kind), ignored);
-}
+void MapStore::RemoveFiles(int image, const std::string& kind) const { RemoveOthers(image, kind, {}); }
 
 }  // namespace colmap_ext

@@ -29,7 +29,7 @@ struct StageResult {
 
 // What lies under the names of a result.
 struct FoundFiles {
-  bool whole = false;             // all of them, as the record knows them
+  bool whole = false;             // all of them, as the record knows them, and none of another result
   std::filesystem::path foreign;  // the first that is not ours and must not be replaced unasked; empty: none
 };
 
@@ -81,11 +81,11 @@ class MapStore {
   // Gives up the memory of a result that no stage reads any more, but for its cost.
   void Forget(int image, const std::string& kind);
 
-  // Compares the files of a result with what the record knows of it (null: nothing). A file is ours that the record
-  // identifies, or where the record knows the result and the file is damaged: no whole map or mask, or a map without a
-  // single value. Every other one is another program's.
+  // Compares what lies under all names of a result (result_files.h) with what the record knows of it (null: nothing).
   FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
                      const TaskRecord* record) const;
+  // Of the maps alone, without mask and cost.
+  bool MapsAreOurs(int image, const std::string& kind, const TaskRecord& record) const;
   bool HasMask(int image, const std::string& kind) const;
   // Whether the maps of a result are there and have the size of the image, whoever made them.
   bool MapsAreWhole(int image, const std::string& kind) const;
@@ -100,11 +100,9 @@ class MapStore {
   std::shared_ptr<const phi::GrayImage> ReadGray(int image);
   // Of a result, in the form in which it is there.
   std::vector<std::filesystem::path> FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const;
-  std::vector<std::filesystem::path> ColmapFilesOf(int image, const std::string& kind) const;
-  // The first that is there and another program's; empty: none.
-  static std::filesystem::path FindForeign(const std::vector<std::filesystem::path>& paths, const TaskRecord* record);
-  // Those of the form in which maps of the kind are not written.
-  void RemoveOtherForm(int image, const std::string& kind) const;
+  // What lies under the names of a result that consists of these files, and is none of them: the other form, a mask or costs
+  // that an earlier result had.
+  void RemoveOthers(int image, const std::string& kind, const CompleteFiles& files) const;
   CompleteFiles PrepareFiles(int image, const std::string& kind, const StageResult& result,
                              Durability durability) const;
   // A result whose files are complete and recorded.

@@ -251,7 +251,7 @@ void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) {
   throw phi::InputError(
       path.string() +
       " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all "
-      "others like it, or move stereo/depth_maps and stereo/normal_maps away");
+      "others like it, or move it and the others away");
 }
 
 std::vector<StagePlan> StereoPipeline::Plan() const {

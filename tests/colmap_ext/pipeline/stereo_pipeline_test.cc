@@ -615,6 +615,33 @@ TEST_F(StereoPipelineTest, WhatIsMeasuredIsTheSameWithoutInference) {
   EXPECT_EQ(calls_.filters, kNumImages);  // of what was inferred; the measured maps are there
 }
 
+// A mask that stayed would be read with the new maps as what they fill, and be refused as another program's afterwards.
+TEST_F(StereoPipelineTest, MasksAndCostsGoWithTheMapsThatTheyBelongTo) {
+  for (const bool has_both : {true, false, true, false}) {
+    options_.inference.mode = has_both ? phi::InferenceMode::kMrf : phi::InferenceMode::kOff;
+    options_.write_cost_maps = has_both;
+    const auto expected = CleanMaps();
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_EQ(HashMaps(folder_.path()), expected) << has_both;
+  }
+}
+
+TEST_F(StereoPipelineTest, AMaskOfAnotherProgramStaysOrIsReplacedAlsoWhereMapsHaveNone) {
+  options_.inference.mode = phi::InferenceMode::kOff;
+  const auto expected = CleanMaps();
+  const auto mask = folder_ / "stereo/filled_masks" / (names_[2] + ".png");
+  for (const bool is_empty_workspace : {true, false}) {
+    WriteMask(mask, phi::Mask(24, 16, 255));
+    const std::string foreign = test_support::ReadBytes(mask);
+    options_.overwrite = false;
+    EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }), HasSubstr(mask.string() + " was not made by phimvs"));
+    EXPECT_EQ(test_support::ReadBytes(mask), foreign) << is_empty_workspace;
+    options_.overwrite = true;
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_EQ(HashMaps(folder_.path()), expected) << is_empty_workspace;
+  }
+}
+
 TEST_F(StereoPipelineTest, GuidedPassesStartFromTheMapsOfAllViews) {
   const auto unguided = CleanMaps();
   options_.num_guided_passes = 2;
