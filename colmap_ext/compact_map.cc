@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <system_error>
 
 #include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
@@ -28,6 +29,7 @@ constexpr char kMagic[8] = {'P', 'H', 'I', 'M', 'A', 'P', '1', '\n'};
 constexpr int kBlock = 16;       // pixels a side
 constexpr int kNumPlanes = 6;    // depth's low and high byte; low bytes of the normal's axes, their upper bits; state
 constexpr int kMaxSide = 1 << 20;
+constexpr std::size_t kScaleBytes = 5;  // of a block
 constexpr std::uint32_t kMaxStep = 65534;  // of a depth; its code is one more, and 0 stands for none
 
 struct Header {
@@ -83,8 +85,12 @@ std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
   return (bits - scale.base + half) >> scale.shift;
 }
 
+const std::uint32_t kLargestBits = BitsOf(std::numeric_limits<float>::max());
+
+// Rounding up may leave the floats.
 float DepthAt(const BlockScale& scale, std::uint32_t step) {
-  return std::bit_cast<float>(std::min(scale.base + (step << scale.shift), BitsOf(std::numeric_limits<float>::max())));
+  const std::uint64_t bits = scale.base + (std::uint64_t{step} << scale.shift);
+  return std::bit_cast<float>(static_cast<std::uint32_t>(std::min<std::uint64_t>(bits, kLargestBits)));
 }
 
 // The finest steps that reach from the least depth to the largest.
@@ -167,15 +173,47 @@ Bytes Decompressed(const std::uint8_t* data, std::size_t size, std::size_t num_b
   return plane;
 }
 
-
 Header CheckedHeader(const std::uint8_t* data, std::size_t size, const std::string& whose) {
   Header header;
   if (size < sizeof(header)) ThrowDamaged(whose);
   std::memcpy(&header, data, sizeof(header));
   const bool has_size = header.width >= 1 && header.width <= kMaxSide && header.height >= 1 && header.height <= kMaxSide &&
                         std::int64_t{header.width} * header.height <= LZ4_MAX_INPUT_SIZE;
-  if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 || !has_size) ThrowDamaged(whose);
+  const bool knows_states = header.has_states == 0 || header.has_states == 1;
+  if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 || !has_size || !knows_states) ThrowDamaged(whose);
+  for (const std::int32_t num_bytes : header.num_plane_bytes) {
+    if (num_bytes < 0 || num_bytes > header.width * header.height) ThrowDamaged(whose);
+  }
   return header;
+}
+
+// Of the whole file.
+std::size_t NumBytes(const Header& header) {
+  std::size_t num_bytes = sizeof(header) + Grid{header.width, header.height}.num_blocks() * kScaleBytes;
+  for (const std::int32_t size : header.num_plane_bytes) num_bytes += static_cast<std::size_t>(size);
+  return num_bytes;
+}
+
+Header ReadHeader(std::ifstream& file, const fs::path& path) {
+  std::error_code unknown;
+  const std::uintmax_t num_bytes = fs::file_size(path, unknown);
+  if (!file || unknown) throw phi::InputError(path.string() + ": cannot read this map: it cannot be opened");
+  Bytes bytes(sizeof(Header));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const Header header = CheckedHeader(bytes.data(), static_cast<std::size_t>(file.gcount()), path.string());
+  if (num_bytes != NumBytes(header)) ThrowDamaged(path.string());
+  return header;
+}
+
+// data: all blocks' least bits, then all blocks' steps.
+std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blocks, const std::string& whose) {
+  std::vector<BlockScale> scales(num_blocks);
+  for (std::size_t b = 0; b < num_blocks; ++b) {
+    std::memcpy(&scales[b].base, data + 4 * b, 4);
+    scales[b].shift = data[4 * num_blocks + b];
+    if (scales[b].shift > 16 || scales[b].base > kLargestBits) ThrowDamaged(whose);
+  }
+  return scales;
 }
 
 std::vector<BlockScale> ScalesOf(const phi::MeasurementMap& map, const Grid& grid) {
@@ -243,21 +281,10 @@ Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
 
 phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const std::string& whose) {
   const Header header = CheckedHeader(bytes.data(), bytes.size(), whose);
+  if (bytes.size() != NumBytes(header)) ThrowDamaged(whose);
   const Grid grid{header.width, header.height};
-  const std::size_t num_blocks = grid.num_blocks();
-  std::size_t at = sizeof(header), end = at + num_blocks * 5;
-  for (const std::int32_t size : header.num_plane_bytes) {
-    if (size < 0) ThrowDamaged(whose);
-    end += static_cast<std::size_t>(size);
-  }
-  if (bytes.size() != end) ThrowDamaged(whose);
-  std::vector<BlockScale> scales(num_blocks);
-  for (std::size_t b = 0; b < num_blocks; ++b) {
-    std::memcpy(&scales[b].base, bytes.data() + at + 4 * b, 4);
-    scales[b].shift = bytes[at + 4 * num_blocks + b];
-    if (scales[b].shift > 16) ThrowDamaged(whose);
-  }
-  at += num_blocks * 5;
+  const std::vector<BlockScale> scales = ReadScales(bytes.data() + sizeof(header), grid.num_blocks(), whose);
+  std::size_t at = sizeof(header) + grid.num_blocks() * kScaleBytes;
   std::array<Bytes, kNumPlanes> planes;
   for (int p = 0; p < kNumPlanes; ++p) {
     const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
@@ -273,9 +300,11 @@ phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const std::string& whos
     const std::uint32_t upper = planes[4][i];
     const NormalCode normal{planes[2][i] | (upper & 15) << 8, planes[3][i] | upper >> 4 << 8};
     map.planes.data()[i] = {NormalOf(normal), DepthAt(scales[b], code - 1)};
+    if (std::max(normal.x, normal.y) > 2 * kHalf || !std::isnormal(map.planes.data()[i].depth)) ThrowDamaged(whose);
     if (header.has_states == 0) return;
-    if (planes[5][i] > static_cast<std::uint8_t>(PixelState::kInferredConfirmed)) ThrowDamaged(whose);
     map.states.data()[i] = static_cast<PixelState>(planes[5][i]);
+    const bool has_state = planes[5][i] > 0 && planes[5][i] <= static_cast<std::uint8_t>(PixelState::kInferredConfirmed);
+    if (!has_state) ThrowDamaged(whose);
   });
   return map;
 }
@@ -295,16 +324,16 @@ std::unique_ptr<AtomicFile> PrepareCompactMap(const fs::path& path, const phi::M
 
 phi::MeasurementMap ReadCompactMap(const fs::path& path) {
   std::ifstream file = OpenRegularFile(path);
-  if (!file) throw phi::InputError(path.string() + ": cannot read this map: it cannot be opened");
-  const Bytes bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  Bytes bytes(NumBytes(ReadHeader(file, path)));
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!file) ThrowDamaged(path.string());
   return DecodeCompactMap(bytes, path.string());
 }
 
 MapSize ReadCompactMapSize(const fs::path& path) {
   std::ifstream file = OpenRegularFile(path);
-  Bytes bytes(sizeof(Header));
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  const Header header = CheckedHeader(bytes.data(), static_cast<std::size_t>(file.gcount()), path.string());
+  const Header header = ReadHeader(file, path);
   return {header.width, header.height, 1};
 }
 

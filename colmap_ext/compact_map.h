@@ -35,7 +35,7 @@ std::unique_ptr<AtomicFile> PrepareCompactMap(const std::filesystem::path& path,
                                               Durability durability = Durability::kPowerCut);
 // Throw phi::InputError naming the file when it is missing or damaged.
 phi::MeasurementMap ReadCompactMap(const std::filesystem::path& path);
-// From the header alone, one channel.
+// From the header alone, checked against the file's length; one channel.
 MapSize ReadCompactMapSize(const std::filesystem::path& path);
 
 }  // namespace colmap_ext

@@ -14,6 +14,8 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pipeline/result_files.h"
+#include "colmap_ext/pipeline/run_record.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -73,6 +75,10 @@ void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
   }
 }
 
+const SparseCamera& CameraOf(const Workspace& workspace, int image) {
+  return workspace.model().cameras.at(workspace.model().images[image].camera_id);
+}
+
 std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 // A map may have any working resolution of its image's camera.
@@ -103,7 +109,7 @@ void CheckMapsOfKind(const Workspace& workspace, int image, std::string_view kin
                       (has_depth ? normal : depth).string() +
                       " to go with it; delete it or compute both again");
   }
-  const SparseCamera& camera = workspace.model().cameras.at(workspace.model().images[image].camera_id);
+  const SparseCamera& camera = CameraOf(workspace, image);
   std::optional<MapSize> depth_size, normal_size;
   if (has_depth) Try(errors, [&] { depth_size = ReadMapSize(depth); });
   if (has_normal) Try(errors, [&] { normal_size = ReadMapSize(normal); });
@@ -133,11 +139,46 @@ void CheckFilledMask(const Workspace& workspace, int image, ProblemList* errors)
   });
 }
 
+// The whole of it: no other program would notice that it is damaged.
+void CheckCompactMap(const Workspace& workspace, int image, const std::string& kind, const TaskRecord* task,
+                     ProblemList* errors) {
+  const fs::path path = CompactMapPath(workspace, image, kind);
+  Try(errors, [&] {
+    const phi::MeasurementMap map = ReadCompactMap(path);
+    CheckMapSize(path, {map.width(), map.height(), 1}, 1, CameraOf(workspace, image), errors);
+    if (StateOf(path, task) != FileState::kForeign) return;
+    errors->push_back(path.string() +
+                      ": was not made by phimvs in this workspace, or has changed since; delete it, or let "
+                      "patch_match_stereo "
+                      "--overwrite true replace it");
+  });
+  if (task == nullptr) return;
+  for (const fs::path& other : {workspace.DepthMapPath(image, kind), workspace.NormalMapPath(image, kind)}) {
+    if (StateOf(other, task) != FileState::kForeign) continue;
+    errors->push_back(other.string() + ": was not made by phimvs, which reads " + path.string() +
+                      " in its place; move one of the two away");
+  }
+}
+
+void CheckCompactMaps(const Workspace& workspace, ProblemList* errors) {
+  std::optional<RunRecord> record;
+  Try(errors, [&] { record.emplace(workspace.StereoFolder()); });
+  if (!record) return;
+  for (int image = 0; image < static_cast<int>(workspace.views().size()); ++image) {
+    for (const std::string_view view : kMapKinds) {
+      const std::string kind(view);
+      if (!fs::exists(CompactMapPath(workspace, image, kind))) continue;
+      CheckCompactMap(workspace, image, kind, record->Find(workspace.views()[image].name, kind), errors);
+    }
+  }
+}
+
 void CheckMaps(const Workspace& workspace, ProblemList* errors) {
   for (int image = 0; image < static_cast<int>(workspace.views().size()); ++image) {
     for (const std::string_view kind : kMapKinds) CheckMapsOfKind(workspace, image, kind, errors);
     CheckFilledMask(workspace, image, errors);
   }
+  CheckCompactMaps(workspace, errors);
 }
 
 void WarnOfLeftovers(const Workspace& workspace, ProblemList* warnings) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -43,6 +44,10 @@ phi::MeasurementMap RandomMap(float largest, bool has_states, unsigned seed) {
     if (has_states) map.states.data()[i] = static_cast<PixelState>(1 + random() % 4);
   }
   return map;
+}
+
+bool IsRefused(const std::vector<std::uint8_t>& bytes) {
+  return test_support::InputErrorOf([&] { DecodeCompactMap(bytes, "that map"); }).starts_with("that map: ");
 }
 
 TEST(CompactMap, KeepsDepthsAndNormalsWithinWhatItPromises) {
@@ -134,12 +139,9 @@ TEST(CompactMap, FilesComeBackAndDamagedOnesAreErrors) {
   EXPECT_EQ(ReadCompactMapSize(folder / "a.map").width, 53);
   EXPECT_EQ(ReadCompactMapSize(folder / "a.map").height, 37);
   const std::vector<std::uint8_t> bytes = EncodeCompactMap(rounded);
-  const auto fails = [](const std::vector<std::uint8_t>& damaged) {
-    return test_support::InputErrorOf([&] { DecodeCompactMap(damaged, "that map"); }).starts_with("that map: ");
-  };
   for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 97)
-    EXPECT_TRUE(fails({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)})) << size;
-  EXPECT_TRUE(fails(std::vector<std::uint8_t>(bytes.size())));
+    EXPECT_TRUE(IsRefused({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)})) << size;
+  EXPECT_TRUE(IsRefused(std::vector<std::uint8_t>(bytes.size())));
   // A changed byte may give another map, and never more than an error.
   std::mt19937 random(5);
   for (int i = 0; i < 2000; ++i) {
@@ -151,6 +153,58 @@ TEST(CompactMap, FilesComeBackAndDamagedOnesAreErrors) {
     }
   }
   EXPECT_THAT(test_support::InputErrorOf([&] { ReadCompactMap(folder / "none.map"); }), testing::HasSubstr("none.map"));
+}
+
+// What no writer writes, and who reads it would take for depths, directions or states.
+TEST(CompactMap, ValuesThatNoMapHasAreErrors) {
+  // The header, then the least bits and the steps of 4 x 3 blocks, then depths and normals, of which nothing can be compressed.
+  constexpr std::size_t kHasStatesAt = 16, kPlaneSizesAt = 20, kScalesAt = 44, kPlanesAt = kScalesAt + 12 * 5, kPlaneBytes = 53 * 37;
+  phi::MeasurementMap map{phi::PlaneMap(53, 37), phi::StateMap(53, 37, PixelState::kMeasured)};
+  std::mt19937 random(1);
+  for (phi::PlaneHypothesis& plane : map.planes)
+    plane = {RandomNormal(&random), 1 + static_cast<float>(random() % 100000) * 1e-5f};
+  const std::vector<std::uint8_t> bytes = EncodeCompactMap(RoundToCompact(map));
+  for (std::size_t plane = 0; plane < 5; ++plane) {
+    std::int32_t size = 0;
+    std::memcpy(&size, bytes.data() + kPlaneSizesAt + 4 * plane, 4);
+    ASSERT_EQ(size, kPlaneBytes) << plane;
+  }
+  const auto refuses = [&](std::size_t at, const std::vector<std::uint8_t>& values) {
+    std::vector<std::uint8_t> damaged = bytes;
+    std::copy(values.begin(), values.end(), damaged.begin() + static_cast<std::ptrdiff_t>(at));
+    return IsRefused(damaged);
+  };
+  ASSERT_FALSE(refuses(0, {}));
+  EXPECT_TRUE(refuses(kHasStatesAt, {2})) << "neither with states nor without";
+  EXPECT_TRUE(refuses(kScalesAt, {0, 0, 0, 0})) << "depths smaller than any normal float";
+  EXPECT_TRUE(refuses(kScalesAt, {0, 0, 0x80, 0x7F})) << "infinite depths";
+  EXPECT_TRUE(refuses(kScalesAt, {0xFF, 0xFF, 0xFF, 0xFF})) << "no depths at all";
+  for (const std::size_t axis : {0, 1}) {  // 4095: beside the octahedron, which ends at 4094
+    std::vector<std::uint8_t> damaged = bytes;
+    damaged[kPlanesAt + (2 + axis) * kPlaneBytes] = 0xFF;
+    damaged[kPlanesAt + 4 * kPlaneBytes] |= static_cast<std::uint8_t>(axis == 0 ? 0x0F : 0xF0);
+    EXPECT_TRUE(IsRefused(damaged)) << axis;
+  }
+}
+
+TEST(CompactMap, APixelWithDepthAndNoStateIsAnError) {
+  const phi::MeasurementMap map{phi::PlaneMap(1, 1, {{0, 0, -1}, 2}), phi::StateMap(1, 1, PixelState::kClue)};
+  std::vector<std::uint8_t> bytes = EncodeCompactMap(RoundToCompact(map));
+  ASSERT_EQ(bytes.back(), static_cast<std::uint8_t>(PixelState::kClue));
+  bytes.back() = static_cast<std::uint8_t>(PixelState::kNone);
+  EXPECT_TRUE(IsRefused(bytes));
+}
+
+// Such a file would otherwise be read whole before it is looked at.
+TEST(CompactMap, TheSizeTellsOfAFileThatIsNoSuchMap) {
+  const test_support::TemporaryFolder folder;
+  PrepareCompactMap(folder / "a.map", RoundToCompact(RandomMap(5, true, 3)))->Commit();
+  const auto num_bytes = std::filesystem::file_size(folder / "a.map");
+  for (const std::uintmax_t size : {num_bytes - 1, num_bytes + 1, std::uintmax_t{1} << 30}) {
+    std::filesystem::resize_file(folder / "a.map", size);  // takes no place on the disk
+    EXPECT_THAT(test_support::InputErrorOf([&] { ReadCompactMapSize(folder / "a.map"); }), testing::HasSubstr("a.map"));
+    EXPECT_THAT(test_support::InputErrorOf([&] { ReadCompactMap(folder / "a.map"); }), testing::HasSubstr("a.map"));
+  }
 }
 
 }  // namespace

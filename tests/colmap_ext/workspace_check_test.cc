@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/pipeline/file_identity.h"
+#include "colmap_ext/pipeline/run_record.h"
 #include "tests/support/error_message.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -92,6 +95,63 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMaps) {
                   AllOf(HasSubstr("depth_maps/a.png.geometric.bin"), HasSubstr("has 8 bytes")),
                   AllOf(HasSubstr("normal_maps/c.png.geometric.bin"), HasSubstr("1 channels instead of 3")),
                   AllOf(HasSubstr("c.png.png"), HasSubstr("the mask is 16x12"))));
+}
+
+// The record of a finished run that made these files.
+void WriteRecord(const fs::path& stereo, const RunRecord::Task& task, const std::vector<fs::path>& files) {
+  TaskRecord result;
+  result.state = "done";
+  for (const fs::path& file : files) result.files.push_back(IdentifyFile(file));
+  RunRecord record(stereo);
+  record.Finish(task, result);
+  record.Compact();
+}
+
+fs::path WriteCompactMap(const fs::path& stereo, const std::string& name, int width, int height) {
+  const phi::MeasurementMap map{phi::PlaneMap(width, height, {{0, 0, -1}, 2}), {}};
+  PrepareCompactMap(stereo / "compact_maps" / name, RoundToCompact(map))->Commit();
+  return stereo / "compact_maps" / name;
+}
+
+TEST_F(WorkspaceCheckTest, ListsProblemsOfCompactMaps) {
+  const fs::path stereo = folder_ / "stereo";
+  const fs::path good = WriteCompactMap(stereo, "a.png.photometric.map", 32, 24);
+  const fs::path other_size = WriteCompactMap(stereo, "a.png.measured.map", 30, 24);
+  const fs::path damaged = WriteCompactMap(stereo, "c.png.photometric.map", 20, 10);
+  WriteRecord(stereo, {"a.png", "photometric"}, {good});
+  WriteRecord(stereo, {"a.png", "measured"}, {other_size});
+  EXPECT_THAT(
+      CheckWorkspace(options_).errors,
+      ElementsAre(AllOf(HasSubstr(other_size.string()), HasSubstr("30x24 pixels does not fit")),
+                  AllOf(HasSubstr(damaged.string()), HasSubstr("not made by phimvs in this workspace"))));
+  fs::resize_file(damaged, fs::file_size(damaged) - 1);
+  fs::remove(other_size);
+  EXPECT_THAT(CheckWorkspace(options_).errors,
+              ElementsAre(AllOf(HasSubstr(damaged.string()), HasSubstr("damaged"))));
+  fs::remove(damaged);
+  EXPECT_THAT(CheckWorkspace(options_).errors, IsEmpty());
+}
+
+// phimvs reads the compact map; its user, who sees the other one, would not know.
+TEST_F(WorkspaceCheckTest, NamesMapsThatACompactOneHides) {
+  const fs::path stereo = folder_ / "stereo",
+                 compact = WriteCompactMap(stereo, "a.png.photometric.map", 32, 24);
+  WriteMaps("a.png.photometric.bin", 32, 24);
+  const fs::path depth = Map("depth_maps", "a.png.photometric.bin"),
+                 normal = Map("normal_maps", "a.png.photometric.bin");
+  WriteDepthMap(depth, phi::Array2D<float>(32, 24, 5));
+  WriteRecord(stereo, {"a.png", "photometric"}, {compact, normal});
+  EXPECT_THAT(
+      CheckWorkspace(options_).errors,
+      ElementsAre(AllOf(HasSubstr(depth.string()), HasSubstr(compact.string()), HasSubstr("in its place"))));
+  WriteRecord(stereo, {"a.png", "photometric"}, {compact, depth, normal});  // of a conversion that was killed
+  EXPECT_THAT(CheckWorkspace(options_).errors, IsEmpty());
+}
+
+TEST_F(WorkspaceCheckTest, ADamagedRecordIsOneError) {
+  WriteCompactMap(folder_ / "stereo", "a.png.photometric.map", 32, 24);
+  WriteBytes(folder_ / "stereo/phimvs.json", "{");
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("phimvs.json is damaged")));
 }
 
 TEST_F(WorkspaceCheckTest, ReportsAModelThatCannotBeRead) {

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/evaluation/crop_volume.h"
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
@@ -118,6 +119,46 @@ std::vector<std::string> MapSeeds() {
   WriteDepthMap(Folder() / "depth.bin", phi::Array2D<float>(5, 3, 2.5f));
   WriteNormalMap(Folder() / "normal.bin", phi::Array2D<phi::Vec3f>(4, 2, {0, 0, -1}));
   return {ReadFile(Folder() / "depth.bin"), ReadFile(Folder() / "normal.bin"), "3&1&1&"};
+}
+
+// What is no error is a map that a stage can take: of depths, directions and states that exist, which rounding again keeps.
+void RunCompactMap(Bytes bytes) {
+  const fs::path path = WriteFile("a.map", bytes);
+  Allow([&] { ReadCompactMapSize(path); });
+  Allow([&] {
+    const phi::MeasurementMap map = ReadCompactMap(path);
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const phi::PlaneHypothesis& plane = map.planes.data()[i];
+      const bool has_state = map.states.empty() || map.states.data()[i] != phi::PixelState::kNone;
+      const bool is_none = plane.depth == 0 && (map.states.empty() || !has_state);
+      const bool is_plane = std::isnormal(plane.depth) && plane.depth > 0 && std::abs(phi::Norm(plane.normal) - 1) < 1e-5;
+      if (!is_none && !(is_plane && has_state)) std::abort();
+    }
+    constexpr std::size_t kFewPixels = 4096;  // to be rounded in a moment
+    if (map.size() > kFewPixels) return;
+    const phi::MeasurementMap rounded = RoundToCompact(map);
+    if (EncodeCompactMap(DecodeCompactMap(EncodeCompactMap(rounded), "a.map")) != EncodeCompactMap(rounded)) std::abort();
+  });
+}
+
+std::vector<std::string> CompactMapSeeds() {
+  std::vector<std::string> seeds;
+  for (const bool has_states : {false, true}) {
+    phi::MeasurementMap map{phi::PlaneMap(19, 17), {}};
+    if (has_states) map.states = phi::StateMap(19, 17);
+    const auto add = [&] {
+      const std::vector<std::uint8_t> bytes = EncodeCompactMap(RoundToCompact(map));
+      seeds.emplace_back(bytes.begin(), bytes.end());
+    };
+    add();  // nothing but holes, in few bytes
+    for (std::size_t i = 0; i < map.size(); i += 1 + i % 3) {
+      const float angle = 0.7f * static_cast<float>(i), depth = 1 + static_cast<float>(i * i % 97);
+      map.planes.data()[i] = {phi::Normalized({std::cos(angle), std::sin(angle), -0.1f * static_cast<float>(i % 30)}), depth};
+      if (has_states) map.states.data()[i] = static_cast<phi::PixelState>(1 + i % 4);
+    }
+    add();
+  }
+  return seeds;
 }
 
 // What a workspace does: pixels are decoded only for a size that was expected.
@@ -305,6 +346,7 @@ std::vector<std::string> CommandLineSeeds() {
 }
 
 constexpr Target kTargets[] = {{"map", RunMap, MapSeeds},
+                               {"compact_map", RunCompactMap, CompactMapSeeds},
                                {"image", RunImage, ImageSeeds},
                                {"binary_model", RunBinaryModel, BinaryModelSeeds},
                                {"text_model", RunTextModel, TextModelSeeds},

@@ -29,7 +29,8 @@ class MapStoreTest : public ::testing::Test {
   TaskRecord WriteMaps() {
     const fs::path depth = workspace_->DepthMapPath(0, kind_), normal = workspace_->NormalMapPath(0, kind_);
     WritePlaneMap(depth, normal, phi::PlaneMap(24, 16, {{0, 0, -1}, 2}));
-    TaskRecord record{.state = "done", .key = "key"};
+    TaskRecord record;
+    record.state = "done";
     record.files = {IdentifyFile(depth), IdentifyFile(normal)};
     return record;
   }
