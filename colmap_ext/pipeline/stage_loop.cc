@@ -60,12 +60,11 @@ class TaskList {
   std::map<std::pair<int, int>, int> num_readers_;  // by the stage that reads, and the job that it reads of
 };
 
-// Enough to keep up with several devices, few enough that what waits to be written stays small. Two for each image at once: a
-// file system gives one writer a part of what it can take.
+// Enough to keep up with several devices, few enough that what waits to be written stays small.
 int NumWriters(const Backends& backends) {
   int num_at_once = 0;
   for (const auto& backend : backends) num_at_once += std::max(1, backend->NumConcurrentImages());
-  return std::clamp(2 * num_at_once, 2, 8);
+  return std::clamp(num_at_once, 2, 8);
 }
 
 }  // namespace
