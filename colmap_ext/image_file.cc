@@ -48,6 +48,8 @@ std::size_t BigEndian(const Bytes& bytes, std::size_t at, int num_bytes) {
   return value;
 }
 
+bool IsJpeg(const Bytes& bytes) { return bytes.size() >= 4 && bytes[0] == 0xFF && bytes[1] == 0xD8; }
+
 struct ImageSize {
   std::size_t width = 0, height = 0;
 };
@@ -61,7 +63,7 @@ std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
       std::equal(std::begin(kPngSignature), std::end(kPngSignature), bytes.begin())) {
     return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
   }
-  if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return {};
+  if (!IsJpeg(bytes)) return {};
   for (std::size_t at = 2; at + 9 <= bytes.size() && bytes[at] == 0xFF;) {
     const std::uint8_t marker = bytes[at + 1];
     if (marker == 0xFF) {
@@ -80,7 +82,7 @@ std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
 // JPEG decoders fill up what is missing with gray and say nothing, so look for the end marker ourselves:
 // within compressed data a byte 0xFF is never followed by 0xD9.
 bool IsTruncatedJpeg(const Bytes& bytes) {
-  if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return false;
+  if (!IsJpeg(bytes)) return false;
   std::size_t at = 2;
   // Walk the header's segments, since a thumbnail within one has an end marker of its own.
   while (at + 4 <= bytes.size() && bytes[at] == 0xFF) {
@@ -122,6 +124,12 @@ template <typename Pixel>
 cv::Mat Wrap(const phi::Array2D<Pixel>& image) {
   const int type = sizeof(Pixel) == 1 ? CV_8UC1 : sizeof(Pixel) == 2 ? CV_16UC1 : CV_8UC3;
   return cv::Mat(image.height(), image.width(), type, const_cast<Pixel*>(image.data()));
+}
+
+ColorImage FromBgr(const cv::Mat& decoded) {
+  ColorImage image(decoded.cols, decoded.rows);
+  cv::cvtColor(decoded, Wrap(image), cv::COLOR_BGR2RGB);
+  return image;
 }
 
 template <typename Pixel>
@@ -180,10 +188,17 @@ phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
 }
 
 ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
-  const cv::Mat decoded = Decode(photo, cv::IMREAD_COLOR, check_size);
-  ColorImage image(decoded.cols, decoded.rows);
-  cv::cvtColor(decoded, Wrap(image), cv::COLOR_BGR2RGB);
-  return image;
+  return FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
+}
+
+ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side) {
+  const std::optional<ImageSize> size = IsJpeg(photo.bytes) ? AnnouncedSize(photo.bytes) : std::nullopt;
+  const std::size_t longest = size ? std::max(size->width, size->height) : 0, wanted = static_cast<std::size_t>(longest_side);
+  const int flags = longest >= 8 * wanted   ? cv::IMREAD_REDUCED_COLOR_8
+                    : longest >= 4 * wanted ? cv::IMREAD_REDUCED_COLOR_4
+                    : longest >= 2 * wanted ? cv::IMREAD_REDUCED_COLOR_2
+                                            : cv::IMREAD_COLOR;
+  return FromBgr(Decode(photo, flags, {}));
 }
 
 phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {

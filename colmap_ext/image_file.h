@@ -41,6 +41,10 @@ PhotoFile ReadPhotoFile(const std::filesystem::path& path);
 phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size = {});
 ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size = {});
 
+// For pictures of it: a JPEG is decoded to a half, a quarter or an eighth, as long as that leaves a longer side of at least
+// `longest_side` pixels; others are not reduced.
+ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side);
+
 // Read and decode.
 phi::GrayImage ReadGrayImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& check_size = {});

@@ -11,6 +11,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -96,6 +97,15 @@ class MapReader {
     Read(*rows);
   }
 
+  // Calls consume(x, y, value) for each pixel of a channel thinned to `size`.
+  template <typename Consume>
+  void ReadThinnedChannel(int channel, const ThinnedSize& size, const Consume& consume) {
+    for (int y = 0; y < size.height; ++y) {
+      ReadRows(channel, NearestColumn(y, size.height, size_.height), 1, &row_);
+      for (int x = 0; x < size.width; ++x) consume(x, y, row_[NearestColumn(x, size.width, size_.width)]);
+    }
+  }
+
   // Calls consume(row, values) for each row of the next channel.
   template <typename Consume>
   void ReadChannel(const Consume& consume) {
@@ -171,7 +181,7 @@ MapSize ReadMapSize(const fs::path& path) { return MapReader(path).size(); }
 phi::Array2D<float> ReadDepthMap(const fs::path& path) {
   MapReader reader(path);
   reader.ExpectChannels(1, "depth map");
-  phi::Array2D<float> depth(reader.size().width, reader.size().height);
+  auto depth = phi::Array2D<float>::Uninitialized(reader.size().width, reader.size().height);
   reader.Read({depth.data(), depth.size()});
   return depth;
 }
@@ -184,6 +194,26 @@ phi::Array2D<phi::Vec3f> ReadNormalMap(const fs::path& path) {
     reader.ReadChannel([&](int y, const float* row) {
       for (int x = 0; x < normals.width(); ++x) normals(x, y).*component = row[x];
     });
+  }
+  return normals;
+}
+
+phi::Array2D<float> ReadThinnedDepthMap(const fs::path& path, int longest_side) {
+  MapReader reader(path);
+  reader.ExpectChannels(1, "depth map");
+  const ThinnedSize size = FittingSize(reader.size().width, reader.size().height, longest_side);
+  phi::Array2D<float> depth(size.width, size.height);
+  reader.ReadThinnedChannel(0, size, [&](int x, int y, float value) { depth(x, y) = value; });
+  return depth;
+}
+
+phi::Array2D<phi::Vec3f> ReadThinnedNormalMap(const fs::path& path, int longest_side) {
+  MapReader reader(path);
+  reader.ExpectChannels(3, "normal map");
+  const ThinnedSize size = FittingSize(reader.size().width, reader.size().height, longest_side);
+  phi::Array2D<phi::Vec3f> normals(size.width, size.height);
+  for (int c = 0; c < 3; ++c) {
+    reader.ReadThinnedChannel(c, size, [&](int x, int y, float value) { normals(x, y).*kComponents[c] = value; });
   }
   return normals;
 }

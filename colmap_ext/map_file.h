@@ -22,6 +22,9 @@ MapSize ReadMapSize(const std::filesystem::path& path);
 
 phi::Array2D<float> ReadDepthMap(const std::filesystem::path& path);
 phi::Array2D<phi::Vec3f> ReadNormalMap(const std::filesystem::path& path);
+// Thinned to a longer side of at most `longest_side` pixels (thinning.h). Read no other rows.
+phi::Array2D<float> ReadThinnedDepthMap(const std::filesystem::path& path, int longest_side);
+phi::Array2D<phi::Vec3f> ReadThinnedNormalMap(const std::filesystem::path& path, int longest_side);
 phi::PlaneMap ReadPlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path);
 
 // One row of a depth map and its normal map.

@@ -17,13 +17,16 @@ MapStatistics Summarize(std::vector<float> valid, std::size_t num_pixels) {
   statistics.num_pixels = static_cast<std::int64_t>(num_pixels);
   statistics.num_valid = static_cast<std::int64_t>(valid.size());
   if (valid.empty()) return statistics;
-  std::sort(valid.begin(), valid.end());
-  const auto percentile = [&](double share) {
-    return valid[static_cast<std::size_t>(share * static_cast<double>(valid.size() - 1))];
+  const auto rank = [&](double share) {
+    return valid.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(valid.size() - 1));
   };
-  statistics.low = percentile(0.02);
-  statistics.median = percentile(0.5);
-  statistics.high = percentile(0.98);
+  const auto low = rank(0.02), median = rank(0.5), high = rank(0.98);
+  std::nth_element(valid.begin(), median, valid.end());
+  statistics.median = *median;
+  std::nth_element(valid.begin(), low, median);  // what is at `median` has no smaller one behind it
+  statistics.low = *low;
+  std::nth_element(median, high, valid.end());
+  statistics.high = *high;
   return statistics;
 }
 
@@ -55,6 +58,7 @@ MapAccuracy Compare(const phi::Array2D<T>& map, const phi::Array2D<T>& truth, do
 
 MapStatistics DepthStatistics(const phi::Array2D<float>& depth) {
   std::vector<float> valid;
+  valid.reserve(depth.size());
   std::copy_if(depth.begin(), depth.end(), std::back_inserter(valid), IsValidDepth);
   return Summarize(std::move(valid), depth.size());
 }

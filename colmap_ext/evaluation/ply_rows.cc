@@ -9,6 +9,7 @@
 #include <limits>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 
 #include "colmap_ext/input_file.h"
 #include "phi/base/cancellation.h"
@@ -32,6 +33,8 @@ constexpr std::array<ScalarType, 8> kTypes = {{{"char", "int8", 1},
                                                {"uint", "uint32", 4},
                                                {"float", "float32", 4},
                                                {"double", "float64", 8}}};
+
+constexpr std::size_t kBlockBytes = std::size_t{1} << 20;
 
 int TypeIndex(const std::string& name) {
   for (std::size_t i = 0; i < kTypes.size(); ++i) {
@@ -68,6 +71,34 @@ double Decode(int type, const char* bytes) {
   }
 }
 
+double DecodeBigEndian(int type, const char* bytes) {
+  std::array<char, 8> reversed;
+  std::reverse_copy(bytes, bytes + kTypes[type].bytes, reversed.begin());
+  return Decode(type, reversed.data());
+}
+
+// By property of the element: its place in `properties`, or -1.
+std::vector<int> Slots(const PlyElement& element, const std::vector<std::string>& properties) {
+  std::vector<int> slots;
+  for (const PlyProperty& p : element.properties) {
+    const auto it = std::find(properties.begin(), properties.end(), p.name);
+    slots.push_back(it == properties.end() || p.count_type >= 0 ? -1 : static_cast<int>(it - properties.begin()));
+  }
+  return slots;
+}
+
+// Of a row without lists.
+std::size_t RowBytes(const PlyElement& element) {
+  std::size_t bytes = 0;
+  for (const PlyProperty& p : element.properties) bytes += static_cast<std::size_t>(kTypes[p.type].bytes);
+  return bytes;
+}
+
+bool HasLists(const PlyElement& element) {
+  return std::any_of(element.properties.begin(), element.properties.end(),
+                     [](const PlyProperty& p) { return p.count_type >= 0; });
+}
+
 // -1 for what is no whole number of a size that a file could hold.
 std::int64_t ToIndex(double value) {
   constexpr double kLargest = 1ull << 53;
@@ -94,6 +125,16 @@ bool PlyElement::Has(const std::string& property) const {
   return std::any_of(properties.begin(), properties.end(), [&](const auto& p) { return p.name == property; });
 }
 
+void PlyRows::EndsEarly() const {
+  throw phi::InputError(path_.string() + " ends before its header says it should; copy or write it again");
+}
+
+// Where an element's rows lie in a binary file.
+struct PlyRows::RowLayout {
+  std::uint64_t first_byte;
+  std::size_t row_bytes;
+};
+
 // The data part of the file, value by value.
 class PlyRows::Source {
  public:
@@ -104,20 +145,13 @@ class PlyRows::Source {
   double Next(int type) {
     if (rows_.encoding_ == Encoding::kAscii) {
       std::string word;
-      if (!(stream_ >> word)) EndsEarly();
+      if (!(stream_ >> word)) rows_.EndsEarly();
       if (++num_words_ % kWordsBetweenChecks == 0) phi::ThrowIfCancelled();
       return std::strtod(word.c_str(), nullptr);  // unlike streams, knows nan and inf
     }
     std::array<char, 8> bytes;
-    const int size = kTypes[type].bytes;
-    Take(bytes.data(), size);
-    if (rows_.encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.begin() + size);
-    return Decode(type, bytes.data());
-  }
-
-  [[noreturn]] void EndsEarly() const {
-    throw phi::InputError(rows_.path_.string() +
-                          " ends before its header says it should; copy or write it again");
+    Take(bytes.data(), kTypes[type].bytes);
+    return rows_.encoding_ == Encoding::kBigEndian ? DecodeBigEndian(type, bytes.data()) : Decode(type, bytes.data());
   }
 
  private:
@@ -127,7 +161,7 @@ class PlyRows::Source {
         stream_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
         end_ = static_cast<std::size_t>(stream_.gcount());
         position_ = 0;
-        if (end_ == 0) EndsEarly();
+        if (end_ == 0) rows_.EndsEarly();
         phi::ThrowIfCancelled();
       }
       const std::size_t part = std::min(size, end_ - position_);
@@ -222,18 +256,68 @@ void PlyRows::ForEachRow(const std::string& element, const std::vector<std::stri
   const PlyElement* found = Find(element);
   if (!found) return;
   std::vector<double> values(properties.size(), std::numeric_limits<double>::quiet_NaN());
-  std::vector<int> slot;  // by property of the element: its place in `values`, or -1
-  for (const PlyProperty& p : found->properties) {
-    const auto it = std::find(properties.begin(), properties.end(), p.name);
-    slot.push_back(it == properties.end() || p.count_type >= 0 ? -1
-                                                               : static_cast<int>(it - properties.begin()));
-  }
+  const std::vector<int> slot = Slots(*found, properties);
   Visit(
       element,
       [&](std::size_t p, double value) {
         if (slot[p] >= 0) values[slot[p]] = value;
       },
       [&] { row(values.data()); });
+}
+
+std::optional<PlyRows::RowLayout> PlyRows::LayoutOf(const std::string& element) const {
+  if (encoding_ == Encoding::kAscii) return {};
+  std::uint64_t first_byte = data_offset_;
+  std::error_code vanished;  // reading says so then
+  const std::uint64_t file_bytes = std::filesystem::file_size(path_, vanished);
+  for (const PlyElement& e : elements_) {
+    const std::size_t row_bytes = RowBytes(e);
+    if (HasLists(e) || row_bytes == 0) return {};
+    if (e.count > (file_bytes - first_byte) / row_bytes) EndsEarly();
+    if (e.name == element) return RowLayout{first_byte, row_bytes};
+    first_byte += e.count * row_bytes;
+  }
+  return {};
+}
+
+void PlyRows::ForChosenRows(const std::string& element, const std::vector<std::string>& properties,
+                            const std::vector<std::uint64_t>& positions,
+                            const std::function<void(const double*)>& row) const {
+  const std::optional<RowLayout> layout = LayoutOf(element);
+  if (!layout) {
+    std::uint64_t position = 0;
+    auto next = positions.begin();
+    ForEachRow(element, properties, [&](const double* values) {
+      if (next == positions.end() || *next != position++) return;
+      row(values);
+      ++next;
+    });
+    return;
+  }
+  const PlyElement& found = *Find(element);
+  const std::vector<int> slots = Slots(found, properties);
+  const std::uint64_t rows_per_block = std::max<std::uint64_t>(1, kBlockBytes / layout->row_bytes);
+  std::ifstream stream = OpenRegularFile(path_);
+  std::vector<double> values(properties.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<char> block;
+  std::uint64_t begin = 0, end = 0;  // rows in `block`
+  for (const std::uint64_t position : positions) {
+    if (position >= end) {
+      phi::ThrowIfCancelled();
+      begin = position / rows_per_block * rows_per_block;
+      end = std::min(begin + rows_per_block, found.count);
+      block.resize((end - begin) * layout->row_bytes);
+      stream.seekg(static_cast<std::streamoff>(layout->first_byte + begin * layout->row_bytes));
+      if (!stream.read(block.data(), static_cast<std::streamsize>(block.size()))) EndsEarly();
+    }
+    const char* bytes = block.data() + (position - begin) * layout->row_bytes;
+    for (std::size_t p = 0; p < slots.size(); bytes += kTypes[found.properties[p++].type].bytes) {
+      const int type = found.properties[p].type;
+      if (slots[p] < 0) continue;
+      values[slots[p]] = encoding_ == Encoding::kBigEndian ? DecodeBigEndian(type, bytes) : Decode(type, bytes);
+    }
+    row(values.data());
+  }
 }
 
 void PlyRows::ForEachList(const std::string& element, const std::string& property,

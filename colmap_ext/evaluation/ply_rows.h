@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,11 @@ class PlyRows {
   void ForEachRow(const std::string& element, const std::vector<std::string>& properties,
                   const std::function<void(const double*)>& row) const;
 
+  // The same for the rows at these positions: ascending, below the element's count. In a binary file without lists the
+  // others cost next to nothing.
+  void ForChosenRows(const std::string& element, const std::vector<std::string>& properties,
+                     const std::vector<std::uint64_t>& positions, const std::function<void(const double*)>& row) const;
+
   // The same for one list property.
   void ForEachList(const std::string& element, const std::string& property,
                    const std::function<void(const std::vector<std::int64_t>&)>& row) const;
@@ -44,6 +50,11 @@ class PlyRows {
  private:
   enum class Encoding { kAscii, kLittleEndian, kBigEndian };
   class Source;
+  struct RowLayout;
+
+  [[noreturn]] void EndsEarly() const;
+  // None where its rows differ in size, or those before them do.
+  std::optional<RowLayout> LayoutOf(const std::string& element) const;
 
   // Visits every value of `element`: value(property index, is list entry, value), then end of row.
   template <typename OnValue, typename OnRow>

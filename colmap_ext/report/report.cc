@@ -1,5 +1,7 @@
 #include "colmap_ext/report/report.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <array>
 #include <ctime>
@@ -191,13 +193,13 @@ std::string Now() {
 
 // JSON inside a script element: "</script>" and "<!--" must not occur.
 std::string ForScript(const Json& json) {
-  std::string text = DumpJson(json, -1), safe;
-  for (char c : text) {
-    if (c == '<') {
-      safe += "\\u003c";
-    } else {
-      safe += c;
-    }
+  const std::string text = DumpJson(json, -1);
+  std::string safe;
+  safe.reserve(text.size());
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = text.find('<', begin);
+    safe.append(text, begin, end - begin);
+    if (end != std::string::npos) safe += "\\u003c";
   }
   return safe;
 }
@@ -242,8 +244,10 @@ void WriteReport(const ReportOptions& options) {
   }
   workspace_options.mask_path = MaskFolder(report);
   const Workspace workspace(workspace_options);
-  AddCloud(options, workspace, report);
-  const std::vector<ReportImage> images = MakeReportImages(workspace, options);
+  Json cloud = Json::object();
+  std::vector<ReportImage> images;
+  tbb::parallel_invoke([&] { AddCloud(options, workspace, cloud); }, [&] { images = MakeReportImages(workspace, options); });
+  report.update(cloud);
   RequireContent(workspace, images, report);
   AddImages(images, report);
   AddEvaluations(options.evaluations, report);

@@ -1,15 +1,20 @@
 #include "colmap_ext/report/report_cloud.h"
 
+#include <tbb/parallel_invoke.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <random>
 #include <string_view>
+#include <utility>
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/report/report_pictures.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -17,12 +22,30 @@ namespace {
 
 constexpr std::size_t kMaxListedViews = 255;
 
-// Positions of `wanted` of `count` rows, ascending, each set of them equally likely (selection sampling).
-std::vector<std::uint64_t> ChooseRows(std::uint64_t count, std::uint64_t wanted) {
+// Positions of `wanted` of `count` rows, ascending, each set of them equally likely: draws until so many differ.
+std::vector<std::uint64_t> DrawRows(std::uint64_t count, std::uint64_t wanted) {
   std::mt19937_64 random(0);
   std::vector<std::uint64_t> rows;
-  for (std::uint64_t row = 0; row < count && rows.size() < wanted; ++row) {
-    if (random() % (count - row) < wanted - rows.size()) rows.push_back(row);
+  while (rows.size() < wanted) {
+    for (std::uint64_t i = rows.size(); i < wanted; ++i) rows.push_back(random() % count);
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  }
+  return rows;
+}
+
+// The same for any share of the rows: beyond half of them, draws those that are left out.
+std::vector<std::uint64_t> ChooseRows(std::uint64_t count, std::uint64_t wanted) {
+  if (wanted <= count / 2) return DrawRows(count, wanted);
+  const std::vector<std::uint64_t> left_out = DrawRows(count, count - wanted);
+  std::vector<std::uint64_t> rows;
+  auto next = left_out.begin();
+  for (std::uint64_t row = 0; row < count; ++row) {
+    if (next != left_out.end() && *next == row) {
+      ++next;
+    } else {
+      rows.push_back(row);
+    }
   }
   return rows;
 }
@@ -40,31 +63,63 @@ CloudSample::Point MakePoint(const double* v) {
   return p;
 }
 
-template <typename T>
-T ReadValue(std::ifstream& file) {
-  T value{};
-  file.read(reinterpret_cast<char*>(&value), sizeof(value));
-  return value;
-}
+// The words of a .vis file after its count: of each point a number, and so many images.
+class ViewWords {
+ public:
+  explicit ViewWords(std::ifstream* file) : file_(file) {}
 
-// Whose images the file does not tell has no views.
-void ReadViews(const std::filesystem::path& path, const std::vector<std::uint64_t>& rows,
-               CloudSample* sample) {
-  std::ifstream file = OpenRegularFile(path);
-  if (!file || ReadValue<std::uint64_t>(file) != sample->num_points) return;
-  std::uint64_t row = 0;
-  for (std::size_t i = 0; i < rows.size() && file; ++i) {
-    for (; row < rows[i] && file; ++row) {
-      // Not seekg: it would empty the stream's buffer at every point.
-      file.ignore(static_cast<std::streamsize>(sizeof(std::uint32_t)) * ReadValue<std::uint32_t>(file));
-    }
-    const auto num_views = ReadValue<std::uint32_t>(file);
-    for (std::uint32_t v = 0; v < num_views && file; ++v) {
-      const auto view = ReadValue<std::uint32_t>(file);
-      if (file && view <= UINT16_MAX) sample->points[i].views.push_back(static_cast<std::uint16_t>(view));
-    }
-    ++row;
+  // False at the file's end.
+  bool Next(std::uint32_t* word) {
+    if (position_ == end_ && !Refill()) return false;
+    *word = words_[position_++];
+    return true;
   }
+
+  bool Skip(std::size_t num_words) {
+    while (num_words > end_ - position_) {
+      num_words -= end_ - position_;
+      if (!Refill()) return false;
+    }
+    position_ += num_words;
+    return true;
+  }
+
+ private:
+  bool Refill() {
+    phi::ThrowIfCancelled();
+    file_->read(reinterpret_cast<char*>(words_.data()), static_cast<std::streamsize>(words_.size() * sizeof(words_[0])));
+    end_ = static_cast<std::size_t>(file_->gcount()) / sizeof(words_[0]);
+    position_ = 0;
+    return end_ > 0;
+  }
+
+  std::ifstream* file_;
+  std::vector<std::uint32_t> words_ = std::vector<std::uint32_t>(std::size_t{1} << 18);
+  std::size_t position_ = 0, end_ = 0;
+};
+
+// By row: the images that see the point, as indices into the workspace's views; none from where the file is cut short, and
+// none where it is not of `num_points` points.
+std::vector<std::vector<std::uint16_t>> ReadViews(const std::filesystem::path& path, std::uint64_t num_points,
+                                                  const std::vector<std::uint64_t>& rows) {
+  std::vector<std::vector<std::uint16_t>> views(rows.size());
+  std::ifstream file = OpenRegularFile(path);
+  std::uint64_t count = 0;
+  if (!file.read(reinterpret_cast<char*>(&count), sizeof(count)) || count != num_points) return views;
+  ViewWords words(&file);
+  std::uint64_t row = 0;
+  std::uint32_t num_views = 0, view = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i, ++row) {
+    for (; row < rows[i]; ++row) {
+      if (!words.Next(&num_views) || !words.Skip(num_views)) return views;
+    }
+    if (!words.Next(&num_views)) return views;
+    for (std::uint32_t v = 0; v < num_views; ++v) {
+      if (!words.Next(&view)) return views;
+      if (view <= UINT16_MAX) views[i].push_back(static_cast<std::uint16_t>(view));
+    }
+  }
+  return views;
 }
 
 // Centre and half side of a cube around the bulk of the points.
@@ -73,6 +128,7 @@ void FindCube(const std::vector<CloudSample::Point>& points, ReportCloud* cloud)
   double half = 0;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
+    values.reserve(points.size());
     for (const CloudSample::Point& p : points) values.push_back(p.xyz[axis]);
     std::sort(values.begin(), values.end());
     const auto last = static_cast<double>(values.size() - 1);
@@ -127,14 +183,17 @@ CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
   sample.has_origin = vertex->Has("inferred");
   const std::vector<std::uint64_t> chosen =
       ChooseRows(vertex->count, std::min<std::uint64_t>(vertex->count, max_points));
-  std::uint64_t row = 0;
-  rows.ForEachRow("vertex", {"x", "y", "z", "red", "green", "blue", "nx", "ny", "nz", "inferred"},
-                  [&](const double* v) {
-                    const std::size_t next = sample.points.size();
-                    if (next < chosen.size() && chosen[next] == row) sample.points.push_back(MakePoint(v));
-                    ++row;
-                  });
-  ReadViews(ply.string() + ".vis", chosen, &sample);
+  std::vector<std::vector<std::uint16_t>> views;
+  // Isolated: a thread that waits here must not take up an image of the report instead.
+  tbb::this_task_arena::isolate([&] {
+    tbb::parallel_invoke(
+        [&] {
+          rows.ForChosenRows("vertex", {"x", "y", "z", "red", "green", "blue", "nx", "ny", "nz", "inferred"}, chosen,
+                             [&](const double* v) { sample.points.push_back(MakePoint(v)); });
+        },
+        [&] { views = ReadViews(ply.string() + ".vis", sample.num_points, chosen); });
+  });
+  for (std::size_t i = 0; i < sample.points.size(); ++i) sample.points[i].views = std::move(views[i]);
   return sample;
 }
 

@@ -30,6 +30,20 @@ double ValidPercent(const DepthMap& depth) {
   return 100.0 * static_cast<double>(valid) / static_cast<double>(depth.size());
 }
 
+// Pixels by floor(8 log2(depth)).
+std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth) {
+  constexpr int kBinsPerOctave = 8, kLowest = -150 * kBinsPerOctave, kEnd = 129 * kBinsPerOctave;  // of all floats
+  std::vector<std::int64_t> counts(kEnd - kLowest);
+  for (const float d : depth) {
+    if (d > 0 && std::isfinite(d)) ++counts[static_cast<int>(std::floor(kBinsPerOctave * std::log2(d))) - kLowest];
+  }
+  std::map<int, std::int64_t> histogram;
+  for (int bin = kLowest; bin < kEnd; ++bin) {
+    if (counts[bin - kLowest] > 0) histogram[bin] = counts[bin - kLowest];
+  }
+  return histogram;
+}
+
 std::string Number(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.4g", value);
@@ -106,7 +120,6 @@ class ImageMaker {
   }
 
   void AddDepths(const DepthMap& depth) {
-    constexpr double kBinsPerOctave = 8;
     const MapStatistics statistics = DepthStatistics(depth);
     result_.width = depth.width();
     result_.height = depth.height();
@@ -116,10 +129,7 @@ class ImageMaker {
     result_.far_depth = statistics.high;
     const phi::Pinhole& camera = workspace_.views()[image_].camera.pinhole;
     result_.pixel_size = statistics.median / (camera.fx * depth.width() / camera.width);
-    for (const float d : depth) {
-      if (d > 0 && std::isfinite(d))
-        ++result_.depth_histogram[static_cast<int>(std::floor(kBinsPerOctave * std::log2(d)))];
-    }
+    result_.depth_histogram = DepthHistogram(depth);
   }
 
   void AddPictures(const std::optional<DepthMap>& photometric, const std::optional<DepthMap>& measured,
@@ -138,7 +148,7 @@ class ImageMaker {
     // One range for all depths of the image, so that equal colours are equal depths.
     const auto& best = geometric ? geometric : measured ? measured : photometric;
     if (!best) return;
-    const DepthRange range = RobustDepthRange(*best);
+    const DepthRange range{static_cast<float>(result_.near_depth), static_cast<float>(result_.far_depth)};
     const ReportLegend legend = DepthLegend(range);
     if (photometric)
       Add("Raw depth", DepthPicture(*photometric, range, side), "estimated, before the filter", legend);
@@ -147,21 +157,22 @@ class ImageMaker {
           legend);
     if (geometric)
       Add("Final depth", DepthPicture(*geometric, range, side), "measured and inferred; black: none", legend);
-    const auto normals =
-        Read(workspace_.NormalMapPath(image_, geometric ? kGeometric : kPhotometric), ReadNormalMap);
+    const auto normals = Read(workspace_.NormalMapPath(image_, geometric ? kGeometric : kPhotometric),
+                              [&](const auto& path) { return ReadThinnedNormalMap(path, side); });
     if (normals)
       Add("Normals", NormalPicture(*normals, side), "red right, green up, blue towards the camera");
-    const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric), ReadDepthMap);
+    const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric),
+                           [&](const auto& path) { return ReadThinnedDepthMap(path, side); });
     if (cost) Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
     if (const auto mask = workspace_.ImageMaskPath(image_); !mask.empty()) {
       const auto left_out = Read(mask, [](const auto& path) { return ReadGrayImage(path); });
       if (left_out) Add("Mask", MaskPicture(*left_out, side), "black: left out of the reconstruction");
     }
     if (filled) Add("Filled mask", MaskPicture(*filled, side), "white: inferred, not measured");
-    AddDifferences(*best);
+    AddDifferences(*best, range);
   }
 
-  void AddDifferences(const DepthMap& depth) {
+  void AddDifferences(const DepthMap& depth, DepthRange range) {
     const std::string caption = "grey: not in both";
     if (const auto file = truth_.find(result_.name); file != truth_.end()) {
       const auto truth = Read(file->second, [&](const std::filesystem::path& p) {
@@ -179,8 +190,8 @@ class ImageMaker {
       return;
     }
     Add("Depth, " + options_.compare_name,
-        DepthPicture(*other, RobustDepthRange(depth), options_.picture_size),
-        "same colours as the final depth", DepthLegend(RobustDepthRange(depth)));
+        DepthPicture(*other, range, options_.picture_size),
+        "same colours as the final depth", DepthLegend(range));
     Add("Difference to " + options_.compare_name, DifferencePicture(depth, *other, options_.picture_size),
         caption, DifferenceLegend());
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "colmap_ext/image_file.h"
+#include "colmap_ext/thinning.h"
 
 namespace colmap_ext {
 namespace {
@@ -24,22 +25,14 @@ std::string DataUri(const cv::Mat& picture, bool lossless) {
          Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-cv::Size FittingSize(int width, int height, int longest_side) {
-  const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max({width, height, 1}));
-  return {std::max(1, static_cast<int>(std::lround(width * scale))),
-          std::max(1, static_cast<int>(std::lround(height * scale)))};
-}
-
 // A picture whose pixel is colour(x, y) of the map's nearest pixel.
 template <typename Pixel, typename Map, typename Colour>
 cv::Mat Paint(const Map& map, int longest_side, int type, Colour colour) {
-  const cv::Size size = FittingSize(map.width(), map.height(), longest_side);
-  cv::Mat picture(size, type);
-  for (int y = 0; y < size.height; ++y) {
-    const int my = static_cast<int>((y + 0.5) * map.height() / size.height);
-    for (int x = 0; x < size.width; ++x) {
-      picture.at<Pixel>(y, x) = colour(static_cast<int>((x + 0.5) * map.width() / size.width), my);
-    }
+  const auto [width, height] = FittingSize(map.width(), map.height(), longest_side);
+  cv::Mat picture(height, width, type);
+  for (int y = 0; y < height; ++y) {
+    const int my = NearestColumn(y, height, map.height());
+    for (int x = 0; x < width; ++x) picture.at<Pixel>(y, x) = colour(NearestColumn(x, width, map.width()), my);
   }
   return picture;
 }
@@ -55,20 +48,6 @@ cv::Mat Coloured(const cv::Mat& levels, int colour_map, const cv::Scalar& nothin
 std::uint8_t Level(double share) { return static_cast<std::uint8_t>(1 + 254 * std::clamp(share, 0.0, 1.0)); }
 
 }  // namespace
-
-DepthRange RobustDepthRange(const phi::Array2D<float>& depth) {
-  std::vector<float> valid;
-  for (float d : depth) {
-    if (d > 0) valid.push_back(d);
-  }
-  if (valid.empty()) return {};
-  const auto quantile = [&](double q) {
-    const auto at = valid.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(valid.size() - 1));
-    std::nth_element(valid.begin(), at, valid.end());
-    return *at;
-  };
-  return {quantile(0.02), quantile(0.98)};
-}
 
 std::string DepthPicture(const phi::Array2D<float>& depth, DepthRange range, int longest_side) {
   const double span = std::max(1e-12, static_cast<double>(range.upper) - range.lower);
@@ -113,11 +92,11 @@ std::string DifferencePicture(const phi::Array2D<float>& depth, const phi::Array
 }
 
 std::string PhotoPicture(const std::string& image_path, int longest_side) {
-  const ColorImage photo = ReadColorImage(image_path);
-  const cv::Size size = FittingSize(photo.width(), photo.height(), longest_side);
-  ColorImage small = Resize(photo, size.width, size.height);
+  const ColorImage photo = DecodeReducedColor(ReadPhotoFile(image_path), longest_side);
+  const auto [width, height] = FittingSize(photo.width(), photo.height(), longest_side);
+  ColorImage small = Resize(photo, width, height);
   cv::Mat bgr;
-  cv::cvtColor(cv::Mat(size, CV_8UC3, small.data()), bgr, cv::COLOR_RGB2BGR);
+  cv::cvtColor(cv::Mat(height, width, CV_8UC3, small.data()), bgr, cv::COLOR_RGB2BGR);
   return DataUri(bgr, false);
 }
 

@@ -14,9 +14,6 @@ struct DepthRange {
   float lower = 0, upper = 0;  // world units
 };
 
-// From the 2nd to the 98th percentile of the valid depths; {0, 0} when there are none.
-DepthRange RobustDepthRange(const phi::Array2D<float>& depth);
-
 // All return a data URI. `longest_side`: pixels; maps are thinned to it without blending across edges.
 std::string DepthPicture(const phi::Array2D<float>& depth, DepthRange range, int longest_side);
 std::string NormalPicture(const phi::Array2D<phi::Vec3f>& normals, int longest_side);

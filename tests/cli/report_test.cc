@@ -1,11 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/report/report.h"
 #include "colmap_ext/report/report_cloud.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "colmap_ext/sparse_model.h"
@@ -26,19 +28,21 @@ using testing::Not;
 
 constexpr int kWidth = 64, kHeight = 48;
 
-// One red photo; a depth map that is valid in its left three quarters, of which the last was filled.
-void WriteWorkspace(const std::filesystem::path& dense) {
+// Red photos, each with a depth map that is valid in its left three quarters, of which the last was filled.
+void WriteWorkspace(const std::filesystem::path& dense, const std::vector<std::string>& names) {
   colmap_ext::SparseModel model;
   model.cameras[1] = {1, 1, kWidth, kHeight, {60, 60, kWidth / 2.0, kHeight / 2.0}};
-  colmap_ext::SparseImage image;
-  image.image_id = 1;
-  image.camera_id = 1;
-  image.name = "a.png";
-  model.images.push_back(image);
+  for (const std::string& name : names) {
+    colmap_ext::SparseImage image;
+    image.image_id = static_cast<std::uint32_t>(model.images.size() + 1);
+    image.camera_id = 1;
+    image.name = name;
+    model.images.push_back(image);
+  }
   std::filesystem::create_directories(dense / "sparse");
   colmap_ext::WriteSparseModelBinary(model, dense / "sparse");
   std::filesystem::create_directories(dense / "images");
-  cv::imwrite((dense / "images/a.png").string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(0, 0, 255)));
+  std::filesystem::create_directories(dense / "stereo/filled_masks");
 
   phi::Array2D<float> raw(kWidth, kHeight, 2.0f), measured(kWidth, kHeight), geometric(kWidth, kHeight);
   cv::Mat filled(kHeight, kWidth, CV_8UC1, cv::Scalar(0));
@@ -50,11 +54,13 @@ void WriteWorkspace(const std::filesystem::path& dense) {
     }
   }
   const auto maps = dense / "stereo" / "depth_maps";
-  colmap_ext::WriteDepthMap(maps / "a.png.photometric.bin", raw);
-  colmap_ext::WriteDepthMap(maps / "a.png.measured.bin", measured);
-  colmap_ext::WriteDepthMap(maps / "a.png.geometric.bin", geometric);
-  std::filesystem::create_directories(dense / "stereo/filled_masks");
-  cv::imwrite((dense / "stereo/filled_masks/a.png.png").string(), filled);
+  for (const std::string& name : names) {
+    cv::imwrite((dense / "images" / name).string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(0, 0, 255)));
+    colmap_ext::WriteDepthMap(maps / (name + ".photometric.bin"), raw);
+    colmap_ext::WriteDepthMap(maps / (name + ".measured.bin"), measured);
+    colmap_ext::WriteDepthMap(maps / (name + ".geometric.bin"), geometric);
+    cv::imwrite((dense / "stereo/filled_masks" / (name + ".png")).string(), filled);
+  }
   WriteBytes(dense / "stereo/phimvs.json",
              R"({"version": "1.2.3", "options": {"PhiStereo.quality": "fast", "tile_size": "50",
              "crs": "", "output_path": "elsewhere.ply"}, "options_hash": "h",
@@ -77,7 +83,7 @@ void WriteWorkspace(const std::filesystem::path& dense) {
 
 class ReportCommand : public testing::Test {
  protected:
-  ReportCommand() { WriteWorkspace(folder_ / "dense"); }
+  ReportCommand() { WriteWorkspace(folder_ / "dense", {"a.png"}); }
 
   ProgramResult Write() {
     return RunProgram({PHIMVS_BINARY, "report", "--workspace_path", folder_ / "dense", "--output_path",
@@ -85,8 +91,8 @@ class ReportCommand : public testing::Test {
   }
 
   // The data that the page draws from.
-  nlohmann::json Data() {
-    const std::string page = ReadBytes(folder_ / "report.html"),
+  nlohmann::json Data(const std::string& name = "report.html") {
+    const std::string page = ReadBytes(folder_ / name),
                       mark = "<script id=\"data\" type=\"application/json\">";
     const std::size_t begin = page.find(mark) + mark.size();
     return nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
@@ -195,42 +201,104 @@ TEST_F(ReportCommand, BrowserDrawsIt) {
   }
 }
 
-// A cloud of points 0, 1, 2, ... along x, with the images that see them: i % 3 of them.
+template <typename T>
+void AppendBytes(T value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+// A cloud of points 0, 1, 2, ... along x, with the images that see them: i % 3 of them, 10 (i % 1000) and the next.
 void WriteCloud(const std::filesystem::path& path, std::uint32_t num_points) {
-  std::string cloud = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(num_points) +
+  std::string cloud = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_points) +
                       "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar inferred\nend_header\n";
   std::string visibility;
-  const auto add = [&](auto value) { visibility.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
-  add(std::uint64_t{num_points});
+  AppendBytes(std::uint64_t{num_points}, &visibility);
   for (std::uint32_t i = 0; i < num_points; ++i) {
-    cloud += std::to_string(i) + " 0 0 " + std::to_string(i % 2) + "\n";
-    add(i % 3);
-    for (std::uint32_t view = 0; view < i % 3; ++view) add(10 * i + view);
+    for (const float coordinate : {static_cast<float>(i), 0.0f, 0.0f}) AppendBytes(coordinate, &cloud);
+    AppendBytes(static_cast<std::uint8_t>(i % 2), &cloud);
+    AppendBytes(i % 3, &visibility);
+    for (std::uint32_t view = 0; view < i % 3; ++view) AppendBytes(10 * (i % 1000) + view, &visibility);
   }
   WriteBytes(path, cloud);
   WriteBytes(path.string() + ".vis", visibility);
+}
+
+std::vector<std::uint16_t> ViewsOf(int point) {
+  std::vector<std::uint16_t> views;
+  for (int view = 0; view < point % 3; ++view) views.push_back(static_cast<std::uint16_t>(10 * (point % 1000) + view));
+  return views;
 }
 
 // Neither half of the budget is lost where it is a little more than half of the points, nor is every second one taken.
 TEST(SampleCloud, TakesWhatIsAskedForAtRandomWithItsViews) {
   const TemporaryFolder folder;
   WriteCloud(folder / "a.ply", 1000);
-  const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", 600);
-  EXPECT_EQ(sample.num_points, 1000u);
-  ASSERT_EQ(sample.points.size(), 600u);
-  int num_first_half = 0, num_odd = 0;
+  for (const int wanted : {300, 600}) {
+    const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", wanted);
+    EXPECT_EQ(sample.num_points, 1000u);
+    ASSERT_EQ(sample.points.size(), static_cast<std::size_t>(wanted));
+    int num_first_half = 0, num_odd = 0, last = -1;
+    for (const auto& point : sample.points) {
+      const int i = static_cast<int>(point.xyz[0]);
+      EXPECT_GT(i, last) << "in the file's order, none twice";
+      last = i;
+      num_first_half += i < 500;
+      num_odd += i % 2;
+      EXPECT_EQ(point.inferred, i % 2 == 1);
+      EXPECT_EQ(point.views, ViewsOf(i)) << i;
+    }
+    EXPECT_NEAR(num_first_half, wanted / 2, 40);  // standard deviation: 8
+    EXPECT_NEAR(num_odd, wanted / 2, 40);
+  }
+  EXPECT_EQ(colmap_ext::SampleCloud(folder / "a.ply", 5000).points.size(), 1000u);
+}
+
+// 400,000 points and 800,000 words of views are read in several parts, and most of them passed over.
+TEST(SampleCloud, FindsAFewPointsOfManyWithTheirViews) {
+  const TemporaryFolder folder;
+  WriteCloud(folder / "a.ply", 400000);
+  const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", 50);
+  ASSERT_EQ(sample.points.size(), 50u);
   for (const auto& point : sample.points) {
     const int i = static_cast<int>(point.xyz[0]);
-    num_first_half += i < 500;
-    num_odd += i % 2;
     EXPECT_EQ(point.inferred, i % 2 == 1);
-    std::vector<std::uint16_t> views;
-    for (int view = 0; view < i % 3; ++view) views.push_back(static_cast<std::uint16_t>(10 * i + view));
-    EXPECT_EQ(point.views, views) << i;
+    EXPECT_EQ(point.views, ViewsOf(i)) << i;
   }
-  EXPECT_NEAR(num_first_half, 300, 40);  // standard deviation: 8
-  EXPECT_NEAR(num_odd, 300, 40);
-  EXPECT_EQ(colmap_ext::SampleCloud(folder / "a.ply", 5000).points.size(), 1000u);
+  EXPECT_GT(sample.points.back().xyz[0], 300000);
+}
+
+// The points before the place where the file ends keep their views.
+TEST(SampleCloud, ViewsOfAShortFileEndWithIt) {
+  const TemporaryFolder folder;
+  WriteCloud(folder / "a.ply", 6);
+  const std::string whole = ReadBytes(folder / "a.ply.vis");
+  WriteBytes(folder / "a.ply.vis", whole.substr(0, whole.size() - sizeof(std::uint32_t)));
+  const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", 6);
+  EXPECT_EQ(sample.points[4].views, ViewsOf(4));
+  EXPECT_EQ(sample.points[5].views.size(), 1u) << "of two";
+}
+
+// Images and cloud are made side by side; the page tells when it was written, and nothing else of that.
+TEST_F(ReportCommand, IsTheSameForAnyNumberOfThreads) {
+  const auto dense = folder_ / "many";
+  WriteWorkspace(dense, {"a.png", "b.png", "c.png", "d.png", "e.png"});
+  WriteBytes(dense / "stereo/depth_maps/c.png.measured.bin", "64&48&1&short");
+  WriteCloud(dense / "fused.ply", 20000);
+  colmap_ext::ReportOptions options;
+  options.workspace = dense;
+  options.max_points = 5000;
+  for (const int threads : {1, 2, 5}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    options.output = folder_ / (std::to_string(threads) + ".html");
+    colmap_ext::WriteReport(options);
+  }
+  nlohmann::json one = Data("1.html");
+  EXPECT_EQ(one["images"].size(), 5u);
+  one.erase("written");
+  for (const char* name : {"2.html", "5.html"}) {
+    nlohmann::json other = Data(name);
+    other.erase("written");
+    EXPECT_EQ(one, other) << name;
+  }
 }
 
 // One camera at the origin, f = 60, the truth at depth 2 everywhere: a point at 2.02 is 1 % off, one beside the image is
@@ -260,15 +328,6 @@ TEST(Base64, PadsAsTheStandardDoes) {
   EXPECT_EQ(colmap_ext::Base64("Man"), "TWFu");
   EXPECT_EQ(colmap_ext::Base64("Ma"), "TWE=");
   EXPECT_EQ(colmap_ext::Base64("M"), "TQ==");
-}
-
-TEST(RobustDepthRange, LeavesOutHolesAndStrays) {
-  phi::Array2D<float> depth(100, 10);
-  for (int i = 0; i < 900; ++i) depth.data()[i] = 1.0f + i / 900.0f;
-  depth.data()[0] = 1000;
-  const colmap_ext::DepthRange range = colmap_ext::RobustDepthRange(depth);
-  EXPECT_NEAR(range.lower, 1.02, 0.005);
-  EXPECT_NEAR(range.upper, 1.98, 0.005);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(MapStatistics, NormalsAreComparedByAngle) {
 
 TEST(MapStatistics, DepthPercentilesAreOfValidPixels) {
   Array2D<float> depth(102, 1, -1.0f);
-  for (int i = 0; i <= 100; ++i) depth(i, 0) = static_cast<float>(1 + i);
+  for (int i = 0; i <= 100; ++i) depth(i, 0) = static_cast<float>(1 + i * 37 % 101);
   const auto statistics = colmap_ext::DepthStatistics(depth);
   EXPECT_EQ(statistics.num_valid, 101);
   EXPECT_FLOAT_EQ(statistics.low, 3);

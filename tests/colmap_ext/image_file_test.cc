@@ -5,6 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/mask_file.h"
@@ -230,6 +231,28 @@ TEST_F(ImageFileTest, ShrinkingAveragesAreas) {
   EXPECT_EQ(half(1, 0), 125);
   EXPECT_EQ(Resize(image, 4, 2)(3, 1), 200);
   EXPECT_EQ(Resize(image, 8, 4).width(), 8);
+}
+
+// Left half red, right half blue; 403 x 202 pixels.
+TEST_F(ImageFileTest, JpegsAreReducedWhileTheyStayLargeEnough) {
+  ColorImage image(403, 202, {200, 0, 0});
+  for (int y = 0; y < 202; ++y) {
+    for (int x = 200; x < 403; ++x) image(x, y) = {0, 0, 200};
+  }
+  WriteColorImage(folder_ / "a.jpg", image);
+  WriteColorImage(folder_ / "a.png", image);
+  const PhotoFile jpeg = ReadPhotoFile(folder_ / "a.jpg"), png = ReadPhotoFile(folder_ / "a.png");
+  const std::pair<int, int> kWidthsForSides[] = {{500, 403}, {202, 403}, {201, 202}, {101, 202}, {100, 101}, {50, 51}, {9, 51}};
+  for (const auto& [side, width] : kWidthsForSides) {
+    const ColorImage reduced = DecodeReducedColor(jpeg, side);
+    EXPECT_EQ(reduced.width(), width) << side;
+    const Rgb left = reduced(width / 4, reduced.height() / 2), right = reduced(width - width / 4, reduced.height() / 2);
+    EXPECT_NEAR(left[0], 200, 8) << side;
+    EXPECT_NEAR(left[2], 0, 8) << side;
+    EXPECT_NEAR(right[0], 0, 8) << side;
+    EXPECT_NEAR(right[2], 200, 8) << side;
+    EXPECT_EQ(DecodeReducedColor(png, side).width(), 403);
+  }
 }
 
 TEST_F(ImageFileTest, MaskIsAnEightBitGrayPng) {

@@ -75,6 +75,37 @@ TEST(MapFileTest, ReadsWhatTheBytesSay) {
   EXPECT_EQ(size.channels, 3);
 }
 
+// 7 x 5 pixels become 4 x 3: column x is the one at (x + 0.5) 7 / 4 = 0.9, 2.6, 4.4, 6.1, row y at 0.8, 2.5, 4.2.
+TEST(MapFileTest, ThinnedMapsAreTheNearestPixels) {
+  TemporaryFolder folder;
+  phi::Array2D<float> depth(7, 5);
+  phi::Array2D<phi::Vec3f> normals(7, 5);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 7; ++x) {
+      depth(x, y) = static_cast<float>(10 * y + x);
+      normals(x, y) = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(x * y)};
+    }
+  }
+  WriteDepthMap(folder / "d.bin", depth);
+  WriteNormalMap(folder / "n.bin", normals);
+  const phi::Array2D<float> thinned = ReadThinnedDepthMap(folder / "d.bin", 4);
+  const phi::Array2D<phi::Vec3f> thinned_normals = ReadThinnedNormalMap(folder / "n.bin", 4);
+  ASSERT_EQ(thinned.width(), 4);
+  ASSERT_EQ(thinned.height(), 3);
+  ASSERT_EQ(thinned_normals.width(), 4);
+  const int columns[] = {0, 2, 4, 6}, rows[] = {0, 2, 4};
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 4; ++x) {
+      EXPECT_EQ(thinned(x, y), 10 * rows[y] + columns[x]);
+      EXPECT_EQ(thinned_normals(x, y).x, columns[x]);
+      EXPECT_EQ(thinned_normals(x, y).y, rows[y]);
+      EXPECT_EQ(thinned_normals(x, y).z, columns[x] * rows[y]);
+    }
+  }
+  EXPECT_EQ(ReadThinnedDepthMap(folder / "d.bin", 100).width(), 7) << "none grows";
+  EXPECT_THAT(InputErrorOf([&] { ReadThinnedNormalMap(folder / "d.bin", 4); }), HasSubstr("normal map has 3"));
+}
+
 TEST(MapFileTest, EveryOtherLengthIsAnInputErrorThatNamesTheFile) {
   TemporaryFolder folder;
   const std::string whole = GoldenDepth();

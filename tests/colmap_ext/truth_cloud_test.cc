@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
@@ -64,6 +66,69 @@ TEST(PlyRows, ReadsBothByteOrders) {
       EXPECT_EQ(v[1], 1) << name;
     });
   }
+}
+
+// Rows i of a short i and a float 10 i, behind an element of two bytes; by the format's name.
+std::string NumberedRows(const std::string& format, int num_rows) {
+  std::string ply = "ply\nformat " + format + " 1.0\nelement before 2\nproperty uchar a\nelement vertex " +
+                    std::to_string(num_rows) + "\nproperty short a\nproperty float b\nend_header\n";
+  ply += format == "ascii" ? "1 2\n" : std::string("\1\2");
+  const auto add = [&](auto value) {
+    std::string bytes(reinterpret_cast<const char*>(&value), sizeof(value));
+    if (format == "binary_big_endian") std::reverse(bytes.begin(), bytes.end());
+    ply += bytes;
+  };
+  for (int i = 0; i < num_rows; ++i) {
+    if (format == "ascii") {
+      ply += std::to_string(i) + " " + std::to_string(10 * i) + "\n";
+    } else {
+      add(static_cast<std::int16_t>(i));
+      add(static_cast<float>(10 * i));
+    }
+  }
+  return ply;
+}
+
+TEST(PlyRows, ChosenRowsAreThoseAtTheirPositions) {
+  const TemporaryFolder folder;
+  const std::vector<std::uint64_t> positions{0, 1, 7, 8, 9999, 19999};
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    WriteBytes(folder / "a.ply", NumberedRows(format, 20000));
+    std::vector<std::uint64_t> found;
+    PlyRows(folder / "a.ply").ForChosenRows("vertex", {"b", "absent", "a"}, positions, [&](const double* v) {
+      found.push_back(static_cast<std::uint64_t>(v[2]));
+      EXPECT_EQ(v[0], 10 * v[2]) << format;
+      EXPECT_TRUE(std::isnan(v[1])) << format;
+    });
+    EXPECT_EQ(found, positions) << format;
+  }
+}
+
+// A million rows of six bytes are read in several parts.
+TEST(PlyRows, ChosenRowsOfALargeFile) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "a.ply", NumberedRows("binary_little_endian", 1000000));
+  std::vector<double> found;
+  PlyRows(folder / "a.ply").ForChosenRows("vertex", {"b"}, {3, 174761, 174762, 174763, 999999}, [&](const double* v) {
+    found.push_back(v[0]);
+  });
+  EXPECT_EQ(found, (std::vector<double>{30, 1747610, 1747620, 1747630, 9999990}));
+}
+
+TEST(PlyRows, ChosenRowsOfAFileThatEndsEarlyAreAnErrorWhereverItEnds) {
+  const TemporaryFolder folder;
+  const std::string whole = NumberedRows("binary_little_endian", 100);
+  for (const std::size_t missing : {1u, 100 * 6u, 100 * 6u + 1}) {
+    WriteBytes(folder / "a.ply", whole.substr(0, whole.size() - missing));
+    const PlyRows rows(folder / "a.ply");
+    EXPECT_THAT(ErrorOf([&] { rows.ForChosenRows("vertex", {"a"}, {0}, [](const double*) {}); }), HasSubstr("ends before"))
+        << missing;
+  }
+  // As many rows as would not fit any file, and their bytes no number.
+  WriteBytes(folder / "a.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 9000000000000000000\nproperty double x\n"
+                               "end_header\n12345678");
+  EXPECT_THAT(ErrorOf([&] { PlyRows(folder / "a.ply").ForChosenRows("vertex", {"x"}, {0}, [](const double*) {}); }),
+              HasSubstr("ends before"));
 }
 
 TEST(PlyRows, NamesTheFileThatEndsEarlyOrIsNoPly) {

@@ -112,6 +112,8 @@ void RunMap(Bytes bytes) {
   Allow([&] { ReadMapSize(path); });
   Allow([&] { ReadDepthMap(path); });
   Allow([&] { ReadNormalMap(path); });
+  Allow([&] { ReadThinnedDepthMap(path, 3); });
+  Allow([&] { ReadThinnedNormalMap(path, 3); });
   Allow([&] { ReadPlaneRows(path, path, [](int, const PlaneRow&) {}); });
 }
 
@@ -217,6 +219,9 @@ void RunPly(Bytes bytes) {
   Allow([&] {
     const PlyRows rows(path);
     Allow([&] { rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [](const double*) {}); });
+    if (const PlyElement* vertex = rows.Find("vertex"); vertex && vertex->count > 0) {
+      Allow([&] { rows.ForChosenRows("vertex", {"x", "views"}, {vertex->count - 1}, [](const double*) {}); });
+    }
     Allow([&] { rows.ForEachList("face", "vertex_indices", [](const std::vector<std::int64_t>&) {}); });
   });
 }
