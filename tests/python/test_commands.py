@@ -81,7 +81,8 @@ def test_progress_and_logging(workspace, caplog):
     with caplog.at_level(logging.INFO, logger="phimvs"):
         phimvs.dense(workspace, options=QUICK, progress=told.append)
     assert all(isinstance(p, phimvs.Progress) and 0 <= p.fraction <= 1 for p in told)
-    assert {"estimating", "fusing"} <= {p.stage for p in told}
+    stages = {p.stage for p in told}  # asked four times a second: a short stage may be missed
+    assert "fusing" in stages and stages & {"estimating", "filtering", "filling holes"}
     assert any("4 images, 120x90" in r.message for r in caplog.records)
     assert not any(r.message.startswith("progress") for r in caplog.records)
 
