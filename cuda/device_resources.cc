@@ -56,9 +56,9 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
   std::int64_t largest = largest_call_;
   while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
   }
-  // Of three kinds each worker's scratch memory, or what a cache keeps for as many calls; there are two workers a call at once.
-  constexpr int kKinds = 3, kWorkers = 2 * kConcurrentCalls;
-  return kKinds * kWorkers * std::max(largest, bytes) <= budget.bytes();
+  // Of each kind the scratch memory of all calls at once, or what a cache keeps for as many.
+  constexpr int kKinds = 3, kCalls = kStagesAtOnce * kConcurrentCalls;
+  return kKinds * kCalls * std::max(largest, bytes) <= budget.bytes();
 }
 
 void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {

@@ -1,8 +1,8 @@
 // The interface behind which the CPU and the CUDA backends meet: whole images in, whole maps out.
 //
-// Implementations are safe to call from several threads at once (the scheduler runs two images per device so
-// that uploads, kernels and downloads overlap). All inputs are at one working resolution per view. Errors are
-// phi::Error.
+// Implementations are safe to call from several threads at once (the scheduler runs two images of each of two stages per
+// device so that uploads, kernels, downloads and the host's work overlap). All inputs are at one working resolution per
+// view. Errors are phi::Error.
 #pragma once
 
 #include <cstdint>
@@ -99,11 +99,15 @@ struct DeviceStageTime {
   double num_samples = 0;  // bilinear samples of source images for ZNCC; 0: none, or not counted
 };
 
+// Of a device whose calls overlap: one stage's keep it busy while another's are on the host.
+inline constexpr int kStagesAtOnce = 2;
+
 class Backend {
  public:
   virtual ~Backend() = default;
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
-  virtual int NumConcurrentImages() const = 0;  // how many calls at once keep the device busy
+  // How many calls of one stage at once keep the device busy. More than one: those of kStagesAtOnce stages come side by side.
+  virtual int NumConcurrentImages() const = 0;
   // Estimation with the default options, of the reference's pixels times source views, for a first guess of the time;
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }

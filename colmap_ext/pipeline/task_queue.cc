@@ -18,14 +18,11 @@
 namespace colmap_ext {
 namespace {
 
-// Of a device whose calls overlap: one kind's tasks keep it busy while another's are on the host.
-constexpr int kKindsAtOnce = 2;
-
 int NumAtOnce(const phi::Backend& backend) { return std::max(1, backend.NumConcurrentImages()); }
 
 int NumWorkers(const phi::Backend& backend) {
   const int num_at_once = NumAtOnce(backend);
-  return num_at_once > 1 ? kKindsAtOnce * num_at_once : num_at_once;
+  return num_at_once > 1 ? phi::kStagesAtOnce * num_at_once : num_at_once;
 }
 
 struct Device {

@@ -16,18 +16,21 @@
 namespace colmap_ext {
 namespace {
 
-TEST(ProgressEstimatorTest, KnowsNothingAtFirst) {
+// A task of the second stage is expected to take half as long.
+ProgressEstimator TwoStagesOfTen() {
   ProgressEstimator estimator({1, 0.5});
-  estimator.SetNumTasks(0, 10);
-  estimator.SetNumTasks(1, 10);
+  for (int stage = 0; stage < 2; ++stage) estimator.SetNumTasks(stage, 10);
+  return estimator;
+}
+
+TEST(ProgressEstimatorTest, KnowsNothingAtFirst) {
+  ProgressEstimator estimator = TwoStagesOfTen();
   EXPECT_LT(estimator.SecondsLeft(), 0);
   EXPECT_EQ(estimator.Fraction(), 0);
 }
 
 TEST(ProgressEstimatorTest, CountsLaterStagesByTheirWeight) {
-  ProgressEstimator estimator({1, 0.5});
-  estimator.SetNumTasks(0, 10);
-  estimator.SetNumTasks(1, 10);
+  ProgressEstimator estimator = TwoStagesOfTen();
   estimator.SetDone(0, 4, 8);  // 2 s a task: 6 more, and ten of 1 s
   estimator.SetElapsed(8);
   EXPECT_DOUBLE_EQ(estimator.SecondsLeft(), 6 * 2 + 10 * 1);
@@ -35,9 +38,7 @@ TEST(ProgressEstimatorTest, CountsLaterStagesByTheirWeight) {
 }
 
 TEST(ProgressEstimatorTest, MeasuredSpeedReplacesTheWeight) {
-  ProgressEstimator estimator({1, 0.5});
-  estimator.SetNumTasks(0, 10);
-  estimator.SetNumTasks(1, 10);
+  ProgressEstimator estimator = TwoStagesOfTen();
   estimator.SetDone(0, 10, 20);
   estimator.SetDone(1, 5, 1);
   estimator.SetElapsed(21);
@@ -53,9 +54,7 @@ TEST(ProgressEstimatorTest, AQuarterOfTheFirstTaskTellsTheTimeOfAll) {
 }
 
 TEST(ProgressEstimatorTest, TasksSideBySideTakeTheirShareOfTheTime) {
-  ProgressEstimator estimator({1, 0.5});
-  estimator.SetNumTasks(0, 10);
-  estimator.SetNumTasks(1, 10);
+  ProgressEstimator estimator = TwoStagesOfTen();
   estimator.SetDone(0, 4, 8);
   estimator.SetDone(1, 2, 2);
   estimator.SetElapsed(5);  // 10 s of tasks in it: two at a time
