@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/box_sums.h"
+#include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
 
 namespace phi {
@@ -43,6 +44,22 @@ double SumsVariance(const Array2D<std::uint16_t>& sums, int x, int y) {
   return static_cast<double>(residual) / static_cast<double>(kCount * kSpread);
 }
 
+// Of the block of pixels from (x0, y0) on.
+double MeanOfBlock(const Array2D<float>& values, int x0, int y0) {
+  double sum = 0;
+  for (int y = y0; y < y0 + kNoiseBlock; ++y) {
+    for (int x = x0; x < x0 + kNoiseBlock; ++x) sum += values(x, y);
+  }
+  return sum / (kNoiseBlock * kNoiseBlock);
+}
+
+// The variance that is granted to noise.
+double NoiseVariance(const GrayImage& image, const Array2D<float>& variance, double noise) {
+  const double quiet = OfQuietBlocks(image.view(), [&](int x0, int y0) { return MeanOfBlock(variance, x0, y0); });
+  const double squared = noise * noise;
+  return std::clamp(quiet / kShareAboutPlane, squared / kSumsPerGreyLevel, squared);
+}
+
 }  // namespace
 
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
@@ -50,15 +67,14 @@ OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
   if (image.width() < kSide || image.height() < kSide) return texture;
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
-  const double min_variance =
-      scale * kSquaredSums * std::max(kMinOwnVariance, kMinOwnVarianceOverNoise / 9 * noise * noise);
   tbb::parallel_for(0, image.height(), [&](int y) {
     for (int x = 0; x < image.width(); ++x) {
-      const double variance = SumsVariance(sums, x, y);
-      texture.variance(x, y) = static_cast<float>(variance / kSquaredSums);
-      texture.is_plain(x, y) = variance < min_variance;
+      texture.variance(x, y) = static_cast<float>(SumsVariance(sums, x, y) / kSquaredSums);
     }
   });
+  const auto least =
+      static_cast<float>(scale * std::max(kMinOwnVariance, NoiseVariance(image, texture.variance, noise)));
+  texture.is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });
   return texture;
 }
 

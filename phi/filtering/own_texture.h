@@ -16,17 +16,20 @@ inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pi
 // sensor's noise loses nearly all of its variance in the smoothing, the faint texture of a sharp or of an enlarged photo
 // does not.
 inline constexpr double kMinOwnVariance = 0.125;
-// At least so many times the variance that the image's noise keeps in the smoothing, a ninth. Twice as much drops too much
-// of a facade's faint texture.
-inline constexpr double kMinOwnVarianceOverNoise = 1;
+// White noise loses eight ninths of its variance in the smoothing, and leaves this share of the last ninth about a plane of 5 x 5
+// such pixels: the trace of (1 - P) C / 25, where C is the smoothing's covariance and P projects onto planes. About three pixels
+// in a hundred have more than the whole ninth, so that much is granted to noise.
+inline constexpr double kShareAboutPlane = 0.467;
 
 // Of each pixel; images smaller than the surroundings have no variance, and nothing in them is plain.
 struct OwnTexture {
   Array2D<float> variance;  // squared grey levels
-  Mask is_plain;            // not 0: less than kMinOwnVariance, or than the noise makes
+  Mask is_plain;            // not 0: less than kMinOwnVariance, or than noise makes
 };
 
-// `noise`: NoiseDeviation, grey levels; scale: of the limits below which a pixel is plain.
+// `noise`: NoiseDeviation, grey levels, which judges noise by how it differs from pixel to pixel. What cameras and JPEG leave of it is
+// smooth, and survives the smoothing. How much does is seen in the image's quietest tenth: there may be faint texture too, so that it
+// counts up to noise that loses nothing. scale: of the limits below which a pixel is plain.
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale = 1);
 
 // Drops the plain pixels. The map has the image's size.
