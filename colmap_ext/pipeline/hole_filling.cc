@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "colmap_ext/pipeline/original_maps.h"
-#include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -27,7 +26,7 @@ HoleFilling::HoleFilling(const Workspace& workspace, std::vector<ImageJob> jobs,
       options_(options),
       jobs_(std::move(jobs)),
       runner_(workspace_, jobs_, options_, NoSparseDepth, backends),
-      keys_(jobs_.size()) {
+      has_map_(jobs_.size(), 0) {
   runner_.record().SetOptions(effective_options, runner_.record().options_hash());
 }
 
@@ -35,7 +34,8 @@ RunSummary HoleFilling::Run() {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
   FindMeasuredMaps();
-  RunStages(BuildFillingStages(options_));
+  runner_.Begin(BuildFillingStages(options_));
+  for (auto plan = Plan(); HasPending(plan); plan = Plan()) runner_.Run(plan);
   runner_.End();
   for (const ImageJob& job : jobs_) runner_.store().RemoveFiles(job.image, std::string(kInferred));
   runner_.summary().seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -50,17 +50,18 @@ void HoleFilling::FindMeasuredMaps() {
     if (!jobs_[j].problem.empty()) {
       phi::LogWarning(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
-      keys_[j] = ResultKey().Add(kMeasured).Add(NameOf(job)).Hex();
+      has_map_[j] = 1;
     } else if (GeometricMapIsOurs(job)) {
-      Fail(job, std::string(kMeasured),
-           "image " + NameOf(job) +
-               ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
-               "already; run patch_match_stereo, which makes both again");
+      runner_.Fail(
+          job, std::string(kMeasured),
+          "image " + NameOf(job) +
+              ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
+              "already; run patch_match_stereo, which makes both again");
     } else {
       phi::LogWarning("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }
   }
-  if (std::all_of(keys_.begin(), keys_.end(), [](const std::string& key) { return key.empty(); })) {
+  if (std::count(has_map_.begin(), has_map_.end(), 0) == std::ssize(has_map_)) {
     throw phi::InputError(
         workspace_.StereoFolder().string() +
         " holds no .measured.bin or .geometric.bin maps of the images' size; run patch_match_stereo "
@@ -103,33 +104,12 @@ bool HoleFilling::ImportMeasuredMap(int job) {
   return true;
 }
 
-void HoleFilling::Fail(int job, const std::string& stage, const std::string& message) {
-  runner_.Fail(job, stage, message);
-  keys_[job].clear();
-}
-
-void HoleFilling::RunStages(const std::vector<Stage>& stages) {
-  runner_.Begin(stages);
-  for (std::size_t s = 1; s < stages.size(); ++s) {
-    const auto num_images = std::count_if(keys_.begin(), keys_.end(), [](const auto& key) { return !key.empty(); });
-    runner_.progress().SetNumTasks(static_cast<int>(s), static_cast<int>(num_images));
-  }
-  for (std::size_t s = 1; s < stages.size(); ++s) {
-    std::vector<int> pending;
-    std::vector<std::string> result_keys(jobs_.size());
-    for (std::size_t j = 0; j < jobs_.size(); ++j) {
-      if (keys_[j].empty()) continue;
-      pending.push_back(static_cast<int>(j));
-      result_keys[j] = std::string(kFillingKey) + keys_[j];
-    }
-    const StageWork work{.number = static_cast<int>(s),
-                         .stage = stages[s],
-                         .previous = &stages[s - 1],
-                         .input_keys = keys_,
-                         .pending = pending,
-                         .keys = result_keys};
-    for (const JobFailure& failure : runner_.Run({work}).failures) keys_[failure.job].clear();
-  }
+// The maps that are there stand for the first stage's.
+std::vector<StagePlan> HoleFilling::Plan() const {
+  return runner_.Plan({.is_done = [](int stage, int, const std::string&) { return stage == 0; },
+                       .has_failed = [this](int stage, int job,
+                                            const std::string&) { return stage == 0 && has_map_[job] == 0; }},
+                      {.own = {}, .first_stage = 1});
 }
 
 }  // namespace colmap_ext

@@ -28,15 +28,14 @@ class HoleFilling {
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
   void SaveNoMarks(int job) const;
-  void Fail(int job, const std::string& stage, const std::string& message);
-  void RunStages(const std::vector<Stage>& stages);
+  std::vector<StagePlan> Plan() const;
   const std::string& NameOf(int job) const { return runner_.NameOf(job); }
 
   const Workspace& workspace_;
   const PipelineOptions options_;
   const std::vector<ImageJob> jobs_;
   StageRunner runner_;
-  std::vector<std::string> keys_;  // by job: of its maps; empty where it has none
+  std::vector<char> has_map_;  // by job: a measured one
 };
 
 }  // namespace colmap_ext

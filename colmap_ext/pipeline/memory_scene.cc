@@ -19,7 +19,6 @@ namespace colmap_ext {
 namespace {
 
 constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();
-constexpr char kDone[] = "done";
 
 std::shared_ptr<const phi::Mask> InferredMask(const phi::MeasurementMap& map) {
   return std::make_shared<const phi::Mask>(phi::Transformed(
@@ -39,10 +38,8 @@ class MemoryRun {
         options_(options),
         loop_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, backends,
               kNoLimit),
-        keys_(jobs_.size()),
         maps_(jobs_.size()) {
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
-      keys_[j] = jobs_[j].problem.empty() ? kDone : "";
       if (!jobs_[j].problem.empty()) Fail(static_cast<int>(j), jobs_[j].problem);
     }
   }
@@ -50,54 +47,45 @@ class MemoryRun {
   // Of the stage before the first that Run does.
   void SetMap(int job, const std::string& kind, const StageResult& result) { loop_.store().KeepInMemory(job, kind, result); }
 
-  std::vector<SceneMaps> Run(std::size_t first_stage) {
+  std::vector<SceneMaps> Run(int first_stage) {
+    const auto plan_rest = [&] {
+      return loop_.Plan({.is_done = [&](int stage, int, const std::string&) { return stage < first_stage; },
+                         .has_failed = [](int, int, const std::string&) { return false; }},
+                        {.own = {}, .first_stage = first_stage});
+    };
+    const auto keep = [this](int stage, int job, const TaskOutcome& outcome) {
+      Keep(stage, job, outcome.result);
+    };
     loop_.Begin(stages_);
-    const auto num_images = static_cast<int>(Pending().size());
-    for (std::size_t s = first_stage; s < stages_.size(); ++s) {
-      loop_.progress().SetNumTasks(static_cast<int>(s), num_images);
+    for (auto plan = plan_rest(); HasPending(plan); plan = plan_rest()) {
+      for (const JobFailure& failure : loop_.Run(plan, static_cast<int>(plan.size()), keep))
+        Fail(failure.job, failure.message);
     }
-    for (std::size_t s = first_stage; s < stages_.size(); ++s) RunStage(static_cast<int>(s));
     loop_.End();
     Finish();
     return std::move(maps_);
   }
 
  private:
-  std::vector<int> Pending() const {
-    std::vector<int> pending;
-    for (std::size_t j = 0; j < jobs_.size(); ++j) {
-      if (!keys_[j].empty()) pending.push_back(static_cast<int>(j));
-    }
-    return pending;
-  }
-
-  void RunStage(int number) {
-    const Stage& stage = stages_[number];
-    const Stage* previous = number > 0 ? &stages_[number - 1] : nullptr;
-    const std::vector<int> pending = Pending();
-    const StageWork work{
-        .number = number, .stage = stage, .previous = previous, .input_keys = keys_, .pending = pending, .keys = keys_};
-    const LoopOutcome done = loop_.Run({work}, [&](const StageWork&, int job, const TaskOutcome& outcome) {
-      const StageResult& result = outcome.result;
-      loop_.store().KeepInMemory(jobs_[job].image, stage.result, result);
-      std::lock_guard<std::mutex> lock(mutex_);
-      maps_[job].map = phi::PlanesOf(result.map);
-      if (stage.kind == StageKind::kEstimate) maps_[job].cost = result.cost;
-      const bool after_inference = previous != nullptr && previous->kind == StageKind::kInfer;
-      maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
-    });
-    for (const JobFailure& failure : done.failures) Fail(failure.job, failure.message);
+  // An image's stages come one after the other.
+  void Keep(int stage, int job, const StageResult& result) {
+    loop_.store().KeepInMemory(jobs_[job].image, stages_[stage].result, result);
+    std::lock_guard<std::mutex> lock(mutex_);
+    maps_[job].map = phi::PlanesOf(result.map);
+    if (stages_[stage].kind == StageKind::kEstimate) maps_[job].cost = result.cost;
+    const bool after_inference = stage > 0 && stages_[stage - 1].kind == StageKind::kInfer;
+    maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
   }
 
   void Fail(int job, const std::string& message) {
     phi::LogError(message);
-    keys_[job].clear();
     maps_[job] = {};
     maps_[job].problem = message;
   }
 
   void Finish() {
-    if (Pending().empty()) throw phi::InputError(maps_.front().problem);
+    const auto has_failed = [](const SceneMaps& maps) { return !maps.problem.empty(); };
+    if (std::all_of(maps_.begin(), maps_.end(), has_failed)) throw phi::InputError(maps_.front().problem);
     for (std::size_t j = 0; j < maps_.size(); ++j) {
       const phi::Pinhole& size = workspace_.views()[j].camera.pinhole;
       if (maps_[j].map == nullptr) maps_[j].map = std::make_shared<const phi::PlaneMap>(size.width, size.height);
@@ -111,8 +99,7 @@ class MemoryRun {
   const std::vector<ImageJob> jobs_;  // of view j
   const PipelineOptions options_;
   StageLoop loop_;
-  std::mutex mutex_;               // guards maps_ while tasks run
-  std::vector<std::string> keys_;  // by job: empty where the stage before made no map
+  std::mutex mutex_;  // guards maps_ while tasks run
   std::vector<SceneMaps> maps_;
 };
 

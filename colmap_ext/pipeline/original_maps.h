@@ -2,17 +2,12 @@
 // starts, and where that had to differ from them also as <image>.original.bin.
 #pragma once
 
-#include <string_view>
 #include <vector>
 
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "colmap_ext/workspace.h"
 
 namespace colmap_ext {
-
-// The begin of the keys of what hole_filler makes. patch_match_stereo gives no such key and so makes its own geometric
-// maps again when it runs next.
-inline constexpr std::string_view kFillingKey = "hole_filler ";
 
 // Makes the measured maps of an image from its geometric ones, which stay untouched; the same after a second call.
 void KeepOriginalMaps(const Workspace& workspace, int image);

@@ -99,7 +99,7 @@ void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const St
       for (const int source : jobs[j].source_jobs)
         key.Add(source < 0 ? std::string() : previous->keys[source]);
     }
-    plan->keys[j] = key.Hex();
+    plan->keys[j] = std::string(stage.key_prefix) + key.Hex();
   }
 }
 
@@ -279,7 +279,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
 
 std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
   const Stage measured{.kind = StageKind::kPublish, .result = std::string(kMeasured)};
-  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric)};
+  Stage geometric{.kind = StageKind::kPublish, .result = std::string(kGeometric), .key_prefix = kFillingKey};
   if (options.inference.mode == phi::InferenceMode::kOff) return {measured, geometric};
   geometric.kind = StageKind::kFilter;
   geometric.has_mask = true;
@@ -297,6 +297,10 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
 std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
                                 const PlanQueries& queries, const PlanScope& scope) {
   return Planner(stages, jobs, queries, scope).Plan();
+}
+
+bool HasPending(const std::vector<StagePlan>& plan) {
+  return std::any_of(plan.begin(), plan.end(), [](const StagePlan& stage) { return !stage.pending.empty(); });
 }
 
 std::vector<int> JobsInReach(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs, const PlanScope& scope) {

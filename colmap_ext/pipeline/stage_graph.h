@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "colmap_ext/pipeline/pipeline_options.h"
@@ -31,7 +32,12 @@ struct Stage {
   bool reads_source_maps = false;
   int first_iteration = 0, end_iteration = 0;  // of an estimation
   double weight = 1;                           // expected time of a task, relative to an estimation
+  std::string_view key_prefix = {};            // of its results' keys: tells what made them
 };
+
+// The begin of the keys of what hole_filler makes. patch_match_stereo gives no such key and so makes its own geometric
+// maps again when it runs next.
+inline constexpr std::string_view kFillingKey = "hole_filler ";
 
 // What a stage does, for the progress line: "estimating".
 std::string ActivityName(StageKind kind);
@@ -84,6 +90,7 @@ struct PlanQueries {
 // A result's key covers its options, its inputs and their keys: a change anywhere before it makes it pending.
 std::vector<StagePlan> MakePlan(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
                                 const PlanQueries& queries, const PlanScope& scope = {});
+bool HasPending(const std::vector<StagePlan>& plan);
 
 // The jobs whose input keys MakePlan needs for the scope, ascending: its own, those that read its results, and what all of
 // these read, stage by stage. The keys of others are not looked at.

@@ -6,53 +6,58 @@
 #include <mutex>
 #include <utility>
 
+#include "colmap_ext/pipeline/task_queue.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
 
-// The tasks of several stages as one list, and how many of them still read each map.
+// The pending tasks of a plan as one list, and how many of them still read each map.
 class TaskList {
  public:
   struct Entry {
-    const StageWork* work;
-    int job;
+    int stage, job;
   };
 
-  TaskList(const std::vector<StageWork>& works, const std::vector<ImageJob>& jobs) : jobs_(jobs) {
+  TaskList(const std::vector<Stage>& stages, const std::vector<ImageJob>& jobs,
+           const std::vector<StagePlan>& plan, int end_stage)
+      : stages_(stages), jobs_(jobs) {
     std::vector<int> previous, own;  // by job: the task that makes the map, -1: none does
-    for (const StageWork& work : works) {
-      previous = std::move(own);
-      own.assign(jobs.size(), -1);
-      for (const int job : work.pending) {
+    for (int s = 0; s < end_stage; ++s) {
+      previous = std::exchange(own, std::vector<int>(jobs.size(), -1));
+      for (const int job : plan[s].pending) {
         own[job] = static_cast<int>(entries_.size());
-        queued_.push_back({.kind = work.number, .needs = {}});
-        entries_.push_back({&work, job});
-        if (work.previous == nullptr) continue;
-        for (const int input : InputJobs(work.stage, jobs, job)) {
-          ++num_readers_[{work.number, input}];
-          if (!previous.empty() && previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
+        queued_.push_back({.kind = s, .needs = {}});
+        entries_.push_back({s, job});
+        for (const int input : Inputs(entries_.back())) {
+          ++num_readers_[{s, input}];
+          if (previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
         }
       }
     }
   }
 
   const std::vector<QueuedTask>& queued() const { return queued_; }
-  const Entry& operator[](int task) const { return entries_[task]; }
+  const std::vector<Entry>& entries() const { return entries_; }
 
   // The jobs whose maps of the stage before no task reads any more, now that this one has ended.
   std::vector<int> EndReading(int task) {
     const Entry& entry = entries_[task];
     std::vector<int> unread;
-    if (entry.work->previous == nullptr) return unread;
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (const int input : InputJobs(entry.work->stage, jobs_, entry.job)) {
-      if (--num_readers_[{entry.work->number, input}] == 0) unread.push_back(input);
+    for (const int input : Inputs(entry)) {
+      if (--num_readers_[{entry.stage, input}] == 0) unread.push_back(input);
     }
     return unread;
   }
 
  private:
+  // The first stage reads no maps.
+  std::vector<int> Inputs(const Entry& entry) const {
+    return entry.stage > 0 ? InputJobs(stages_[entry.stage], jobs_, entry.job) : std::vector<int>{};
+  }
+
+  const std::vector<Stage>& stages_;
   const std::vector<ImageJob>& jobs_;
   std::vector<QueuedTask> queued_;
   std::vector<Entry> entries_;
@@ -78,46 +83,79 @@ StageLoop::StageLoop(const Workspace& workspace, const std::vector<ImageJob>& jo
       store_(workspace, cache_bytes, NumWriters(backends)),
       tasks_(workspace, jobs, options, std::move(sparse_depth), &store_) {}
 
-void StageLoop::Begin(const std::vector<Stage>& stages) {
+void StageLoop::Begin(std::vector<Stage> stages) {
+  stages_ = std::move(stages);
+  states_.assign(stages_.size(), std::vector<State>(jobs_.size(), State::kOpen));
   std::vector<ProgressStage> progress_stages;
-  for (const Stage& stage : stages) {
+  for (const Stage& stage : stages_) {
     progress_stages.push_back({.name = ActivityName(stage.kind), .weight = stage.weight});
   }
   progress_ = std::make_unique<ProgressLine>(std::move(progress_stages));
 }
 
-LoopOutcome StageLoop::Run(const std::vector<StageWork>& works, const KeepFunction& keep) {
-  TaskList tasks(works, jobs_);
-  const auto forget = [&](int task) {
-    const TaskList::Entry& entry = tasks[task];
-    for (const int input : tasks.EndReading(task))
-      store_.Forget(jobs_[input].image, entry.work->previous->result);
-  };
-  const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {
-    RunTask(*tasks[task].work, tasks[task].job, backend, keep);
-    forget(task);
-  });
-  LoopOutcome outcome;
-  for (const TaskFailure& failure : queue.failures) {
-    outcome.failures.push_back({tasks[failure.task].work->number, tasks[failure.task].job, failure.message});
-    forget(failure.task);
-  }
-  for (const int task : queue.left_out)
-    outcome.left_out.emplace_back(tasks[task].work->number, tasks[task].job);
-  return outcome;
+std::vector<StagePlan> StageLoop::Plan(const PlanQueries& earlier, const PlanScope& scope) const {
+  return MakePlan(stages_, jobs_,
+                  {.is_done =
+                       [&](int stage, int job, const std::string& key) {
+                         return states_[stage][job] == State::kMade || earlier.is_done(stage, job, key);
+                       },
+                   .has_failed =
+                       [&](int stage, int job, const std::string& key) {
+                         return states_[stage][job] == State::kFailed || earlier.has_failed(stage, job, key);
+                       }},
+                  scope);
 }
 
-void StageLoop::RunTask(const StageWork& work, int job, phi::Backend& backend, const KeepFunction& keep) {
+std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int end_stage,
+                                       const KeepFunction& keep) {
+  TellNumTasks(plan);
+  TaskList tasks(stages_, jobs_, plan, end_stage);
+  const auto forget = [&](int task) {
+    for (const int input : tasks.EndReading(task))
+      store_.Forget(jobs_[input].image, stages_[tasks.entries()[task].stage - 1].result);
+  };
+  const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {
+    const auto [stage, job] = tasks.entries()[task];
+    RunTask(plan, stage, job, backend, keep);
+    forget(task);
+  });
+  const auto set_state = [&](int task, State state) {
+    states_[tasks.entries()[task].stage][tasks.entries()[task].job] = state;
+  };
+  for (int task = 0; task < static_cast<int>(tasks.entries().size()); ++task) set_state(task, State::kMade);
+  for (const int task : queue.left_out) set_state(task, State::kOpen);
+  std::vector<JobFailure> failures;
+  for (const TaskFailure& failure : queue.failures) {
+    set_state(failure.task, State::kFailed);
+    forget(failure.task);
+    const auto [stage, job] = tasks.entries()[failure.task];
+    failures.push_back({stage, job, failure.message});
+  }
+  return failures;
+}
+
+void StageLoop::TellNumTasks(const std::vector<StagePlan>& plan) {
+  for (std::size_t s = 0; s < plan.size(); ++s) {
+    const auto num_open = std::count(states_[s].begin(), states_[s].end(), State::kOpen);
+    const std::size_t num_ended = jobs_.size() - static_cast<std::size_t>(num_open);
+    progress_->SetNumTasks(static_cast<int>(s), static_cast<int>(plan[s].pending.size() + num_ended));
+  }
+}
+
+void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
+                        const KeepFunction& keep) {
   using Clock = std::chrono::steady_clock;
+  static const std::vector<std::string> kNoKeys;
   const Clock::time_point begin = Clock::now();
-  ProgressLine::Task progress(progress_.get(), work.number);
+  ProgressLine::Task progress(progress_.get(), stage);
   TaskOutcome outcome;
   outcome.result =
-      tasks_.Run(work.stage, work.previous, work.input_keys, job, backend, &progress, &outcome.warnings);
+      tasks_.Run(stages_[stage], stage > 0 ? &stages_[stage - 1] : nullptr,
+                 stage > 0 ? plan[stage - 1].keys : kNoKeys, job, backend, &progress, &outcome.warnings);
   const std::string& name = workspace_.views()[jobs_[job].image].name;
   for (const std::string& warning : outcome.warnings) phi::LogWarning("image " + name + ": " + warning);
   outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  keep(work, job, std::move(outcome));
+  keep(stage, job, std::move(outcome));
 }
 
 void StageLoop::End() {

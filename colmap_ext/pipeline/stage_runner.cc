@@ -30,52 +30,60 @@ StageRunner::StageRunner(const Workspace& workspace, const std::vector<ImageJob>
 
 const std::string& StageRunner::NameOf(int job) const { return workspace_.views()[jobs_[job].image].name; }
 
-void StageRunner::Begin(const std::vector<Stage>& stages) {
+void StageRunner::Begin(std::vector<Stage> stages) {
   for (const Stage& stage : stages) summary_.stages.push_back({.name = stage.result});
-  loop_.Begin(stages);
+  loop_.Begin(std::move(stages));
 }
 
-LoopOutcome StageRunner::Run(const std::vector<StageWork>& works) {
-  for (const StageWork& work : works) Begin(work);
-  spans_.assign(summary_.stages.size(), {});
-  LoopOutcome outcome = loop_.Run(works, [this](const StageWork& work, int job, const TaskOutcome& outcome) {
-    Keep(work, job, outcome);
+bool StageRunner::HasFailedBefore(int stage, const StagePlan& plan) const {
+  return std::any_of(plan.pending.begin(), plan.pending.end(), [&](int job) {
+    const auto [name, kind] = TaskOf(stage, job);
+    const TaskRecord* record = record_.Find(name, kind);
+    return record != nullptr && record->state == "failed" && record->key == plan.keys[job];
   });
+}
+
+void StageRunner::Run(const std::vector<StagePlan>& plan) {
+  int end_stage = 0;
+  for (bool goes_on = true; goes_on && end_stage < static_cast<int>(plan.size()); ++end_stage) {
+    goes_on = !HasFailedBefore(end_stage, plan[end_stage]);
+  }
+  for (int s = 0; s < end_stage; ++s) BeginTasks(s, plan[s]);
+  spans_.assign(summary_.stages.size(), {});
+  const std::vector<JobFailure> failures =
+      loop_.Run(plan, end_stage, [&](int stage, int job, const TaskOutcome& outcome) {
+        Keep(stage, job, plan[stage].keys[job], outcome);
+      });
   for (std::size_t s = 0; s < spans_.size(); ++s) {
     const std::chrono::duration<double> span = spans_[s].end - spans_[s].begin;
     if (span.count() > 0) summary_.stages[s].seconds += span.count();
   }
-  for (const JobFailure& failure : outcome.failures) {
-    const auto work =
-        std::find_if(works.begin(), works.end(), [&](const auto& w) { return w.number == failure.stage; });
-    RecordFailure(*work, failure);
-  }
-  return outcome;
+  for (const JobFailure& failure : failures) RecordFailure(failure, plan[failure.stage].keys[failure.job]);
 }
 
-void StageRunner::Begin(const StageWork& work) {
-  if (work.stage.transient || work.pending.empty()) return;
+void StageRunner::BeginTasks(int stage, const StagePlan& plan) {
+  if (StageOf(stage).transient || plan.pending.empty()) return;
   std::vector<RunRecord::Task> tasks;
   std::vector<std::string> keys;
-  for (const int job : work.pending) {
-    tasks.emplace_back(NameOf(job), work.stage.result);
-    keys.push_back(work.keys[job]);
+  for (const int job : plan.pending) {
+    tasks.push_back(TaskOf(stage, job));
+    keys.push_back(plan.keys[job]);
   }
   record_.Begin(tasks, keys);
 }
 
-void StageRunner::Keep(const StageWork& work, int job, const TaskOutcome& outcome) {
+void StageRunner::Keep(int stage, int job, const std::string& key, const TaskOutcome& outcome) {
   TaskRecord record;
   record.warnings = outcome.warnings;
   record.state = "done";
-  record.key = work.keys[job];
+  record.key = key;
   record.seconds = outcome.seconds;
   record.peak_memory_bytes = PeakHostBytes();
-  Save(work.stage, job, outcome.result, record);
-  Count(work.number, job, outcome);
+  Save(stage, job, outcome.result, record);
+  Count(stage, job, outcome);
 }
 
-void StageRunner::Count(int number, int job, const TaskOutcome& outcome) {
+void StageRunner::Count(int stage, int job, const TaskOutcome& outcome) {
   const phi::MeasurementMap& map = *outcome.result.map;
   const std::int64_t num_with_depth = phi::CountPublished(map);
   const auto num_pixels = static_cast<std::int64_t>(map.size());
@@ -83,37 +91,39 @@ void StageRunner::Count(int number, int job, const TaskOutcome& outcome) {
   const auto begin =
       now - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(outcome.seconds));
   std::lock_guard<std::mutex> lock(mutex_);
-  spans_[number] = {std::min(spans_[number].begin, begin), now};
-  StageSummary& stage = summary_.stages[number];
-  ++stage.num_made;
-  stage.num_pixels += num_pixels;
-  stage.num_with_depth += num_with_depth;
-  const bool is_last = number + 1 == static_cast<int>(summary_.stages.size());
+  spans_[stage] = {std::min(spans_[stage].begin, begin), now};
+  StageSummary& summary = summary_.stages[stage];
+  ++summary.num_made;
+  summary.num_pixels += num_pixels;
+  summary.num_with_depth += num_with_depth;
+  const bool is_last = stage + 1 == static_cast<int>(summary_.stages.size());
   if (is_last && static_cast<double>(num_with_depth) < kHardlyAny * static_cast<double>(num_pixels))
     nearly_empty_.insert(std::lower_bound(nearly_empty_.begin(), nearly_empty_.end(), job), job);
 }
 
-void StageRunner::Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record) {
-  if (stage.transient) {
-    store().KeepTransient(jobs_[job].image, stage.result, result);
+void StageRunner::Save(int stage, int job, const StageResult& result, const TaskRecord& record) {
+  const std::string& kind = StageOf(stage).result;
+  if (StageOf(stage).transient) {
+    store().KeepTransient(jobs_[job].image, kind, result);
     return;
   }
-  store().Write(jobs_[job].image, stage.result, result,
-                [this, task = RunRecord::Task(NameOf(job), stage.result),
-                 record = record](const std::vector<FileIdentity>& files) mutable {
-                  record.files = files;
-                  record_.Finish(task, record);
-                });
+  store().Write(
+      jobs_[job].image, kind, result,
+      [this, task = TaskOf(stage, job), record = record](const std::vector<FileIdentity>& files) mutable {
+        record.files = files;
+        record_.Finish(task, record);
+      });
 }
 
-void StageRunner::RecordFailure(const StageWork& work, const JobFailure& failure) {
-  Fail(failure.job, work.stage.result, failure.message);
-  if (work.stage.transient) return;
+void StageRunner::RecordFailure(const JobFailure& failure, const std::string& key) {
+  const Stage& stage = StageOf(failure.stage);
+  Fail(failure.job, stage.result, failure.message);
+  if (stage.transient) return;
   TaskRecord record;
   record.state = "failed";
-  record.key = work.keys[failure.job];
+  record.key = key;
   record.warnings = {failure.message};
-  record_.Finish({NameOf(failure.job), work.stage.result}, record);
+  record_.Finish(TaskOf(failure.stage, failure.job), record);
 }
 
 void StageRunner::Fail(int job, const std::string& stage, const std::string& message) {

@@ -1,5 +1,5 @@
 // Runs stages over the images that need them: results into store and record, counts into the summary.
-// patch_match_stereo and hole_filler differ in which stages and images those are.
+// patch_match_stereo and hole_filler differ in which stages those are, and in what was there before.
 #pragma once
 
 #include <chrono>
@@ -24,13 +24,16 @@ class StageRunner {
   MapStore& store() { return loop_.store(); }
   const MapStore& store() const { return loop_.store(); }
   RunSummary& summary() { return summary_; }
-  ProgressLine& progress() { return loop_.progress(); }
 
-  // Before the first Run: the stages by their numbers.
-  void Begin(const std::vector<Stage>& stages);
-  // Does the pending jobs of these stages, ascending and without a gap, and waits for them. Log, summary and record
-  // tell of failures already. Throws as RunTasks.
-  LoopOutcome Run(const std::vector<StageWork>& works);
+  // Before the first Plan: the stages by their numbers.
+  void Begin(std::vector<Stage> stages);
+  // What is still to be made; see StageLoop.
+  std::vector<StagePlan> Plan(const PlanQueries& earlier, const PlanScope& scope = {}) const {
+    return loop_.Plan(earlier, scope);
+  }
+  // Does what is pending, but not the stages after one that is likely to fail again: without its result the others may all be
+  // done. Log, summary and record tell of failures already. Throws as RunTasks.
+  void Run(const std::vector<StagePlan>& plan);
   // A job that cannot be done, at any time: log and summary.
   void Fail(int job, const std::string& stage, const std::string& message);
   // After the last Run: writes what waits, and ends the progress line.
@@ -48,11 +51,15 @@ class StageRunner {
     std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::time_point::max(), end = {};
   };
 
-  void Begin(const StageWork& work);
-  void Keep(const StageWork& work, int job, const TaskOutcome& outcome);
-  void Count(int number, int job, const TaskOutcome& outcome);
-  void Save(const Stage& stage, int job, const StageResult& result, const TaskRecord& record);
-  void RecordFailure(const StageWork& work, const JobFailure& failure);
+  const Stage& StageOf(int number) const { return loop_.stages()[number]; }
+  RunRecord::Task TaskOf(int stage, int job) const { return {NameOf(job), StageOf(stage).result}; }
+  // Whether a task failed in an earlier run, for the same inputs.
+  bool HasFailedBefore(int stage, const StagePlan& plan) const;
+  void BeginTasks(int stage, const StagePlan& plan);
+  void Keep(int stage, int job, const std::string& key, const TaskOutcome& outcome);
+  void Count(int stage, int job, const TaskOutcome& outcome);
+  void Save(int stage, int job, const StageResult& result, const TaskRecord& record);
+  void RecordFailure(const JobFailure& failure, const std::string& key);
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;

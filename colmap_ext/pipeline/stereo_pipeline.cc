@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "colmap_ext/compact_map.h"
@@ -127,25 +128,17 @@ HandedMaps StereoPipeline::HandOver() {
 }
 
 void StereoPipeline::RunStages() {
-  RunSummary& summary = runner_.summary();
-  for (bool first = true;; first = false) {
-    const std::vector<StagePlan> plan = Plan();
-    for (std::size_t s = 0; s < stages_.size(); ++s) {
-      const auto num_failed = std::count_if(failed_.begin(), failed_.end(),
-                                            [s](const auto& task) { return task.first == static_cast<int>(s); });
-      const auto num_tasks = static_cast<std::ptrdiff_t>(plan[s].pending.size()) + summary.stages[s].num_made + num_failed;
-      runner_.progress().SetNumTasks(static_cast<int>(s), static_cast<int>(num_tasks));
-    }
-    if (first) {
-      const StagePlan& last = plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
-      summary.num_images_kept = static_cast<int>(own_.size() - last.pending.size() - last.waiting.size());
-      LogPlan(plan);
-    }
-    if (std::all_of(plan.begin(), plan.end(), [](const StagePlan& p) { return p.pending.empty(); }))
-      return ReportWaiting(plan);
-    RunPlan(plan);
+  std::vector<StagePlan> plan = Plan();
+  const StagePlan& last =
+      plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
+  runner_.summary().num_images_kept =
+      static_cast<int>(own_.size() - last.pending.size() - last.waiting.size());
+  LogPlan(plan);
+  for (; HasPending(plan); plan = Plan()) {
+    runner_.Run(plan);
     if (IsShard()) runner_.record().Refresh();
   }
+  ReportWaiting(plan);
 }
 
 // The first stage's that has any: those after it wait for the same.
@@ -255,59 +248,24 @@ void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) {
 }
 
 std::vector<StagePlan> StereoPipeline::Plan() const {
-  return MakePlan(
-      stages_, jobs_,
-      {.is_done = [this](int stage, int job, const std::string& key) { return IsDone(stage, job, key); },
-       .has_failed = [this](int stage, int job, const std::string& key) { return HasFailed(stage, job, key); }},
+  return runner_.Plan(
+      {.is_done = [this](int stage, int job, const std::string& key) { return WasDone(stage, job, key); },
+       .has_failed = [this](int stage, int job,
+                            const std::string& key) { return FailedElsewhere(stage, job, key); }},
       scope_);
 }
 
-bool StereoPipeline::IsDone(int stage, int job, const std::string& key) const {
-  if (made_.contains({stage, job})) return true;
+bool StereoPipeline::WasDone(int stage, int job, const std::string& key) const {
   const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
   if (record == nullptr || record->state != "done" || record->key != key) return false;
   // Those of other shards come while this one runs.
   return scope_.Owns(stage, job) ? files_whole_[stage][job] != 0 : Inspect(stage, job).whole;
 }
 
-bool StereoPipeline::HasFailed(int stage, int job, const std::string& key) const {
-  if (failed_.contains({stage, job})) return true;
+bool StereoPipeline::FailedElsewhere(int stage, int job, const std::string& key) const {
   if (scope_.Owns(stage, job)) return false;
   const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
   return record && record->state == "failed" && record->key == key;
-}
-
-bool StereoPipeline::HasFailedBefore(int stage, const StagePlan& plan) const {
-  return std::any_of(plan.pending.begin(), plan.pending.end(), [&](int job) {
-    const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
-    return record != nullptr && record->state == "failed" && record->key == plan.keys[job];
-  });
-}
-
-// The stages that have work side by side, but for those after one that is likely to fail again: without its result the others
-// may all be done.
-void StereoPipeline::RunPlan(const std::vector<StagePlan>& plan) {
-  static const std::vector<std::string> kNoKeys;
-  std::vector<StageWork> works;
-  for (std::size_t s = 0; s < stages_.size(); ++s) {
-    works.push_back({.number = static_cast<int>(s),
-                     .stage = stages_[s],
-                     .previous = s == 0 ? nullptr : &stages_[s - 1],
-                     .input_keys = s == 0 ? kNoKeys : plan[s - 1].keys,
-                     .pending = plan[s].pending,
-                     .keys = plan[s].keys});
-    if (HasFailedBefore(static_cast<int>(s), plan[s])) break;
-  }
-  const LoopOutcome outcome = runner_.Run(works);
-  for (const StageWork& work : works) {
-    for (const int job : work.pending) made_.emplace(work.number, job);
-  }
-  for (const JobFailure& failure : outcome.failures) {
-    made_.erase({failure.stage, failure.job});
-    failed_.emplace(failure.stage, failure.job);
-  }
-  // The next plan has them again: without the map that failed.
-  for (const auto& task : outcome.left_out) made_.erase(task);
 }
 
 // They are rounded whatever their form, so that no value changes.
@@ -333,14 +291,15 @@ void StereoPipeline::ConvertMaps() {
   }
 }
 
-// Those that were up to date are this run's as much as those that it made.
+// Those that were up to date are this run's as much as those that it made, which the record knows to be its own.
 void StereoPipeline::ConfirmKeptMaps() {
   const std::vector<StagePlan> plan = Plan();
   for (std::size_t s = 0; s < stages_.size(); ++s) {
     for (std::size_t j = 0; j < jobs_.size() && stages_[s].is_output; ++j) {
       const std::string& key = plan[s].keys[j];
       const int stage = static_cast<int>(s), job = static_cast<int>(j);
-      if (!key.empty() && IsDone(stage, job, key)) runner_.record().Confirm({NameOf(job), stages_[s].result});
+      if (!key.empty() && WasDone(stage, job, key))
+        runner_.record().Confirm({NameOf(job), stages_[s].result});
     }
   }
 }

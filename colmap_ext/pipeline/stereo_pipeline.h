@@ -8,9 +8,7 @@
 #pragma once
 
 #include <map>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "colmap_ext/fusion/handed_maps.h"
@@ -45,14 +43,12 @@ class StereoPipeline {
   void CheckFiles();
   static void RefuseForeignFile(const std::filesystem::path& path);
   std::vector<StagePlan> Plan() const;
-  bool IsDone(int stage, int job, const std::string& key) const;
+  // Before this run, or by another shard.
+  bool WasDone(int stage, int job, const std::string& key) const;
   FoundFiles Inspect(int stage, int job) const;
   // An image that failed in another shard is not waited for.
-  bool HasFailed(int stage, int job, const std::string& key) const;
+  bool FailedElsewhere(int stage, int job, const std::string& key) const;
   void RunStages();
-  // Whether a task failed in an earlier run, for the same inputs.
-  bool HasFailedBefore(int stage, const StagePlan& plan) const;
-  void RunPlan(const std::vector<StagePlan>& plan);
   void ReportWaiting(const std::vector<StagePlan>& plan);
   // Gives the maps of earlier runs the form that this one was asked for.
   void ConvertMaps();
@@ -73,8 +69,6 @@ class StereoPipeline {
   const std::vector<int> own_;  // jobs of the scope
   const Backends& backends_;
   StageRunner runner_;
-  std::set<std::pair<int, int>> made_;    // (stage, job) made by this run
-  std::set<std::pair<int, int>> failed_;  // (stage, job)
   std::vector<std::vector<char>> files_whole_;  // by stage and job of the scope, when the run began
 };
 

@@ -3,6 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "colmap_ext/progress.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/noise_workspace.h"
@@ -42,8 +48,34 @@ class MemorySceneTest : public ::testing::Test {
     return sources;
   }
 
+  // Of each image its neighbour alone.
+  std::vector<std::vector<int>> NeighbourSources() const {
+    std::vector<std::vector<int>> sources = {{1}};
+    for (int i = 1; i < static_cast<int>(names_.size()); ++i) sources.push_back({i - 1});
+    return sources;
+  }
+  std::vector<std::shared_ptr<const phi::PlaneMap>> MapsWithAHole() const {
+    std::vector<std::shared_ptr<const phi::PlaneMap>> measured;
+    for (const phi::SceneView& view : stored_.views()) {
+      phi::PlaneMap map(view.camera.pinhole.width, view.camera.pinhole.height, {{0, 0, -1}, 2});
+      map(3, 2) = {};
+      measured.push_back(std::make_shared<const phi::PlaneMap>(std::move(map)));
+    }
+    return measured;
+  }
+  // Calls of one image at a time, in order: "infer a/0.png".
+  void NoteCalls() {
+    backends_.front() = std::make_unique<test_support::FakeBackend>(&calls_, 1);
+    calls_.on_call = [this](const std::string& stage, const std::string& image) {
+      order_.push_back(stage + " " + image);
+    };
+  }
+  auto Place(const std::string& stage, std::size_t image) const {
+    return std::find(order_.begin(), order_.end(), stage + " " + names_[image]) - order_.begin();
+  }
+
   test_support::TemporaryFolder folder_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, order_;
   Workspace stored_;
   test_support::FakeCalls calls_;
   PipelineOptions options_;
@@ -71,6 +103,50 @@ TEST_F(MemorySceneTest, RunsEachStageOverEachImage) {
   }
 }
 
+TEST_F(MemorySceneTest, AnImageGoesOnWhenWhatItReadsIsThere) {
+  NoteCalls();
+  const Workspace workspace = InMemory();
+  EstimateScene(workspace, NeighbourSources(), options_, backends_);
+  EXPECT_EQ(order_.size(), 4 * names_.size());
+  for (std::size_t i = 1; i < names_.size(); ++i) {
+    EXPECT_GT(Place("filter", i), Place("estimate", i - 1));
+    EXPECT_GT(Place("infer", i), Place("filter", i - 1));
+  }
+  EXPECT_LT(Place("infer", 0), Place("estimate", names_.size() - 1));
+}
+
+TEST_F(MemorySceneTest, FillingHasNoBarrierEither) {
+  NoteCalls();
+  const Workspace workspace = InMemory();
+  FillScene(workspace, NeighbourSources(), MapsWithAHole(), options_, backends_);
+  EXPECT_EQ(order_.size(), 2 * names_.size());
+  EXPECT_LT(Place("filter", 0), Place("infer", names_.size() - 1));
+}
+
+TEST_F(MemorySceneTest, StopsWhenAskedTo) {
+  calls_.on_call = [](const std::string& stage, const std::string&) {
+    if (stage == "filter") phi::CancellationFlag() = true;
+  };
+  const Workspace workspace = InMemory();
+  EXPECT_THROW(EstimateScene(workspace, NeighbourSources(), options_, backends_), phi::Cancelled);
+  phi::CancellationFlag() = false;
+}
+
+// Some images are filtered before those that read the failed one are planned again.
+TEST_F(MemorySceneTest, ProgressCountsWhatIsDoneAlsoAfterAFailure) {
+  ProgressState last;
+  SetProgressSink([&](const ProgressState& state) { last = state; });
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "infer" && image == names_[1]) throw phi::InputError("no luck with " + image);
+  };
+  EstimateScene(InMemory(), NeighbourSources(), options_, backends_);
+  SetProgressSink(nullptr);
+  EXPECT_EQ(last.stage, "filtering");
+  EXPECT_EQ(last.num_done, static_cast<int>(names_.size()) - 1);
+  EXPECT_EQ(last.num_tasks, last.num_done);
+  EXPECT_EQ(last.fraction, 1);
+}
+
 TEST_F(MemorySceneTest, AnImageThatCannotBeDoneIsToldAndTheOthersGoOn) {
   calls_.on_call = [&](const std::string& stage, const std::string& image) {
     if (stage == "filter" && image == names_[1]) throw phi::InputError("no luck with " + image);
@@ -86,13 +162,7 @@ TEST_F(MemorySceneTest, AnImageThatCannotBeDoneIsToldAndTheOthersGoOn) {
 
 TEST_F(MemorySceneTest, FillingStartsFromMapsThatAreThere) {
   const Workspace workspace = InMemory();
-  std::vector<std::shared_ptr<const phi::PlaneMap>> measured;
-  for (const phi::SceneView& view : workspace.views()) {
-    phi::PlaneMap map(view.camera.pinhole.width, view.camera.pinhole.height, {{0, 0, -1}, 2});
-    map(3, 2) = {};
-    measured.push_back(std::make_shared<const phi::PlaneMap>(std::move(map)));
-  }
-  const std::vector<SceneMaps> maps = FillScene(workspace, Sources(), measured, options_, backends_);
+  const std::vector<SceneMaps> maps = FillScene(workspace, Sources(), MapsWithAHole(), options_, backends_);
   EXPECT_EQ(calls_.estimates, 0);
   EXPECT_EQ(calls_.filters, static_cast<int>(names_.size()));
   EXPECT_EQ((*maps[0].inferred)(3, 2), 255);

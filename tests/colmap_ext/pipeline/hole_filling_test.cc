@@ -1,0 +1,164 @@
+#include "colmap_ext/pipeline/hole_filling.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "colmap_ext/byte_count.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/progress.h"
+#include "phi/base/cancellation.h"
+#include "phi/base/error.h"
+#include "tests/support/fake_backend.h"
+#include "tests/support/noise_workspace.h"
+#include "tests/support/run_pipeline.h"
+#include "tests/support/temporary_folder.h"
+
+namespace colmap_ext {
+namespace {
+
+using test_support::FakeBackend;
+using test_support::HashMaps;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+constexpr int kNumImages = 5;
+
+// Measured maps that the stereo left; the fake's inference gives holes depths that the stereo's filter has dropped.
+class HoleFillingTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
+    PipelineOptions off = options_;
+    off.inference.mode = phi::InferenceMode::kOff;
+    test_support::FakeCalls calls;
+    test_support::RunPipeline({.path = folder_.path()}, off, MakeBackends(&calls));
+  }
+  void TearDown() override { phi::CancellationFlag() = false; }
+
+  Backends MakeBackends(test_support::FakeCalls* calls) const {
+    Backends backends;
+    for (int i = 0; i < num_backends_; ++i)
+      backends.push_back(std::make_unique<FakeBackend>(calls, num_concurrent_));
+    return backends;
+  }
+  RunSummary Fill() {
+    const Workspace workspace({.path = folder_.path()});
+    const phi::SparseScene scene = MakeSparseScene(workspace.model());
+    const Backends backends = MakeBackends(&calls_);
+    HoleFilling filling(workspace, MakeImageJobs(workspace, scene, "", options_.view_selection), options_, {},
+                        backends);
+    return filling.Run();
+  }
+
+  void ReadNeighboursAlone() const {
+    std::string lists;
+    for (int i = 0; i < kNumImages; ++i) lists += names_[i] + "\n" + names_[i == 0 ? 1 : i - 1] + "\n";
+    test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", lists);
+  }
+
+  test_support::TemporaryFolder folder_;
+  std::vector<std::string> names_;
+  PipelineOptions options_;
+  test_support::FakeCalls calls_;
+  int num_backends_ = 1, num_concurrent_ = 1;
+};
+
+TEST_F(HoleFillingTest, AnImageGoesOnWhenWhatItReadsIsThere) {
+  ReadNeighboursAlone();
+  std::vector<std::string> calls;
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    calls.push_back(stage + " " + image);
+  };
+  EXPECT_TRUE(Fill().failures.empty());
+  const auto place = [&](const std::string& call) {
+    return std::find(calls.begin(), calls.end(), call) - calls.begin();
+  };
+  EXPECT_THAT(calls, SizeIs(2 * kNumImages));
+  for (int i = 0; i < kNumImages; ++i)
+    EXPECT_GT(place("filter " + names_[i]), place("infer " + names_[i == 0 ? 1 : i - 1]));
+  EXPECT_LT(place("filter " + names_[0]), place("infer " + names_[kNumImages - 1]));
+}
+
+TEST_F(HoleFillingTest, BytesDependNeitherOnWorkersNorOnMemory) {
+  Fill();
+  const auto expected = HashMaps(folder_.path());
+  EXPECT_THAT(expected, SizeIs(kNumImages * 8));
+  calls_.duration = std::chrono::milliseconds(2);
+  for (const auto& [num_backends, num_concurrent, cache_bytes] : {std::tuple{1, 3, std::int64_t{1} << 30},
+                                                                  {3, 2, std::int64_t{1} << 30},
+                                                                  {1, 1, std::int64_t{1}},
+                                                                  {2, 2, std::int64_t{20000}}}) {
+    num_backends_ = num_backends;
+    num_concurrent_ = num_concurrent;
+    options_.cache_gigabytes = static_cast<double>(cache_bytes) / kBytesPerGigabyte;
+    EXPECT_TRUE(Fill().failures.empty());
+    EXPECT_EQ(HashMaps(folder_.path()), expected)
+        << num_backends << " x " << num_concurrent << ", " << cache_bytes;
+  }
+}
+
+TEST_F(HoleFillingTest, CacheKeepsItsBudget) {
+  const std::int64_t map_bytes = 24 * 16 * 16;
+  options_.cache_gigabytes = 3 * map_bytes / kBytesPerGigabyte;
+  // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
+  EXPECT_LE(Fill().peak_cache_bytes, (3 + 5) * map_bytes);
+}
+
+TEST_F(HoleFillingTest, AnImageThatFailsLeavesTheOthersDone) {
+  num_concurrent_ = 2;
+  for (const std::string stage : {"infer", "filter"}) {
+    calls_.on_call = [&](const std::string& called, const std::string& image) {
+      if (called == stage && image == names_[1]) throw phi::InputError("no luck with " + image);
+    };
+    const RunSummary summary = Fill();
+    ASSERT_THAT(summary.failures, SizeIs(1));
+    EXPECT_EQ(summary.failures[0].image, names_[1]);
+    EXPECT_THAT(summary.failures[0].message, HasSubstr("no luck"));
+    EXPECT_EQ(summary.stages.back().num_made, kNumImages - 1);
+    for (int i = 0; i < kNumImages; ++i) {
+      const auto filled = folder_ / "stereo/filled_masks" / (names_[i] + ".png");
+      EXPECT_EQ(std::filesystem::exists(filled), i != 1) << stage << " " << filled;
+    }
+  }
+}
+
+TEST_F(HoleFillingTest, StopsWhenAskedToAndGoesOn) {
+  Fill();
+  const auto expected = HashMaps(folder_.path());
+  int num_calls = 0;
+  calls_.on_call = [&](const std::string&, const std::string&) {
+    if (++num_calls == 4) phi::CancellationFlag() = true;
+  };
+  EXPECT_THROW(Fill(), phi::Cancelled);
+  EXPECT_EQ(num_calls, 4);
+  phi::CancellationFlag() = false;
+  EXPECT_TRUE(Fill().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), expected);
+}
+
+// Some images are filtered before those that read the failed one are planned again.
+TEST_F(HoleFillingTest, ProgressCountsWhatIsDoneAlsoAfterAFailure) {
+  ReadNeighboursAlone();
+  ProgressState last;
+  SetProgressSink([&](const ProgressState& state) { last = state; });
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "infer" && image == names_[1]) throw phi::InputError("no luck with " + image);
+  };
+  Fill();
+  SetProgressSink(nullptr);
+  EXPECT_EQ(last.stage, "filtering");
+  EXPECT_EQ(last.num_done, kNumImages - 1);
+  EXPECT_EQ(last.num_tasks, kNumImages - 1);
+  EXPECT_EQ(last.fraction, 1);
+}
+
+}  // namespace
+}  // namespace colmap_ext
