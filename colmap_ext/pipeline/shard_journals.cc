@@ -142,7 +142,13 @@ void ShardJournals::Open(const ShardProcess& process) {
                                "; check that the folder can be written, and run the command again");
     }
     ::close(file);
-    return Append(DumpJson(ToJson(process), -1) + "\n");
+    try {
+      return Append(DumpJson(ToJson(process), -1) + "\n");
+    } catch (const phi::ResourceError&) {
+      ::unlink(own_.c_str());  // without this line nobody knows whose it is, and it would stay
+      own_.clear();
+      throw;
+    }
   }
 }
 

@@ -96,9 +96,15 @@ std::pair<RecordedTask, TaskRecord> FromJournalLine(const Json& json) {
 void AppendLine(const std::filesystem::path& path, const std::string& line) {
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const ssize_t written = file < 0 ? -1 : write(file, line.data(), line.size());
-  const int error = written < 0 ? errno : ENOSPC;  // a part was written
-  if (file >= 0) close(file);
-  if (written != static_cast<ssize_t>(line.size())) {
+  bool is_whole = written == static_cast<ssize_t>(line.size());
+  int error = written < 0 ? errno : ENOSPC;  // a part was written
+  // Else the next line would be joined to this part, and both be lost.
+  if (written > 0 && !is_whole && ftruncate(file, lseek(file, 0, SEEK_CUR) - written) != 0) error = errno;
+  if (file >= 0 && close(file) != 0) {  // network file systems report a full disk here
+    if (is_whole) error = errno;
+    is_whole = false;
+  }
+  if (!is_whole) {
     throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error) +
                              "; free some space and run the command again");
   }

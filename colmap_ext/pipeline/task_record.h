@@ -40,8 +40,8 @@ std::string NameFromJson(const std::string& text);
 std::string JournalLine(const RecordedTask& task, const TaskRecord& record);
 // Throws as RecordFromJson.
 std::pair<RecordedTask, TaskRecord> FromJournalLine(const nlohmann::ordered_json& json);
-// Makes the file where it is missing. One write call, so that a killed process leaves at most a last line that breaks off.
-// Throws phi::ResourceError.
+// Makes the file where it is missing; no other process writes it. One write call, so that a killed process leaves at most a last
+// line that breaks off. Throws phi::ResourceError, and leaves no part of a line then.
 void AppendLine(const std::filesystem::path& path, const std::string& line);
 
 }  // namespace colmap_ext

@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include <nlohmann/json.hpp>
 
+#include "phi/base/error.h"
 #include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
 
@@ -12,6 +16,23 @@ namespace colmap_ext {
 namespace {
 
 using ::testing::HasSubstr;
+
+// While it lives, no file of this process grows beyond so many bytes, as on a disk that is full.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(std::uintmax_t num_bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit = {num_bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_ = {};
+};
 
 class RunRecordTest : public ::testing::Test {
  protected:
@@ -40,6 +61,33 @@ TEST_F(RunRecordTest, RemembersAcrossProcesses) {
   EXPECT_EQ(done->warnings, std::vector<std::string>{"a warning"});
   ASSERT_NE(record.Find("b", "photometric"), nullptr);
   EXPECT_EQ(record.Find("b", "photometric")->state, "pending");
+}
+
+// The result of the next line gets its files' names, and must be found again.
+TEST_F(RunRecordTest, ALineThatFoundNoSpaceLeavesTheNextOneWhole) {
+  RunRecord record(folder_.path());
+  record.Begin({{"a", "photometric"}, {"b", "photometric"}, {"c", "photometric"}}, {"k1", "k2", "k3"});
+  record.Finish({"a", "photometric"}, Done("k1"));
+  {
+    const FileSizeLimit limit(std::filesystem::file_size(Journal()) + 10);
+    EXPECT_THROW(record.Finish({"b", "photometric"}, Done("k2")), phi::ResourceError);
+  }
+  record.Finish({"c", "photometric"}, Done("k3"));
+  const RunRecord next(folder_.path());
+  EXPECT_EQ(next.Find("a", "photometric")->state, "done");
+  EXPECT_EQ(next.Find("b", "photometric")->state, "pending");
+  EXPECT_EQ(next.Find("c", "photometric")->state, "done");
+}
+
+// It would say of no shard whose it is, and stay.
+TEST_F(RunRecordTest, AShardThatFindsNoSpaceLeavesNoEmptyJournal) {
+  RunRecord record(folder_.path());
+  record.BeginShard({.shard = "0/2"});
+  {
+    const FileSizeLimit limit(10);
+    EXPECT_THROW(record.Begin({{"a", "photometric"}}, {"k1"}), phi::ResourceError);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "phimvs.shards"));
 }
 
 TEST_F(RunRecordTest, JsonHoldsVersionOptionsAndTasks) {
