@@ -239,12 +239,15 @@ FoundFiles StereoPipeline::Inspect(int stage, int job) const {
                                  runner_.record().Find(NameOf(job), stages_[stage].result));
 }
 
-void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) {
+void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) const {
   if (path.empty()) return;
   throw phi::InputError(
       path.string() +
       " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all "
-      "others like it, or move it and the others away");
+      "others like it, or move it and the others away" +
+      (runner_.record().Shards().empty()
+           ? ""
+           : "; if a shard on another computer made it, its record is not to be seen here yet: run the command again later"));
 }
 
 std::vector<StagePlan> StereoPipeline::Plan() const {

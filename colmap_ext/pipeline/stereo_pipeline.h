@@ -41,7 +41,7 @@ class StereoPipeline {
   void ReportImpossibleJobs();
   // Throws phi::InputError for the first file of another program, unless it may be replaced.
   void CheckFiles();
-  static void RefuseForeignFile(const std::filesystem::path& path);
+  void RefuseForeignFile(const std::filesystem::path& path) const;
   std::vector<StagePlan> Plan() const;
   // Before this run, or by another shard.
   bool WasDone(int stage, int job, const std::string& key) const;

@@ -168,6 +168,27 @@ TEST_F(ShardPipelineTest, MapsOfAnotherProgramAreNotReplaced) {
   EXPECT_EQ(RunShard(1, 2), kRetryLater) << "it waits for a map that is no longer ours";
 }
 
+// A network file system may show a map before the record of the shard that made it.
+TEST_F(ShardPipelineTest, MapsWhoseRecordIsNotSeenYetAreLeftAlone) {
+  for (const char* stage : {"photometric", "measured", "inferred", "geometric"}) {
+    for (const int shard : {0, 1}) RunShard(shard, 2, stage);
+  }
+  const std::vector<std::string> maps = HashMaps(folder_.path());
+  const TemporaryFolder hidden;
+  const auto move_records_of_one = [](const fs::path& from, const fs::path& to) {
+    for (const auto& entry : fs::directory_iterator(from)) {
+      const std::string name = entry.path().filename();
+      if (name.starts_with("1-of-2.")) fs::rename(entry.path(), to / name);
+    }
+  };
+  const fs::path records = folder_ / "stereo/phimvs.shards";
+  move_records_of_one(records, hidden.path());
+  EXPECT_THAT(InputErrorOf([&] { Run(folder_.path()); }), HasSubstr("run the command again later"));
+  EXPECT_EQ(HashMaps(folder_.path()), maps);
+  move_records_of_one(hidden.path(), records);
+  EXPECT_EQ(Run(folder_.path()).num_images_kept, kNumImages);
+}
+
 // Options change between two runs in shards, and nobody has run without shards meanwhile.
 TEST_F(ShardPipelineTest, ShardsWithOtherOptionsMakeTheirMapsAnew) {
   const auto run_all = [&] {
