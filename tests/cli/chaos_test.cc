@@ -1,6 +1,6 @@
 // Kills at random moments, disks that fill up at random sizes and two processes at once. Whatever happened, the command given
 // again ends in the bytes of an undisturbed run, and nothing else is left. (make_scene is no such command: it refuses a folder
-// that is there.)
+// that is there.) The same for shards, whose nodes may also have other clocks and see files late.
 //
 // Short here; scripts/chaos makes it long. PHIMVS_CHAOS_ROUNDS: rounds for each command; PHIMVS_CHAOS_SEED: of the random
 // moments and sizes.
@@ -12,20 +12,23 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <random>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/pipeline/result_key.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/noise_workspace.h"
-#include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/watched_program.h"
 
@@ -34,7 +37,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using test_support::ReadBytes;
-using test_support::RunProgram;
 using test_support::RunWatchedProgram;
 using test_support::TemporaryFolder;
 using test_support::WatchedResult;
@@ -60,6 +62,12 @@ Lines HashFiles(const fs::path& folder) {
   return lines;
 }
 
+constexpr int kRetryLater = 6;
+constexpr int kNumNodes = 4;
+
+// What a node has in its environment.
+using Node = Lines;
+
 // A command, and the folder that it starts from.
 class Command {
  public:
@@ -84,21 +92,67 @@ class Command {
   }
   // Options name the folder by @.
   Lines Arguments(const fs::path& folder) const {
-    Lines arguments = {name_};
+    Lines arguments = {name_.substr(0, name_.find(' '))};
     for (const std::string& option : options_) {
       arguments.push_back(option.starts_with("@") ? (folder / option.substr(1)).string() : option);
     }
     return arguments;
   }
   WatchedResult Run(const fs::path& folder, const test_support::WatchOptions& options = {}) const {
+    if (!nodes_.empty()) {
+      const WatchedResult shards = RunShards(folder, options);
+      if (shards.exit_code != 0) return shards;
+    }
     return RunWatchedProgram(PHIMVS_BINARY, Arguments(folder), options);
   }
 
+  // From now on in shards at once, one a node, and then whole. One that has to wait starts again after the pause.
+  void UseNodes(std::vector<Node> nodes, std::chrono::milliseconds pause = std::chrono::milliseconds(100)) {
+    name_ += " in shards";
+    nodes_ = std::move(nodes);
+    pause_ = pause;
+  }
+  // Until none has to wait.
+  WatchedResult RunShards(const fs::path& folder, const test_support::WatchOptions& options = {}) const {
+    std::vector<WatchedResult> results(nodes_.size());
+    std::atomic<bool> any_failed = false;
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      threads.emplace_back([&, k] {
+        Lines arguments = nodes_[k];
+        arguments.emplace_back(PHIMVS_BINARY);
+        for (const std::string& argument : Arguments(folder)) arguments.push_back(argument);
+        arguments.insert(arguments.end(),
+                         {"--shard", std::to_string(k) + "/" + std::to_string(nodes_.size())});
+        for (int i = 0; i < kMaxStarts && !any_failed; ++i) {
+          results[k] = RunWatchedProgram("/usr/bin/env", arguments, options);
+          if (results[k].exit_code != kRetryLater) break;
+          std::this_thread::sleep_for(pause_);
+        }
+        if (results[k].exit_code != 0) any_failed = true;
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    // Those that were waiting for one that failed have not failed.
+    const auto has_failed = [](const WatchedResult& r) {
+      return r.exit_code != 0 && r.exit_code != kRetryLater;
+    };
+    const auto failed = std::find_if(results.begin(), results.end(), has_failed);
+    if (failed != results.end()) return *failed;
+    const auto waiting =
+        std::find_if(results.begin(), results.end(), [](const WatchedResult& r) { return r.exit_code != 0; });
+    return waiting != results.end() ? *waiting : results.front();
+  }
+
  private:
+  static constexpr int kMaxStarts = 50;
+
   std::string name_;
   fs::path start_;
   Lines options_, expected_;
   std::chrono::duration<double> duration_{0};
+  std::vector<Node> nodes_;  // none: one process
+  std::chrono::milliseconds pause_{0};
 };
 
 class Chaos : public ::testing::Test {
@@ -139,6 +193,15 @@ class Chaos : public ::testing::Test {
       less.insert(less.end(), {"--keep", keep});
       commands_->emplace_back("dense", fresh, less);
     }
+    const fs::path room = *folders_ / "room/dense";
+    EXPECT_EQ(RunWatchedProgram(PHIMVS_BINARY, {"make_scene", "--output_path", room.parent_path(), "--width",
+                                                "96", "--height", "64", "--num_views", "8"})
+                  .exit_code,
+              0);
+    Lines quick = stereo;
+    quick.insert(quick.end(), {"--PatchMatchStereo.num_iterations", "3"});
+    commands_->emplace_back("patch_match_stereo", room, quick);
+    commands_->back().UseNodes(std::vector<Node>(kNumNodes));
   }
   static void TearDownTestSuite() {
     delete commands_;
@@ -194,7 +257,13 @@ DiskResult RunOnFullDisks(const Command& command, const fs::path& disk, std::mt1
     ::mount("none", disk.c_str(), "tmpfs", MS_REMOUNT, size.c_str());
     const WatchedResult result = command.Run(disk);
     if (result.exit_code == 0) {
-      return HashFiles(disk) == command.expected() ? DiskResult::kAsExpected : DiskResult::kOtherBytes;
+      const Lines found = HashFiles(disk);
+      if (found == command.expected()) return DiskResult::kAsExpected;
+      Lines differing;
+      std::set_symmetric_difference(found.begin(), found.end(), command.expected().begin(),
+                                    command.expected().end(), std::back_inserter(differing));
+      for (const std::string& line : differing) std::cerr << command.name() << ": " << line << "\n";
+      return DiskResult::kOtherBytes;
     }
     if (result.exit_code != 3) {
       std::cerr << command.name() << " at " << size << ": exit code " << result.exit_code << "\n"
@@ -226,24 +295,66 @@ TEST_F(Chaos, FullDisksLoseNothing) {
   }
 }
 
-std::string ShellLine(const Lines& arguments) {
-  std::string line = "'" PHIMVS_BINARY "'";
-  for (const std::string& argument : arguments) line += " '" + argument + "'";
-  return line + " 2>/dev/null";
-}
-
 TEST_F(Chaos, TwoProcessesAtOnceEndInTheBytesOfOne) {
   for (const Command& command : *commands_) {
     for (int round = 0; round < (NumRounds() + 1) / 2; ++round) {
       const TemporaryFolder folder;
       command.Prepare(folder.path());
-      const std::string line = ShellLine(command.Arguments(folder.path()));
-      RunProgram({"sh", "-c", line + " & " + line + "; wait"});
+      std::thread other([&] { command.Run(folder.path()); });
+      command.Run(folder.path());
+      other.join();
       const WatchedResult last = command.Run(folder.path());
       EXPECT_EQ(last.exit_code, 0) << command.name() << ": " << last.err;
       EXPECT_EQ(HashFiles(folder.path()), command.expected()) << command.name();
     }
   }
+}
+
+// In shards on such nodes; then a process without shards that sees all.
+void ExpectBytesOfOneRun(Command command, std::vector<Node> nodes, std::chrono::milliseconds pause) {
+  command.UseNodes(std::move(nodes), pause);
+  for (int round = 0; round < (NumRounds() + 1) / 2; ++round) {
+    const TemporaryFolder folder;
+    command.Prepare(folder.path());
+    std::this_thread::sleep_for(pause);  // until the start is an old file
+    const WatchedResult shards = command.RunShards(folder.path());
+    EXPECT_EQ(shards.exit_code, 0) << shards.err;
+    std::this_thread::sleep_for(pause);
+    EXPECT_EQ(command.Run(folder.path()).exit_code, 0);
+    EXPECT_EQ(HashFiles(folder.path()), command.expected()) << "round " << round;
+  }
+}
+
+bool CanPreload() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return false;  // the sanitizer's library must come first
+#else
+  return true;
+#endif
+}
+
+// One shard even takes the files' times for an hour later.
+TEST_F(Chaos, NodesWithOtherClocksLeaveTheBytesOfOneRun) {
+  const std::string library = "LD_PRELOAD=/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1";
+  if (!CanPreload() || !fs::exists(library.substr(library.find('=') + 1)))
+    GTEST_SKIP() << "needs libfaketime, and no sanitizer";
+  ExpectBytesOfOneRun(commands_->back(),
+                      {{},
+                       {library, "FAKETIME=-1h", "NO_FAKE_STAT=1"},
+                       {library, "FAKETIME=+1h", "NO_FAKE_STAT=1"},
+                       {library, "FAKETIME=+1h"}},
+                      std::chrono::milliseconds(100));
+}
+
+TEST_F(Chaos, NodesThatSeeFilesLateLeaveTheBytesOfOneRun) {
+  if (!CanPreload()) GTEST_SKIP() << "needs a build without sanitizer";
+  const auto node = [](const std::string& record_seconds) -> Node {
+    return {"LD_PRELOAD=" PHIMVS_LATE_FILES, "PHIMVS_LATE_SECONDS=1",
+            "PHIMVS_LATE_RECORD_SECONDS=" + record_seconds};
+  };
+  // Half of them see what was made before they see it.
+  ExpectBytesOfOneRun(commands_->back(), {node("1"), node("0"), node("1"), node("0")},
+                      std::chrono::milliseconds(1300));
 }
 
 }  // namespace
