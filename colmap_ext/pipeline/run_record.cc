@@ -126,6 +126,11 @@ const TaskRecord* RunRecord::Find(const std::string& image, const std::string& k
   return it == tasks_.end() ? nullptr : &it->second;
 }
 
+bool RunRecord::Has(const Task& task, const std::string& state, const std::string& key) const {
+  const TaskRecord* record = Find(task.first, task.second);
+  return record != nullptr && record->state == state && record->key == key;
+}
+
 std::vector<std::pair<RunRecord::Task, TaskRecord>> RunRecord::Tasks() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return {tasks_.begin(), tasks_.end()};

@@ -29,6 +29,8 @@ class RunRecord {
 
   // Null when this workspace's record does not know the result: then a file that is there is not ours.
   const TaskRecord* Find(const std::string& image, const std::string& kind) const;
+  // Whether the result is recorded in this state, "done" or "failed", for the inputs that the key stands for.
+  bool Has(const Task& task, const std::string& state, const std::string& key) const;
   std::vector<std::pair<Task, TaskRecord>> Tasks() const;
 
   // The run that is about to write: its options and their hash.

@@ -36,11 +36,8 @@ void StageRunner::Begin(std::vector<Stage> stages) {
 }
 
 bool StageRunner::HasFailedBefore(int stage, const StagePlan& plan) const {
-  return std::any_of(plan.pending.begin(), plan.pending.end(), [&](int job) {
-    const auto [name, kind] = TaskOf(stage, job);
-    const TaskRecord* record = record_.Find(name, kind);
-    return record != nullptr && record->state == "failed" && record->key == plan.keys[job];
-  });
+  return std::any_of(plan.pending.begin(), plan.pending.end(),
+                     [&](int job) { return record_.Has(TaskOf(stage, job), "failed", plan.keys[job]); });
 }
 
 void StageRunner::Run(const std::vector<StagePlan>& plan) {

@@ -259,16 +259,13 @@ std::vector<StagePlan> StereoPipeline::Plan() const {
 }
 
 bool StereoPipeline::WasDone(int stage, int job, const std::string& key) const {
-  const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
-  if (record == nullptr || record->state != "done" || record->key != key) return false;
+  if (!runner_.record().Has({NameOf(job), stages_[stage].result}, "done", key)) return false;
   // Those of other shards come while this one runs.
   return scope_.Owns(stage, job) ? files_whole_[stage][job] != 0 : Inspect(stage, job).whole;
 }
 
 bool StereoPipeline::FailedElsewhere(int stage, int job, const std::string& key) const {
-  if (scope_.Owns(stage, job)) return false;
-  const TaskRecord* record = runner_.record().Find(NameOf(job), stages_[stage].result);
-  return record && record->state == "failed" && record->key == key;
+  return !scope_.Owns(stage, job) && runner_.record().Has({NameOf(job), stages_[stage].result}, "failed", key);
 }
 
 // They are rounded whatever their form, so that no value changes.

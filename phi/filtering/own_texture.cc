@@ -63,8 +63,11 @@ double NoiseVariance(const GrayImage& image, const Array2D<float>& variance, dou
 }  // namespace
 
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
-  OwnTexture texture{Array2D<float>(image.width(), image.height()), Mask(image.width(), image.height())};
-  if (image.width() < kSide || image.height() < kSide) return texture;
+  OwnTexture texture{Array2D<float>(image.width(), image.height()), {}};
+  if (image.width() < kSide || image.height() < kSide) {
+    texture.is_plain = Mask(image.width(), image.height());
+    return texture;
+  }
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
   tbb::parallel_for(0, image.height(), [&](int y) {

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "phi/backend.h"
 
@@ -127,6 +130,34 @@ class FakeBackend : public phi::Backend {
 
   FakeCalls& calls_;
   int num_concurrent_;
+};
+
+inline std::vector<std::unique_ptr<phi::Backend>> MakeFakeBackends(FakeCalls* calls, int count,
+                                                                   int num_concurrent) {
+  std::vector<std::unique_ptr<phi::Backend>> backends;
+  for (int i = 0; i < count; ++i) backends.push_back(std::make_unique<FakeBackend>(calls, num_concurrent));
+  return backends;
+}
+
+// The calls in their order, of one backend that does an image at a time.
+class CallOrder {
+ public:
+  explicit CallOrder(FakeCalls* calls) {
+    calls->on_call = [this](const std::string& stage, const std::string& image) {
+      calls_.push_back(stage + " " + image);
+    };
+  }
+  CallOrder(const CallOrder&) = delete;
+  CallOrder& operator=(const CallOrder&) = delete;
+
+  std::size_t size() const { return calls_.size(); }
+  // size() where there was no such call.
+  std::ptrdiff_t Place(const std::string& stage, const std::string& image) const {
+    return std::find(calls_.begin(), calls_.end(), stage + " " + image) - calls_.begin();
+  }
+
+ private:
+  std::vector<std::string> calls_;
 };
 
 }  // namespace test_support

@@ -71,6 +71,12 @@ std::vector<std::string> WriteNoiseWorkspace(const fs::path& folder, const Noise
   return names;
 }
 
+void ReadNeighboursAlone(const fs::path& folder, const std::vector<std::string>& names) {
+  std::string config;
+  for (std::size_t i = 0; i < names.size(); ++i) config += names[i] + "\n" + names[i == 0 ? 1 : i - 1] + "\n";
+  WriteBytes(folder / "stereo" / "patch-match.cfg", config);
+}
+
 std::vector<std::string> HashMaps(const fs::path& folder) {
   std::vector<std::string> lines;
   for (const auto& [path, bytes] : ReadMaps(folder)) lines.push_back(path + ": " + colmap_ext::ResultKey().Add(bytes).Hex());

@@ -17,6 +17,9 @@ struct NoiseWorkspaceOptions {
 std::vector<std::string> WriteNoiseWorkspace(const std::filesystem::path& folder,
                                              const NoiseWorkspaceOptions& options = {});
 
+// From then on each image has one source: the one before it in `names`, the first one the second.
+void ReadNeighboursAlone(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
 // "relative path: hash of the bytes" of every map and mask below stereo/, in order. What is left out holds times.
 std::vector<std::string> HashMaps(const std::filesystem::path& folder);
 

@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -24,7 +22,6 @@
 namespace colmap_ext {
 namespace {
 
-using test_support::FakeBackend;
 using test_support::HashMaps;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -39,29 +36,18 @@ class HoleFillingTest : public ::testing::Test {
     PipelineOptions off = options_;
     off.inference.mode = phi::InferenceMode::kOff;
     test_support::FakeCalls calls;
-    test_support::RunPipeline({.path = folder_.path()}, off, MakeBackends(&calls));
+    test_support::RunPipeline({.path = folder_.path()}, off,
+                              test_support::MakeFakeBackends(&calls, 1, 1));
   }
   void TearDown() override { phi::CancellationFlag() = false; }
 
-  Backends MakeBackends(test_support::FakeCalls* calls) const {
-    Backends backends;
-    for (int i = 0; i < num_backends_; ++i)
-      backends.push_back(std::make_unique<FakeBackend>(calls, num_concurrent_));
-    return backends;
-  }
   RunSummary Fill() {
     const Workspace workspace({.path = folder_.path()});
     const phi::SparseScene scene = MakeSparseScene(workspace.model());
-    const Backends backends = MakeBackends(&calls_);
+    const Backends backends = test_support::MakeFakeBackends(&calls_, num_backends_, num_concurrent_);
     HoleFilling filling(workspace, MakeImageJobs(workspace, scene, "", options_.view_selection), options_, {},
                         backends);
     return filling.Run();
-  }
-
-  void ReadNeighboursAlone() const {
-    std::string lists;
-    for (int i = 0; i < kNumImages; ++i) lists += names_[i] + "\n" + names_[i == 0 ? 1 : i - 1] + "\n";
-    test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", lists);
   }
 
   test_support::TemporaryFolder folder_;
@@ -72,19 +58,13 @@ class HoleFillingTest : public ::testing::Test {
 };
 
 TEST_F(HoleFillingTest, AnImageGoesOnWhenWhatItReadsIsThere) {
-  ReadNeighboursAlone();
-  std::vector<std::string> calls;
-  calls_.on_call = [&](const std::string& stage, const std::string& image) {
-    calls.push_back(stage + " " + image);
-  };
+  test_support::ReadNeighboursAlone(folder_.path(), names_);
+  const test_support::CallOrder order(&calls_);
   EXPECT_TRUE(Fill().failures.empty());
-  const auto place = [&](const std::string& call) {
-    return std::find(calls.begin(), calls.end(), call) - calls.begin();
-  };
-  EXPECT_THAT(calls, SizeIs(2 * kNumImages));
+  EXPECT_EQ(order.size(), 2u * kNumImages);
   for (int i = 0; i < kNumImages; ++i)
-    EXPECT_GT(place("filter " + names_[i]), place("infer " + names_[i == 0 ? 1 : i - 1]));
-  EXPECT_LT(place("filter " + names_[0]), place("infer " + names_[kNumImages - 1]));
+    EXPECT_GT(order.Place("filter", names_[i]), order.Place("infer", names_[i == 0 ? 1 : i - 1]));
+  EXPECT_LT(order.Place("filter", names_[0]), order.Place("infer", names_[kNumImages - 1]));
 }
 
 TEST_F(HoleFillingTest, BytesDependNeitherOnWorkersNorOnMemory) {
@@ -146,7 +126,7 @@ TEST_F(HoleFillingTest, StopsWhenAskedToAndGoesOn) {
 
 // Some images are filtered before those that read the failed one are planned again.
 TEST_F(HoleFillingTest, ProgressCountsWhatIsDoneAlsoAfterAFailure) {
-  ReadNeighboursAlone();
+  test_support::ReadNeighboursAlone(folder_.path(), names_);
   ProgressState last;
   SetProgressSink([&](const ProgressState& state) { last = state; });
   calls_.on_call = [&](const std::string& stage, const std::string& image) {

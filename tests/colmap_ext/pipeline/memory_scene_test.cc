@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -25,7 +24,7 @@ class MemorySceneTest : public ::testing::Test {
   MemorySceneTest()
       : names_(test_support::WriteNoiseWorkspace(folder_.path())), stored_({.path = folder_.path()}) {
     options_.filter.formulas = phi::Formulas::kPaper;  // noise has no neighbours that agree
-    backends_.push_back(std::make_unique<test_support::FakeBackend>(&calls_, 2));
+    backends_ = test_support::MakeFakeBackends(&calls_, 1, 2);
   }
 
   Workspace InMemory() const {
@@ -63,19 +62,10 @@ class MemorySceneTest : public ::testing::Test {
     }
     return measured;
   }
-  // Calls of one image at a time, in order: "infer a/0.png".
-  void NoteCalls() {
-    backends_.front() = std::make_unique<test_support::FakeBackend>(&calls_, 1);
-    calls_.on_call = [this](const std::string& stage, const std::string& image) {
-      order_.push_back(stage + " " + image);
-    };
-  }
-  auto Place(const std::string& stage, std::size_t image) const {
-    return std::find(order_.begin(), order_.end(), stage + " " + names_[image]) - order_.begin();
-  }
+  void DoOneImageAtATime() { backends_ = test_support::MakeFakeBackends(&calls_, 1, 1); }
 
   test_support::TemporaryFolder folder_;
-  std::vector<std::string> names_, order_;
+  std::vector<std::string> names_;
   Workspace stored_;
   test_support::FakeCalls calls_;
   PipelineOptions options_;
@@ -104,23 +94,25 @@ TEST_F(MemorySceneTest, RunsEachStageOverEachImage) {
 }
 
 TEST_F(MemorySceneTest, AnImageGoesOnWhenWhatItReadsIsThere) {
-  NoteCalls();
+  DoOneImageAtATime();
+  const test_support::CallOrder order(&calls_);
   const Workspace workspace = InMemory();
   EstimateScene(workspace, NeighbourSources(), options_, backends_);
-  EXPECT_EQ(order_.size(), 4 * names_.size());
+  EXPECT_EQ(order.size(), 4 * names_.size());
   for (std::size_t i = 1; i < names_.size(); ++i) {
-    EXPECT_GT(Place("filter", i), Place("estimate", i - 1));
-    EXPECT_GT(Place("infer", i), Place("filter", i - 1));
+    EXPECT_GT(order.Place("filter", names_[i]), order.Place("estimate", names_[i - 1]));
+    EXPECT_GT(order.Place("infer", names_[i]), order.Place("filter", names_[i - 1]));
   }
-  EXPECT_LT(Place("infer", 0), Place("estimate", names_.size() - 1));
+  EXPECT_LT(order.Place("infer", names_.front()), order.Place("estimate", names_.back()));
 }
 
 TEST_F(MemorySceneTest, FillingHasNoBarrierEither) {
-  NoteCalls();
+  DoOneImageAtATime();
+  const test_support::CallOrder order(&calls_);
   const Workspace workspace = InMemory();
   FillScene(workspace, NeighbourSources(), MapsWithAHole(), options_, backends_);
-  EXPECT_EQ(order_.size(), 2 * names_.size());
-  EXPECT_LT(Place("filter", 0), Place("infer", names_.size() - 1));
+  EXPECT_EQ(order.size(), 2 * names_.size());
+  EXPECT_LT(order.Place("filter", names_.front()), order.Place("infer", names_.back()));
 }
 
 TEST_F(MemorySceneTest, StopsWhenAskedTo) {

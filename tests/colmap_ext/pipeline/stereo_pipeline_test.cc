@@ -29,7 +29,6 @@
 namespace colmap_ext {
 namespace {
 
-using test_support::FakeBackend;
 using test_support::FakeCalls;
 using test_support::HashMaps;
 using test_support::TemporaryFolder;
@@ -46,11 +45,8 @@ class StereoPipelineTest : public ::testing::Test {
   }
 
   RunSummary Run(const std::filesystem::path& path) {
-    Backends backends;
-    for (int i = 0; i < num_backends_; ++i) {
-      backends.push_back(std::make_unique<FakeBackend>(&calls_, num_concurrent_));
-    }
-    return test_support::RunPipeline({.path = path, .mask_path = masks_}, options_, backends);
+    return test_support::RunPipeline({.path = path, .mask_path = masks_}, options_,
+                                     test_support::MakeFakeBackends(&calls_, num_backends_, num_concurrent_));
   }
   RunSummary Run() { return Run(folder_.path()); }
 
@@ -94,21 +90,15 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
 
 // Each image reads its neighbour alone.
 TEST_F(StereoPipelineTest, AnImageGoesOnWhenWhatItReadsIsThere) {
-  std::string lists;
-  for (int i = 0; i < kNumImages; ++i) lists += names_[i] + "\n" + names_[i == 0 ? 1 : i - 1] + "\n";
-  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", lists);
-  std::vector<std::string> calls;
-  calls_.on_call = [&](const std::string& stage, const std::string& image) {
-    calls.push_back(stage + " " + image);
-  };
+  test_support::ReadNeighboursAlone(folder_.path(), names_);
+  const test_support::CallOrder order(&calls_);
   EXPECT_TRUE(Run().failures.empty());
-  const auto place = [&](const std::string& call) { return std::find(calls.begin(), calls.end(), call) - calls.begin(); };
-  EXPECT_EQ(calls.size(), 4u * kNumImages);
+  EXPECT_EQ(order.size(), 4u * kNumImages);
   for (int i = 0; i < kNumImages; ++i) {
-    EXPECT_GT(place("filter " + names_[i]), place("estimate " + names_[i == 0 ? 1 : i - 1]));
-    EXPECT_GT(place("infer " + names_[i]), place("filter " + names_[i == 0 ? 1 : i - 1]));
+    EXPECT_GT(order.Place("filter", names_[i]), order.Place("estimate", names_[i == 0 ? 1 : i - 1]));
+    EXPECT_GT(order.Place("infer", names_[i]), order.Place("filter", names_[i == 0 ? 1 : i - 1]));
   }
-  EXPECT_LT(place("infer " + names_[0]), place("estimate " + names_[kNumImages - 1]));
+  EXPECT_LT(order.Place("infer", names_[0]), order.Place("estimate", names_[kNumImages - 1]));
 }
 
 TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {

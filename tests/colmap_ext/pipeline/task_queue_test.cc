@@ -30,11 +30,7 @@ std::vector<QueuedTask> Independent(int count) { return std::vector<QueuedTask>(
 class TaskQueueTest : public ::testing::Test {
  protected:
   Backends MakeBackends(int count, int num_concurrent) {
-    Backends backends;
-    for (int i = 0; i < count; ++i) {
-      backends.push_back(std::make_unique<test_support::FakeBackend>(&calls_, num_concurrent));
-    }
-    return backends;
+    return test_support::MakeFakeBackends(&calls_, count, num_concurrent);
   }
   void TearDown() override { phi::CancellationFlag() = false; }
 
