@@ -21,5 +21,13 @@ with tempfile.TemporaryDirectory() as folder:
     for m in maps:
         truth = phimvs.read_map(room / f"truth/depth_maps/{m.name}.bin")
         assert np.median(np.abs(m.depth - truth)[m.measured] / truth[m.measured]) < 0.01
+    # What a static OpenCV could lack: photos' formats.
+    exact = Path(folder) / f"room/truth/depth_maps/{maps[0].name}.bin"
+    picture = phimvs.colorize(phimvs.read_map(exact)).astype(float)
+    for ending, tolerance in (("png", 0), ("tif", 0), ("jpg", 5)):
+        path = Path(folder) / f"picture.{ending}"
+        subprocess.run([*program, "map_inspector", "--input_path", str(exact), "--output_path", str(path)],
+                       check=True, capture_output=True)
+        assert np.abs(phimvs.read_image(path) - picture).mean() <= tolerance, ending
     print(phimvs.version_text(), end="")
     print(f"self-test: {len(cloud.xyz)} points")
