@@ -35,6 +35,7 @@ configure_file(cmake/changelog.in "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog"
 execute_process(COMMAND gzip -9nf "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog")
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/debian/copyright" "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog.gz"
   DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/phimvs")
+install(FILES cmake/lintian-overrides DESTINATION "${CMAKE_INSTALL_DATADIR}/lintian/overrides" RENAME phimvs)
 install(FILES CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" RENAME CHANGES.md)
 
 # The package holds the program alone; the library is installed by `cmake --install --component library`.
