@@ -18,7 +18,7 @@ namespace colmap_ext {
 class CloudWriter {
  public:
   virtual ~CloudWriter() = default;
-  virtual void Write(const phi::FusedBlock& block) = 0;
+  virtual void Write(phi::FusedBlock block) = 0;
   virtual void Commit() = 0;
 };
 

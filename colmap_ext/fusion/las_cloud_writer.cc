@@ -82,7 +82,7 @@ class LasCloudWriter : public CloudWriter {
     for (const std::string& record : records_) file_.Write(record);
   }
 
-  void Write(const phi::FusedBlock& block) override {
+  void Write(phi::FusedBlock block) override {
     rows_.clear();
     for (std::size_t i = 0; i < block.points.size(); ++i) AddPoint(block.points[i], block.view_counts[i]);
     file_.Write(rows_.data(), rows_.size());

@@ -128,7 +128,7 @@ PartFileWriter::PartFileWriter(const fs::path& path, const std::string& key) : f
   file_.Write(std::string(kMagic) + key + NumberBytes(0) + NumberBytes(0));
 }
 
-void PartFileWriter::Write(const phi::FusedBlock& block) {
+void PartFileWriter::Write(phi::FusedBlock block) {
   if (block.points.empty()) return;
   file_.Write(NumberBytes(block.points.size()) + NumberBytes(block.views.size()));
   file_.Write(BytesOf(block.points));
@@ -175,7 +175,7 @@ void CopyPartPoints(const fs::path& path, CloudWriter* writer) {
     block.points = reader.Values<phi::FusedPoint>(num_points);
     block.view_counts = reader.Values<std::uint32_t>(num_points);
     block.views = reader.Values<std::uint32_t>(num_views);
-    writer->Write(block);
+    writer->Write(std::move(block));
   }
 }
 

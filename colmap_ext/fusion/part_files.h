@@ -28,7 +28,7 @@ class PartFileWriter final : public CloudWriter {
  public:
   // key: of all that the part follows from.
   PartFileWriter(const std::filesystem::path& path, const std::string& key);
-  void Write(const phi::FusedBlock& block) override;
+  void Write(phi::FusedBlock block) override;
   void SetSummary(PartSummary summary) { summary_ = std::move(summary); }
   void Commit() override;
 

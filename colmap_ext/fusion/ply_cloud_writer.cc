@@ -46,7 +46,7 @@ class PlyCloudWriter : public CloudWriter {
  public:
   explicit PlyCloudWriter(const PlyCloudOptions& options) : options_(options) { OpenFile(); }
 
-  void Write(const phi::FusedBlock& block) override {
+  void Write(phi::FusedBlock block) override {
     std::size_t first_view = 0;
     for (std::size_t begin = 0; begin < block.points.size();) {
       if (files_.back().cloud->num_vertices() == options_.max_points_per_file) OpenFile();

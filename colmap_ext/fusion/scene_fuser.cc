@@ -256,7 +256,7 @@ void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& com
   const auto write = [&](const Block& block) {
     findings_.num_points += static_cast<std::int64_t>(block->points.size());
     findings_.outcomes += block->outcomes;
-    writer->Write(*block);
+    writer->Write(std::move(*block));
   };
   tbb::parallel_pipeline(static_cast<std::size_t>(2 * tbb::this_task_arena::max_concurrency()),
                          tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, next_block) &

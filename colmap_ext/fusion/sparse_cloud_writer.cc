@@ -36,7 +36,7 @@ class SparseCloudWriter : public CloudWriter {
     }
   }
 
-  void Write(const phi::FusedBlock& block) override {
+  void Write(phi::FusedBlock block) override {
     std::string bytes;
     std::ostringstream text;
     text.precision(17);

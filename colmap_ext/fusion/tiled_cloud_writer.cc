@@ -34,7 +34,7 @@ class TiledCloudWriter : public CloudWriter {
                    std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer)
       : options_(options), make_writer_(std::move(make_writer)) {}
 
-  void Write(const phi::FusedBlock& block) override {
+  void Write(phi::FusedBlock block) override {
     std::size_t first_view = 0;
     for (std::size_t i = 0; i < block.points.size(); ++i) {
       Add(block.points[i], block.view_counts[i], block.views.data() + first_view, &TileOf(block.points[i]));
@@ -42,8 +42,7 @@ class TiledCloudWriter : public CloudWriter {
     }
     for (auto& [index, tile] : tiles_) {
       if (tile.block.points.empty()) continue;
-      tile.writer->Write(tile.block);
-      tile.block = {};
+      tile.writer->Write(std::exchange(tile.block, {}));
     }
   }
 

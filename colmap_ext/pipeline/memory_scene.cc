@@ -145,11 +145,7 @@ class MemoryMaps final : public FusionMapSource {
 class MemoryCloud final : public CloudWriter {
  public:
   explicit MemoryCloud(SceneCloud* cloud) : cloud_(*cloud) {}
-  void Write(const phi::FusedBlock& block) override {
-    cloud_.points.insert(cloud_.points.end(), block.points.begin(), block.points.end());
-    cloud_.view_counts.insert(cloud_.view_counts.end(), block.view_counts.begin(), block.view_counts.end());
-    cloud_.views.insert(cloud_.views.end(), block.views.begin(), block.views.end());
-  }
+  void Write(phi::FusedBlock block) override { cloud_.blocks.push_back(std::move(block)); }
   void Commit() override {}
 
  private:

@@ -34,11 +34,10 @@ std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<s
                                  const std::vector<std::shared_ptr<const phi::PlaneMap>>& measured,
                                  const PipelineOptions& options, const Backends& backends);
 
-// Points in the order of the command's cloud; views of point k: as of phi::FusedBlock.
+// Points in the order of the command's cloud, block after block; their views are indices into workspace.views().
 struct SceneCloud {
-  std::vector<phi::FusedPoint> points;
-  std::vector<std::uint32_t> view_counts, views;  // indices into workspace.views()
-  SceneFusionReport report;
+  std::vector<phi::FusedBlock> blocks;
+  SceneFusionReport report;  // with the number of points
 };
 
 // maps: parallel to workspace.views(), each of the shape of its view's image.

@@ -31,7 +31,7 @@ int main() {
       num_right += std::abs(depth - truth) <= 0.02f * truth ? 1 : 0;
     }
   }
-  std::cout << "phimvs " PHIMVS_VERSION_STRING ": " << cloud.points.size() << " points, " << 100.0 * num_right / num_compared
+  std::cout << "phimvs " PHIMVS_VERSION_STRING ": " << cloud.report.num_points << " points, " << 100.0 * num_right / num_compared
             << " % of the depths right\n";
-  return cloud.points.size() > 1000 && num_right > 0.7 * num_compared ? 0 : 1;
+  return cloud.report.num_points > 1000 && num_right > 0.7 * num_compared ? 0 : 1;
 }

@@ -22,6 +22,7 @@
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/memory_scene.h"
+#include "phi/base/array_memory.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"
 #include "python/bindings/numpy_arrays.h"
@@ -254,38 +255,66 @@ nb::list InferPlanes(const Scene& scene, const std::vector<GivenMap>& given, con
   return ToPython(std::move(arrays));
 }
 
+// First touched by the threads that fill it.
+template <typename T>
+using LargeVector = std::vector<T, phi::ArrayAllocator<T>>;
+
 struct CloudArrays {
-  std::vector<double> xyz;
-  std::vector<float> normals;
-  std::vector<std::uint8_t> colors, inferred;
+  LargeVector<double> xyz;
+  LargeVector<float> normals;
+  LargeVector<std::uint8_t> colors, inferred;
+  LargeVector<std::uint32_t> view_counts, views;
+
+  CloudArrays(std::size_t num_points, std::size_t num_views)
+      : xyz(3 * num_points),
+        normals(3 * num_points),
+        colors(3 * num_points),
+        inferred(num_points),
+        view_counts(num_points),
+        views(num_views) {}
+
+  void Set(const phi::FusedBlock& block, std::size_t first_point, std::size_t first_view) {
+    for (std::size_t i = 0; i < block.points.size(); ++i) {
+      const phi::FusedPoint& point = block.points[i];
+      const std::size_t place = first_point + i;
+      std::copy_n(point.xyz, 3, xyz.data() + 3 * place);
+      std::copy_n(point.normal, 3, normals.data() + 3 * place);
+      std::copy_n(point.rgb, 3, colors.data() + 3 * place);
+      inferred[place] = point.inferred;
+    }
+    std::copy(block.view_counts.begin(), block.view_counts.end(), view_counts.data() + first_point);
+    std::copy(block.views.begin(), block.views.end(), views.data() + first_view);
+  }
 };
 
-CloudArrays ArraysOf(const colmap_ext::SceneCloud& cloud) {
-  CloudArrays arrays;
-  for (const phi::FusedPoint& point : cloud.points) {
-    arrays.xyz.insert(arrays.xyz.end(), point.xyz, point.xyz + 3);
-    arrays.normals.insert(arrays.normals.end(), point.normal, point.normal + 3);
-    arrays.colors.insert(arrays.colors.end(), point.rgb, point.rgb + 3);
-    arrays.inferred.push_back(point.inferred);
+// A block is freed when its points are in the arrays: a large cloud is not held twice.
+CloudArrays ArraysOf(std::vector<phi::FusedBlock> blocks) {
+  std::vector<std::size_t> first_point{0}, first_view{0};
+  for (const phi::FusedBlock& block : blocks) {
+    first_point.push_back(first_point.back() + block.points.size());
+    first_view.push_back(first_view.back() + block.views.size());
   }
+  CloudArrays arrays(first_point.back(), first_view.back());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const phi::FusedBlock block = std::move(blocks[b]);
+    arrays.Set(block, first_point[b], first_view[b]);
+  });
   return arrays;
 }
 
 // xyz, normals, colors, inferred, view_counts, views.
 nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std::vector<std::string>& words,
                const Listeners& listeners) {
-  colmap_ext::SceneCloud cloud;
-  CloudArrays arrays;
+  CloudArrays arrays(0, 0);
   RunSupervised(listeners, [&] {
     auto options = ParseOptions<colmap_ext::FusionCommandOptions>(
         "fuse", words, [](auto* fusion, auto* parser) { fusion->RegisterFusion(parser); });
-    cloud = colmap_ext::FuseSceneMaps(WorkspaceOf(scene, -1), MapsOf(given), options.fusion);
-    arrays = ArraysOf(cloud);
+    arrays = ArraysOf(colmap_ext::FuseSceneMaps(WorkspaceOf(scene, -1), MapsOf(given), options.fusion).blocks);
   });
-  const std::size_t n = cloud.points.size(), num_views = cloud.views.size();
+  const std::size_t n = arrays.view_counts.size(), num_views = arrays.views.size();
   return nb::make_tuple(MakeOutput(std::move(arrays.xyz), {n, 3}), MakeOutput(std::move(arrays.normals), {n, 3}),
                         MakeOutput(std::move(arrays.colors), {n, 3}), MakeOutput(std::move(arrays.inferred), {n}),
-                        MakeOutput(std::move(cloud.view_counts), {n}), MakeOutput(std::move(cloud.views), {num_views}));
+                        MakeOutput(std::move(arrays.view_counts), {n}), MakeOutput(std::move(arrays.views), {num_views}));
 }
 
 // The .ply and .vis files that stereo_fusion writes.
@@ -303,7 +332,7 @@ void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& norma
   block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
   block.views.assign(views.data(), views.data() + views.size());
   const auto writer = colmap_ext::MakePlyCloudWriter({.path = path});
-  writer->Write(block);
+  writer->Write(std::move(block));
   writer->Commit();
 }
 

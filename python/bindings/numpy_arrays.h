@@ -20,10 +20,11 @@ using Input = nanobind::ndarray<const T, nanobind::c_contig, nanobind::device::c
 template <typename T>
 using Output = nanobind::ndarray<nanobind::numpy, T>;
 
-template <typename T>
-Output<T> MakeOutput(std::vector<T> values, std::vector<std::size_t> shape) {
-  auto* owned = new std::vector<T>(std::move(values));
-  const nanobind::capsule owner(owned, [](void* memory) noexcept { delete static_cast<std::vector<T>*>(memory); });
+template <typename T, typename Allocator>
+Output<T> MakeOutput(std::vector<T, Allocator> values, std::vector<std::size_t> shape) {
+  using Values = std::vector<T, Allocator>;
+  auto* owned = new Values(std::move(values));
+  const nanobind::capsule owner(owned, [](void* memory) noexcept { delete static_cast<Values*>(memory); });
   return Output<T>(owned->data(), shape.size(), shape.data(), owner);
 }
 
