@@ -110,17 +110,17 @@ struct RegionBuffers {
   }
 };
 
-// Regions are found on the host; the scanlines run meanwhile, and the anchors while other views' are pooled.
+// Regions are found on the host; the scanlines run meanwhile, and the anchors while evidence is gathered.
 RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
                              const Event& anchors_ready, const Task& task) {
   const int width = launch.carrying.width, height = launch.carrying.height;
   const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
-  const std::vector<PooledAnchor> pooled = PoolAnchors(input, launch.parameters.rules);
+  const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.rules);
   anchors_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
   RegionPlanes planes(*RegionImage(input), {host_buffers.anchors, width, height},
-                      input.reference.view->image_id, pooled, PrecisionOf(input), launch.parameters.rules);
+                      input.reference.view->image_id, evidence, launch.parameters.rules);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {

@@ -41,6 +41,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kEvenRegions, "even_regions", kInference, kScale)               \
   X(kRegionPlanes, "region_planes", kInference, kOffAndScale)       \
   X(kPooledAnchors, "pooled_anchors", kInference, kOffAndScale)     \
+  X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kHiddenAnchors, "hidden_anchors", kInference, kOffAndScale)     \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
   X(kFreeSpace, "free_space", kInference, kOffAndScale)             \

@@ -24,8 +24,7 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
 }  // namespace
 
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image,
-                       std::uint32_t image_id, std::span<const PooledAnchor> pooled,
-                       const DepthPrecision& precision)
+                       std::uint32_t image_id, const PlaneEvidence& evidence)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
   const int width = measured.width(), height = measured.height();
   const Formulas formulas = method.formulas;
@@ -41,7 +40,7 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, con
     });
   }
   if (image != nullptr && formulas == Formulas::kRobust) {
-    region_planes_.emplace(*image, anchors, image_id, pooled, precision, method.rules);
+    region_planes_.emplace(*image, anchors, image_id, evidence, method.rules);
     AddRegionPlanes(*image, method.rules);
   }
 }

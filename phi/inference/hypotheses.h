@@ -3,7 +3,6 @@
 
 #include <array>
 #include <optional>
-#include <span>
 
 #include "phi/base/images.h"
 #include "phi/inference/infer_pixel.h"
@@ -16,10 +15,9 @@ class Hypotheses {
  public:
   // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
   // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
-  // `pooled`: what else the planes rest on. `precision`: of the image's view.
+  // `evidence`: what else the planes rest on.
   Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image = nullptr,
-             std::uint32_t image_id = 0, std::span<const PooledAnchor> pooled = {},
-             const DepthPrecision& precision = {});
+             std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
 
   // Views this.
   HypothesisState state() const;

@@ -80,10 +80,9 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
 }
 
 Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
-  std::vector<PooledAnchor> pooled;
-  if (method.formulas == Formulas::kRobust) pooled = PoolAnchors(input, method.rules);
-  return Hypotheses(*input.measured, method, RegionImage(input).get(), input.reference.view->image_id, pooled,
-                    PrecisionOf(input));
+  PlaneEvidence evidence;
+  if (method.formulas == Formulas::kRobust) evidence = GatherPlaneEvidence(input, method.rules);
+  return Hypotheses(*input.measured, method, RegionImage(input).get(), input.reference.view->image_id, evidence);
 }
 
 void CheckInput(const InferenceInput& input) {

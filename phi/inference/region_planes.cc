@@ -14,7 +14,9 @@
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/inference/image_regions.h"
+#include "phi/inference/plane_choice.h"
 #include "phi/inference/plane_normal.h"
+#include "phi/inference/second_surface.h"
 
 namespace phi {
 namespace {
@@ -32,6 +34,10 @@ constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
 // Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
 constexpr double kReachDeviations = 5;
+// Of a plane that a region chooses: cells of its anchors on it, at least, their share, and what makes a cell. Single points
+// are mostly what other views mistook on plain walls.
+constexpr int kMinCells = 3, kMinCellPoints = 2;
+constexpr double kMinCellShare = 0.05;
 
 // The same, scaled.
 struct Limits {
@@ -49,6 +55,13 @@ struct Limits {
     reach_deviations = scale * kReachDeviations;
     tolerance = scale * kTolerance;
     tolerance_deviations = scale * kToleranceDeviations;
+  }
+
+  AnchorTolerance Tolerance(const DepthPrecision& precision) const { return {tolerance, tolerance_deviations, precision}; }
+
+  PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
+    return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
+            reach_deviations, cell_side};
   }
 };
 
@@ -93,10 +106,6 @@ std::uint32_t PixelHash(std::uint32_t pixel) {
   return pixel ^ pixel >> 16;
 }
 
-bool IsInlier(const RegionPlane& plane, const Point& p) {
-  return std::abs(plane.InverseDepth(p.x, p.y) - p.w) < p.tolerance;
-}
-
 bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* plane) {
   const double px = p.x, py = p.y;
   const double x1 = q.x - px, y1 = q.y - py, x2 = r.x - px, y2 = r.y - py;
@@ -115,7 +124,7 @@ bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane*
   const double cx = points[0].x, cy = points[0].y;  // relative coordinates keep the equations well scaled
   int n = 0;
   for (const Point& p : points) {
-    if (!IsInlier(*plane, p)) continue;
+    if (!IsOn(*plane, p)) continue;
     ++n;
     const Eigen::Vector3d row(1, p.x - cx, p.y - cy);
     normal += row * row.transpose();
@@ -161,7 +170,7 @@ std::size_t CountInliers(const std::vector<Point>& points, std::size_t num_point
   std::size_t count = 0;
   for (std::size_t begin = 0; begin < num_points && count + num_points - begin > needed; begin += kBatch) {
     const std::size_t end = std::min(begin + kBatch, num_points);
-    for (std::size_t i = begin; i < end; ++i) count += IsInlier(plane, points[i]);
+    for (std::size_t i = begin; i < end; ++i) count += IsOn(plane, points[i]);
   }
   return count;
 }
@@ -189,39 +198,6 @@ bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey 
   return Refine(limits, points, best) && Refine(limits, points, best);
 }
 
-// How far the planes differ where the second one's inliers lie, relative to it.
-double Apart(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second) {
-  double x = 0, y = 0;
-  int n = 0;
-  for (const Point& p : points) {
-    if (!IsInlier(second, p)) continue;
-    x += p.x, y += p.y, ++n;
-  }
-  x /= n, y /= n;  // Refine found inliers
-  const double w = second.InverseDepth(x, y);
-  return std::abs(first.InverseDepth(x, y) - w) / w;
-}
-
-// How far before the first plane, relative to its depth, nine in ten of the second one's inliers lie at least; 0 without
-// inliers.
-double DetachedBy(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second) {
-  std::vector<double> before;
-  for (const Point& p : points) {
-    if (IsInlier(second, p)) before.push_back(p.w / first.InverseDepth(p.x, p.y) - 1);
-  }
-  if (before.empty()) return 0;
-  const auto tenth = before.begin() + static_cast<std::ptrdiff_t>(before.size() / 10);
-  std::nth_element(before.begin(), tenth, before.end());
-  return *tenth;
-}
-
-// Noise of the first plane's anchors, or the rim of something that stands before the surface: seen in front of an even
-// region, it would end in a step of brightness within. Where two walls meet, anchors lie at the crease too.
-bool IsNoSecondSurface(const std::vector<Point>& points, const RegionPlane& first, const RegionPlane& second,
-                       double min_apart) {
-  return Apart(points, first, second) < min_apart || DetachedBy(points, first, second) > min_apart;
-}
-
 std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::vector<Point> points,
                                                     RandomKey key, std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
@@ -230,7 +206,7 @@ std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::v
     if (!FitPlane(limits, points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
     if (k > 0 && IsNoSecondSurface(points, planes[0], plane, limits.min_apart)) break;
     planes[k] = plane;
-    std::erase_if(points, [&](const Point& p) { return IsInlier(plane, p); });
+    std::erase_if(points, [&](const Point& p) { return IsOn(plane, p); });
   }
   return planes;
 }
@@ -287,30 +263,41 @@ std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts
   return list;
 }
 
-Point MakePoint(const Limits& limits, const DepthPrecision& precision, float x, float y, float w,
-                std::uint32_t hash) {
-  const float deviation = precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w);
-  return {x, y, w, std::max(limits.tolerance, limits.tolerance_deviations * deviation) * w, hash};
+Point MakePoint(const AnchorTolerance& tolerance, float x, float y, float w, std::uint32_t hash) {
+  return {x, y, w, tolerance.At(x, y, w), hash};
 }
 
-Point MeasuredPoint(const Limits& limits, const DepthPrecision& precision, ArrayView2D<const float> anchors,
-                    std::int32_t pixel) {
+Point MeasuredPoint(const AnchorTolerance& tolerance, ArrayView2D<const float> anchors, std::int32_t pixel) {
   const int x = pixel % anchors.width, y = pixel / anchors.width;
-  return MakePoint(limits, precision, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
+  return MakePoint(tolerance, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
                    PixelHash(PixelHash(pixel)));
 }
 
 // Another view measured it, about as precisely as this one would.
-Point PooledPoint(const Limits& limits, const DepthPrecision& precision, const PooledAnchor& anchor) {
-  return MakePoint(limits, precision, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
+Point PooledPoint(const AnchorTolerance& tolerance, const PooledAnchor& anchor) {
+  return MakePoint(tolerance, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
 }
 
-}  // namespace
+std::vector<AnchorCell> CellsOf(const std::vector<Point>& points, float side, int min_points,
+                                const AnchorTolerance& tolerance) {
+  std::vector<AnchorPoint> places;
+  for (const Point& p : points) places.push_back({p.x, p.y, static_cast<float>(p.w)});
+  return MakeAnchorCells(places, side, min_points, tolerance);
+}
 
+// Of the reference view, as its sources tell it.
 DepthPrecision PrecisionOf(const InferenceInput& input) {
   std::vector<const Camera*> sources;
   for (const ViewImage& source : input.sources) sources.push_back(&source.view->camera);
   return {input.reference.view->camera, sources};
+}
+
+}  // namespace
+
+PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules) {
+  PlaneEvidence evidence{PoolAnchors(input, rules), {}, PrecisionOf(input)};
+  evidence.scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
+  return evidence;
 }
 
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
@@ -319,17 +306,22 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
 }
 
 RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
-                           std::span<const PooledAnchor> pooled, const DepthPrecision& precision,
-                           const Rules& rules) {
+                           const PlaneEvidence& evidence, const Rules& rules) {
   if (!rules.IsOn(Rule::kRegionPlanes)) {
     region_ = Array2D<std::int32_t>(image.width(), image.height(), -1);
     return;
   }
   const Limits limits(rules);
+  const AnchorTolerance tolerance = limits.Tolerance(evidence.precision);
+  const std::vector<PooledAnchor>& pooled = evidence.pooled;
+  const float side = CellSide(image.width());
+  const PlaneChoiceLimits choice = limits.Choice(side, rules);
+  const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
+  const int min_anchors = evidence.scene.empty() ? limits.min_anchors : choice.min_cells * min_cell_points;
   ImageRegions regions = FindRegions(image, rules);
   std::int64_t num_places = 0;
   std::vector<AnchoredRegion> anchored =
-      ListAnchored(CountAnchors(regions, anchors, pooled), limits.min_anchors, &num_places);
+      ListAnchored(CountAnchors(regions, anchors, pooled), min_anchors, &num_places);
   std::vector<std::int32_t> index(regions.num_regions, -1);
   for (std::size_t k = 0; k < anchored.size(); ++k) index[anchored[k].region] = static_cast<std::int32_t>(k);
 
@@ -359,11 +351,13 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anch
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(limits, precision, anchors, *member)
-                                    : PooledPoint(limits, precision, pooled[~*member]));
+      points.push_back(*member >= 0 ? MeasuredPoint(tolerance, anchors, *member)
+                                    : PooledPoint(tolerance, pooled[~*member]));
     }
-    // Threads found them in any order.
-    planes_[k] = FitPlanes(limits, Sorted(points), {0, image_id}, static_cast<std::uint64_t>(own.region));
+    points = Sorted(points);  // threads found them in any order
+    planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region));
+    if (evidence.scene.empty()) return;
+    planes_[k] = ChoosePlanes(CellsOf(points, side, min_cell_points, tolerance), planes_[k], evidence.scene, choice);
   });
 }
 

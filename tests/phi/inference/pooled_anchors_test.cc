@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -67,12 +68,13 @@ struct WallScene {
     return input;
   }
 
-  RegionPlanes Planes(std::span<const PooledAnchor> pooled) const {
+  RegionPlanes Planes(std::vector<PooledAnchor> pooled) const {
     Array2D<float> anchors(160, 120);
     for (std::size_t i = 0; i < anchors.size(); ++i) {
       if (measured->data()[i].depth > 0) anchors.data()[i] = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(*reference_image, std::as_const(anchors).view(), 7, pooled);
+    return RegionPlanes(*reference_image, std::as_const(anchors).view(), 7,
+                        {.pooled = std::move(pooled), .scene = {}, .precision = {}});
   }
 
   // Of the plane far from the reference's own anchors, relative.

@@ -48,8 +48,8 @@ RegionPlanes PlanesThrough(const InverseDepth& inverse_depth, const DepthPrecisi
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) anchors(x, y) = inverse_depth(x, y);
   }
-  return RegionPlanes(GrayImage(kWidth, kHeight, 120), std::as_const(anchors).view(), 3, {},
-                      precision);
+  return RegionPlanes(GrayImage(kWidth, kHeight, 120), std::as_const(anchors).view(), 3,
+                      {.pooled = {}, .scene = {}, .precision = precision});
 }
 
 // A wall whose anchors err by 0.8 % from pixel to pixel, to and fro: far more than 0.3 %. A match of 0.15 pixels with a

@@ -1,0 +1,54 @@
+// Anchors gathered in cells of the image and of depth, so that a spot counts once however many pixels measured it.
+#pragma once
+
+#include <vector>
+
+#include "phi/geometry/depth_precision.h"
+
+namespace phi {
+
+// 1 / z = a + b * x + c * y at array indices (x, y) of the reference image.
+struct ImagePlane {
+  double a = 0, b = 0, c = 0;
+
+  double InverseDepth(double x, double y) const { return a + b * x + c * y; }
+};
+
+// How far from a plane an anchor on it may lie.
+struct AnchorTolerance {
+  // Relative inverse depth: the greater of a share and of standard deviations of what matching can tell.
+  float share, deviations;
+  DepthPrecision precision;
+
+  // Of inverse depth w at array indices (x, y).
+  double At(float x, float y, float w) const;
+};
+
+// In the reference image and camera: array indices, inverse depth.
+struct AnchorPoint {
+  float x, y, w;
+};
+
+// The means of a cell's points.
+struct AnchorCell {
+  float x, y;
+  double w, tolerance;
+  int column, row;  // of the cells of its image
+
+  // 0: on the plane; below -1 or above 1: off it, behind or before.
+  double Off(const ImagePlane& plane) const { return (w - plane.InverseDepth(x, y)) / tolerance; }
+  bool IsOn(const ImagePlane& plane) const {
+    const double off = Off(plane);
+    return off > -1 && off < 1;
+  }
+};
+
+// Pixels, of a cell's side.
+float CellSide(int image_width);
+
+// Cells with at least `min_points` of the points, by column, row and depth. A cell is `side` pixels wide and high and a
+// hundredth of its depth deep.
+std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, float side, int min_points,
+                                        const AnchorTolerance& tolerance);
+
+}  // namespace phi

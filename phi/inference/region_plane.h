@@ -1,0 +1,31 @@
+// A plane that fills pixels of a region, and how far it reaches.
+#pragma once
+
+#include "phi/inference/anchor_cells.h"
+#include "phi/inference/plane_fit.h"
+
+namespace phi {
+
+// Within an ellipse around what carries the plane: the sides of a building carry one, and the sky that the building stands
+// before is no part of it.
+struct RegionPlane : ImagePlane {
+  // The ellipse: q = (x - center_x, y - center_y), xx * q.x^2 + 2 * xy * q.x * q.y + yy * q.y^2 <= 1.
+  double center_x = 0, center_y = 0, xx = 0, xy = 0, yy = 0;
+
+  bool IsThere() const { return xx > 0; }
+
+  // The plane around (x, y).
+  InverseDepthPlane Around(int x, int y) const {
+    return {static_cast<float>(InverseDepth(x, y)), static_cast<float>(b), static_cast<float>(c), 1};
+  }
+
+  // 0 outside the ellipse.
+  float At(int x, int y) const {
+    const double dx = x - center_x, dy = y - center_y;
+    if (xx * dx * dx + (2 * xy * dx + yy * dy) * dy > 1) return 0;
+    const double w = InverseDepth(x, y);
+    return w > 0 ? static_cast<float>(w) : 0;
+  }
+};
+
+}  // namespace phi

@@ -1,0 +1,192 @@
+#include "phi/inference/scene_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+#include <Eigen/Cholesky>
+
+#include "phi/base/random.h"
+#include "phi/geometry/device_camera.h"
+
+namespace phi {
+namespace {
+
+constexpr int kMaxPlanes = 25;
+constexpr int kMinCells = 25;        // on a plane
+constexpr int kMinCellPoints = 8;    // of a large image one view has six in a full cell: two views at least saw it
+constexpr int kDraws = 300;          // for a plane
+constexpr std::size_t kMaxScored = 3000;  // cells that a draw is scored on
+constexpr int kAttempts = 24;        // to find a draw's two other cells
+// The three cells of a draw lie within 2 to 32 cells of each other, so that small surfaces are drawn as well as large ones.
+constexpr float kMinReach = 1, kMaxReach = 5;  // logarithms to base 2
+constexpr int kMinStep = 2;  // neighbouring pixels tell nothing new
+constexpr std::int64_t kMaxPointsPerView = std::int64_t{1} << 16;
+constexpr float kBeside = 0.5f;  // of the image's sides
+
+int SamplingStep(int width, int height) {
+  int step = kMinStep;
+  while (static_cast<std::int64_t>(width / step) * (height / step) > kMaxPointsPerView) ++step;
+  return step;
+}
+
+std::vector<AnchorPoint> OwnPoints(const MeasurementMap& map) {
+  std::vector<AnchorPoint> points;
+  const int step = SamplingStep(map.width(), map.height());
+  for (int y = 0; y < map.height(); y += step) {
+    for (int x = 0; x < map.width(); x += step) {
+      if (CarriesPlanes(map.states(x, y)))
+        points.push_back({static_cast<float>(x), static_cast<float>(y), 1 / map.planes(x, y).depth});
+    }
+  }
+  return points;
+}
+
+std::vector<AnchorPoint> SourcePoints(const InferenceInput& input, const ViewImage& source, const MeasuredDepths& depths) {
+  std::vector<AnchorPoint> points;
+  const auto width = static_cast<float>(input.measured->width()), height = static_cast<float>(input.measured->height());
+  const RayModel rays = MakeRayModel(source.view->camera.pinhole);
+  const RelativeView view = MakeRelativeView(source.view->camera, input.reference.view->camera);
+  const int step = SamplingStep(depths.width(), depths.height());
+  for (int y = 0; y < depths.height(); y += step) {
+    for (int x = 0; x < depths.width(); x += step) {
+      if (!CarriesPlanes(depths.states(x, y))) continue;
+      const Vec3f ray = rays.Ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const Vec3f point = view.rotation * (depths.depths(x, y) * ray) + view.translation;
+      if (!(point.z > 0)) continue;
+      const auto [u, v] = view.source.Project(point);
+      if (!(u > -kBeside * width && u < (1 + kBeside) * width && v > -kBeside * height && v < (1 + kBeside) * height)) continue;
+      points.push_back({u - 0.5f, v - 0.5f, 1 / point.z});
+    }
+  }
+  return points;
+}
+
+std::vector<AnchorPoint> MeasuredPoints(const InferenceInput& input) {
+  std::vector<std::vector<AnchorPoint>> parts(1 + std::min(input.sources.size(), input.source_depths.size()));
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+    if (i == 0) {
+      parts[i] = OwnPoints(*input.measured);
+    } else if (input.source_depths[i - 1] != nullptr) {
+      parts[i] = SourcePoints(input, input.sources[i - 1], *input.source_depths[i - 1]);
+    }
+  });
+  std::vector<AnchorPoint> points;
+  for (const auto& part : parts) points.insert(points.end(), part.begin(), part.end());
+  return points;
+}
+
+std::size_t IndexOf(std::uint32_t word, std::size_t size) { return static_cast<std::uint64_t>(word) * size >> 32; }
+
+class PlaneSearch {
+ public:
+  PlaneSearch(std::vector<AnchorCell> cells, float side, RandomKey key) : cells_(std::move(cells)), side_(side), key_(key) {}
+
+  // The plane that most of the cells lie on, which are taken away; false: too few lie on one.
+  bool Next(std::uint64_t round, ImagePlane* plane) {
+    if (cells_.size() < kMinCells) return false;
+    std::vector<std::pair<std::size_t, ImagePlane>> drawn(kDraws);
+    tbb::parallel_for(0, kDraws, [&](int draw) {
+      auto& [count, candidate] = drawn[static_cast<std::size_t>(draw)];
+      if (Draw(round, static_cast<std::uint32_t>(draw), &candidate)) count = CountOn(candidate);
+    });
+    const auto fewer = [](const auto& p, const auto& q) { return p.first < q.first; };
+    const auto best = std::max_element(drawn.begin(), drawn.end(), fewer);
+    if (best->first == 0) return false;
+    *plane = best->second;
+    for (int pass = 0; pass < 3; ++pass) {
+      if (!Refine(plane)) return false;
+    }
+    std::erase_if(cells_, [&](const AnchorCell& cell) { return cell.IsOn(*plane); });
+    return true;
+  }
+
+ private:
+  // A cell at that place, by `word` among those of several depths; null: there is none.
+  const AnchorCell* CellAt(int column, int row, std::uint32_t word) const {
+    const auto before = [](const AnchorCell& cell, const std::pair<int, int>& place) {
+      return std::pair(cell.column, cell.row) < place;
+    };
+    const auto begin = std::lower_bound(cells_.begin(), cells_.end(), std::pair(column, row), before);
+    const auto end = std::lower_bound(begin, cells_.end(), std::pair(column, row + 1), before);
+    return begin == end ? nullptr : &begin[static_cast<std::ptrdiff_t>(IndexOf(word, static_cast<std::size_t>(end - begin)))];
+  }
+
+  bool Draw(std::uint64_t round, std::uint32_t draw, ImagePlane* plane) const {
+    const Random4 first = Philox(key_, round, draw, 0);
+    const AnchorCell* corners[3] = {&cells_[IndexOf(first.v[0], cells_.size())]};
+    const float reach = std::exp2(kMinReach + (kMaxReach - kMinReach) * UniformFloat(first.v[1]));  // cells
+    int found = 1;
+    for (std::uint32_t attempt = 1; attempt <= kAttempts && found < 3; ++attempt) {
+      const Random4 random = Philox(key_, round, draw, attempt);
+      const auto offset = [&](int i) { return static_cast<int>(std::lround(SymmetricFloat(random.v[i]) * reach)); };
+      const AnchorCell* cell = CellAt(corners[0]->column + offset(0), corners[0]->row + offset(1), random.v[2]);
+      if (cell != nullptr) corners[found++] = cell;
+    }
+    return found == 3 && Through(*corners[0], *corners[1], *corners[2], side_ * side_ * reach, plane);
+  }
+
+  // False: they are nearly in a line. min_area: twice the triangle's area has half as many square pixels at least.
+  static bool Through(const AnchorCell& p, const AnchorCell& q, const AnchorCell& r, float min_area, ImagePlane* plane) {
+    const double x1 = q.x - p.x, y1 = q.y - p.y, x2 = r.x - p.x, y2 = r.y - p.y;
+    const double det = x1 * y2 - x2 * y1;
+    if (std::abs(det) < 0.5 * min_area) return false;
+    plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
+    plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
+    plane->a = p.w - plane->b * p.x - plane->c * p.y;
+    return true;
+  }
+
+  std::size_t CountOn(const ImagePlane& plane) const {
+    const std::size_t stride = std::max<std::size_t>(1, cells_.size() / kMaxScored);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < cells_.size(); i += stride) count += cells_[i].IsOn(plane);
+    return count;
+  }
+
+  // Least squares over the cells on the plane; false where they are too few.
+  bool Refine(ImagePlane* plane) const {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    const double cx = cells_[0].x, cy = cells_[0].y;  // relative coordinates keep the equations well scaled
+    int n = 0;
+    for (const AnchorCell& cell : cells_) {
+      if (!cell.IsOn(*plane)) continue;
+      ++n;
+      const double weight = 1 / (cell.tolerance * cell.tolerance);
+      const Eigen::Vector3d row(1, cell.x - cx, cell.y - cy);
+      normal += weight * row * row.transpose();
+      right += weight * cell.w * row;
+    }
+    if (n < kMinCells) return false;
+    const Eigen::Vector3d solution = normal.ldlt().solve(right);
+    plane->b = solution(1);
+    plane->c = solution(2);
+    plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
+    return true;
+  }
+
+  std::vector<AnchorCell> cells_;  // by column, row and depth
+  float side_;
+  RandomKey key_;
+};
+
+}  // namespace
+
+std::vector<ImagePlane> FindScenePlanes(const InferenceInput& input, const AnchorTolerance& tolerance, const Rules& rules) {
+  std::vector<ImagePlane> planes;
+  if (!rules.IsOn(Rule::kScenePlanes)) return planes;
+  const float side = CellSide(input.measured->width());
+  const int min_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
+  constexpr std::uint32_t kSeed = 1;  // the regions' own draws have 0
+  PlaneSearch search(MakeAnchorCells(MeasuredPoints(input), side, min_points, tolerance), side,
+                     {kSeed, input.reference.view->image_id});
+  ImagePlane plane;
+  for (std::uint64_t round = 0; round < kMaxPlanes && search.Next(round, &plane); ++round) planes.push_back(plane);
+  return planes;
+}
+
+}  // namespace phi

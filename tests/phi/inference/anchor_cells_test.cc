@@ -1,0 +1,62 @@
+#include "phi/inference/anchor_cells.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace phi {
+namespace {
+
+const AnchorTolerance kTolerance{0.01f, 3, {}};
+
+TEST(AnchorCells, AreTheMeansOfTheirPoints) {
+  // Cells of 10 pixels: three points in the column 2 and row -1, one beside it in the next column.
+  const std::vector<AnchorPoint> points = {{21, -4, 0.503f}, {30, -4, 0.503f}, {24, -2, 0.505f}, {27, -9, 0.504f}};
+  const auto cells = MakeAnchorCells(points, 10, 1, kTolerance);
+  ASSERT_EQ(cells.size(), 2u);
+  EXPECT_FLOAT_EQ(cells[0].x, 24);
+  EXPECT_FLOAT_EQ(cells[0].y, -5);
+  EXPECT_NEAR(cells[0].w, 0.504, 1e-7);
+  EXPECT_NEAR(cells[0].tolerance, 0.00504, 1e-7);
+  EXPECT_EQ(cells[0].column, 2);
+  EXPECT_EQ(cells[0].row, -1);
+  EXPECT_EQ(cells[1].column, 3);
+}
+
+TEST(AnchorCells, APointAloneIsNone) {
+  const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.5f}, {15, 5, 0.5f}};
+  EXPECT_EQ(MakeAnchorCells(points, 10, 2, kTolerance).size(), 1u);
+  EXPECT_EQ(MakeAnchorCells(points, 10, 3, kTolerance).size(), 0u);
+}
+
+TEST(AnchorCells, OneAboveTheOtherInDepthAreTwo) {
+  const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.6f}};
+  EXPECT_EQ(MakeAnchorCells(points, 10, 1, kTolerance).size(), 2u);
+}
+
+TEST(AnchorCells, LieOnAPlaneWithinTheirTolerance) {
+  const AnchorCell cell{10, 20, 0.4, 0.002, 0, 0};
+  EXPECT_NEAR(cell.Off({0.39, 0.001, 0}), 0, 1e-9);
+  EXPECT_TRUE(cell.IsOn({0.3919, 0.001, 0}));
+  EXPECT_FALSE(cell.IsOn({0.3921, 0.001, 0}));
+  EXPECT_NEAR(cell.Off({0.36, 0.001, 0.0015}), 0, 1e-9);
+  EXPECT_LT(cell.Off({0.393, 0.001, 0}), -1) << "behind the plane";
+}
+
+// f = 500 pixels, baseline 1/50 of the depth of 2: a step of a pixel is 2 / (500 * 0.04) = 10 % of the depth.
+TEST(AnchorCells, MayErrByWhatMatchingCanTell) {
+  Camera reference;
+  reference.pinhole = {160, 120, 500, 500, 80, 60};
+  Camera source = reference;
+  source.pose.translation = {-0.04, 0, 0};
+  const AnchorTolerance tolerance{0.003f, 3, DepthPrecision(reference, {&source})};
+  EXPECT_NEAR(tolerance.At(79.5f, 59.5f, 0.5f) / 0.5, 3 * kMatchDeviation * 0.1, 0.001);
+}
+
+TEST(AnchorCells, AreAHundredAndTwentyEighthOfTheImageWide) {
+  EXPECT_FLOAT_EQ(CellSide(3072), 24);
+  EXPECT_FLOAT_EQ(CellSide(320), 6);
+}
+
+}  // namespace
+}  // namespace phi
