@@ -14,6 +14,7 @@ namespace colmap_ext {
 namespace {
 
 constexpr std::size_t kMaxTiles = 400;  // open at once, each up to two files of the usual 1024
+constexpr double kMaxPlace = 9007199254740992.0;  // 2^53: doubles beyond do not tell a tile from the next
 
 struct TileIndex {
   std::int64_t column = 0, row = 0;
@@ -67,16 +68,14 @@ class TiledCloudWriter : public CloudWriter {
  private:
   Tile& TileOf(const phi::FusedPoint& point) {
     const auto place = [&](std::size_t axis) {
-      return static_cast<std::int64_t>(std::floor((point.xyz[axis] - options_.origin[axis]) / options_.size));
+      const double index = std::floor((point.xyz[axis] - options_.origin[axis]) / options_.size);
+      if (!(std::abs(index) < kMaxPlace)) RefuseSize("is finer than the points' coordinates");
+      return static_cast<std::int64_t>(index);
     };
     const TileIndex index{place(0), place(1)};
     const auto found = tiles_.find(index);
     if (found != tiles_.end()) return found->second;
-    if (tiles_.size() == kMaxTiles) {
-      throw phi::InputError("--tile_size " + DumpJson(nlohmann::ordered_json(options_.size), -1) + " gives more than " +
-                            std::to_string(kMaxTiles) +
-                            " tiles; ask for larger ones, or for the part in --bbox_path alone");
-    }
+    if (tiles_.size() == kMaxTiles) RefuseSize("gives more than " + std::to_string(kMaxTiles) + " tiles");
     Tile& tile = tiles_[index];
     tile.path = options_.path;
     tile.path.replace_filename(tile.path.stem().string() + "_" + std::to_string(index.column) + "_" +
@@ -85,6 +84,11 @@ class TiledCloudWriter : public CloudWriter {
     std::fill(tile.least, tile.least + 3, std::numeric_limits<double>::max());
     std::fill(tile.most, tile.most + 3, std::numeric_limits<double>::lowest());
     return tile;
+  }
+
+  [[noreturn]] void RefuseSize(const std::string& why) const {
+    throw phi::InputError("--tile_size " + DumpJson(nlohmann::ordered_json(options_.size), -1) + " " + why +
+                          "; ask for larger tiles, or for the part in --bbox_path alone");
   }
 
   static void Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views, Tile* tile) {

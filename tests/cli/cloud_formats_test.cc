@@ -133,7 +133,20 @@ TEST(TiledCloud, AFileForEachSquareAndAnIndex) {
   });
   std::vector<std::array<double, 3>> scattered;
   for (int i = 0; i < 500; ++i) scattered.push_back({static_cast<double>(i), 0, 0});
-  EXPECT_THAT(test_support::MessageOf<phi::InputError>([&] { many->Write(MakeBlock(scattered)); }), HasSubstr("ask for larger ones"));
+  EXPECT_THAT(test_support::MessageOf<phi::InputError>([&] { many->Write(MakeBlock(scattered)); }), HasSubstr("ask for larger tiles"));
+}
+
+// Their places would overflow 64 bits and all points fall into one tile.
+TEST(TiledCloud, ASizeThatNoCoordinateCanTellApartIsRefused) {
+  const TemporaryFolder folder;
+  for (const double size : {1e-17, 1e-30, 5e-324}) {
+    const auto writer = MakeTiledCloudWriter({.path = folder / "c.ply", .size = size}, [](const fs::path& path) {
+      return MakePlyCloudWriter({.path = path});
+    });
+    EXPECT_THAT(test_support::MessageOf<phi::InputError>([&] { writer->Write(MakeBlock({{-1.5, 0, 0}, {2.5, 0, 0}})); }),
+                HasSubstr("finer than the points' coordinates"))
+        << size;
+  }
 }
 
 class CloudFormats : public testing::Test {
