@@ -13,7 +13,6 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
-#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/matching_window.h"

@@ -10,7 +10,6 @@
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
-#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
 

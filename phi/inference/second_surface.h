@@ -1,9 +1,9 @@
 // Whether a region's second plane is a surface of its own.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <algorithm>
 #include <vector>
 
 #include "phi/inference/anchor_cells.h"

@@ -18,7 +18,6 @@
 #include "phi/backend.h"
 #include "phi/base/error.h"
 #include "phi/inference/hypotheses.h"
-#include "phi/inference/pooled_anchors.h"
 
 namespace {
 
