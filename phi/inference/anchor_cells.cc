@@ -13,15 +13,23 @@ namespace {
 
 // Of an image's width, and pixels at least: a spot that windows of neighbouring pixels see in common.
 constexpr float kCellsAcross = 128, kMinSide = 6;
-constexpr double kCellDepth = 0.01;  // of a cell's depth
+// A factor of two in depth, so that a cell is a hundredth of its depth deep: a workspace in other units, if their ratio is a
+// power of two, has the same cells.
+constexpr int kCellsPerOctave = 70;
 
 constexpr int kKeyBits = 20;
 constexpr std::int64_t kKeyOffset = std::int64_t{1} << (kKeyBits - 1);
 
 std::uint64_t KeyPart(double cell) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(cell)) + kKeyOffset); }
 
+double DepthCell(float w) {
+  int exponent;
+  const float mantissa = std::frexp(w, &exponent);
+  return kCellsPerOctave * exponent + std::floor(kCellsPerOctave * std::log2(mantissa));
+}
+
 std::uint64_t KeyOf(const AnchorPoint& p, float side) {
-  return KeyPart(p.x / side) << 2 * kKeyBits | KeyPart(p.y / side) << kKeyBits | KeyPart(std::log(p.w) / kCellDepth);
+  return KeyPart(p.x / side) << 2 * kKeyBits | KeyPart(p.y / side) << kKeyBits | KeyPart(DepthCell(p.w));
 }
 
 int ColumnOf(std::uint64_t key) { return static_cast<int>(static_cast<std::int64_t>(key >> 2 * kKeyBits) - kKeyOffset); }

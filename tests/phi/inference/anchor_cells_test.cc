@@ -11,13 +11,13 @@ const AnchorTolerance kTolerance{0.01f, 3, {}};
 
 TEST(AnchorCells, AreTheMeansOfTheirPoints) {
   // Cells of 10 pixels: three points in the column 2 and row -1, one beside it in the next column.
-  const std::vector<AnchorPoint> points = {{21, -4, 0.503f}, {30, -4, 0.503f}, {24, -2, 0.505f}, {27, -9, 0.504f}};
+  const std::vector<AnchorPoint> points = {{21, -4, 0.503f}, {30, -4, 0.503f}, {24, -2, 0.504f}, {27, -9, 0.5035f}};
   const auto cells = MakeAnchorCells(points, 10, 1, kTolerance);
   ASSERT_EQ(cells.size(), 2u);
   EXPECT_FLOAT_EQ(cells[0].x, 24);
   EXPECT_FLOAT_EQ(cells[0].y, -5);
-  EXPECT_NEAR(cells[0].w, 0.504, 1e-7);
-  EXPECT_NEAR(cells[0].tolerance, 0.00504, 1e-7);
+  EXPECT_NEAR(cells[0].w, 0.5035, 1e-7);
+  EXPECT_NEAR(cells[0].tolerance, 0.005035, 1e-7);
   EXPECT_EQ(cells[0].column, 2);
   EXPECT_EQ(cells[0].row, -1);
   EXPECT_EQ(cells[1].column, 3);
@@ -32,6 +32,20 @@ TEST(AnchorCells, APointAloneIsNone) {
 TEST(AnchorCells, OneAboveTheOtherInDepthAreTwo) {
   const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.6f}};
   EXPECT_EQ(MakeAnchorCells(points, 10, 1, kTolerance).size(), 2u);
+}
+
+TEST(AnchorCells, AreTheSameInUnitsOfAPowerOfTwo) {
+  std::vector<AnchorPoint> points, scaled;
+  for (int i = 0; i < 2000; ++i) {
+    points.push_back({static_cast<float>(i % 40), static_cast<float>(i / 40), 0.2f + 0.0007f * i});
+    scaled.push_back({points.back().x, points.back().y, points.back().w / 1024});
+  }
+  const auto cells = MakeAnchorCells(points, 10, 1, kTolerance), others = MakeAnchorCells(scaled, 10, 1, kTolerance);
+  ASSERT_EQ(cells.size(), others.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    ASSERT_EQ(cells[i].x, others[i].x);
+    ASSERT_EQ(cells[i].w, 1024 * others[i].w);
+  }
 }
 
 TEST(AnchorCells, LieOnAPlaneWithinTheirTolerance) {
