@@ -48,8 +48,12 @@ float CellSide(int image_width) { return std::max(kMinSide, static_cast<float>(i
 std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, float side, int min_points,
                                         const AnchorTolerance& tolerance) {
   // With the point's place: the same sums whatever the sort does.
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) order[i] = {KeyOf(points[i], side), static_cast<std::uint32_t>(i)};
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  order.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // Another program's map may hold a depth whose inverse is beyond numbers.
+    if (std::isnormal(points[i].w)) order.emplace_back(KeyOf(points[i], side), static_cast<std::uint32_t>(i));
+  }
   tbb::parallel_sort(order.begin(), order.end());
   std::vector<AnchorCell> cells;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {

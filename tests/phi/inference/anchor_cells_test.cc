@@ -1,6 +1,7 @@
 #include "phi/inference/anchor_cells.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -27,6 +28,11 @@ TEST(AnchorCells, APointAloneIsNone) {
   const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.5f}, {15, 5, 0.5f}};
   EXPECT_EQ(MakeAnchorCells(points, 10, 2, kTolerance).size(), 1u);
   EXPECT_EQ(MakeAnchorCells(points, 10, 3, kTolerance).size(), 0u);
+}
+
+TEST(AnchorCells, InverseDepthsBeyondNumbersAreNone) {
+  const float inf = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(MakeAnchorCells({{1, 1, inf}, {1, 1, 0}, {1, 1, 1e-42f}, {1, 1, NAN}, {1, 1, 0.5f}}, 10, 1, kTolerance).size(), 1u);
 }
 
 TEST(AnchorCells, OneAboveTheOtherInDepthAreTwo) {
