@@ -41,3 +41,8 @@ function fillList(list, rows) {
 }
 
 const middle = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
+
+// A drag goes on outside of the element.
+function capturePointer(element, event) {
+  try { element.setPointerCapture(event.pointerId); } catch (error) { /* it was lifted already, or a script made it */ }
+}

@@ -98,7 +98,9 @@ function showPoint(view, point) {
   if (cloud.inferred) parts.push(decodeBytes(cloud.inferred)[point] ? 'inferred' : 'measured');
   if (cloud.errors) {
     const error = decodeBytes(cloud.errors)[point];
-    if (error < 255) parts.push(`error to truth ${(100 * error * cloud.error_unit).toFixed(2)} % of the depth`);
+    if (error < 255) {
+      parts.push(`error to truth ${(100 * error * cloud.error_unit).toFixed(2)} % of the depth${error === 254 ? ' or more' : ''}`);
+    }
   }
   const views = visibility ? visibility.of(point).filter((v) => v < cloud.cameras.length) : [];
   view.choose(point, views);

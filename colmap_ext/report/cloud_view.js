@@ -162,7 +162,7 @@ function listenToCanvas(canvas, orbit, redraw, onClick) {
   }, { passive: false });
   canvas.addEventListener('contextmenu', (e) => e.preventDefault());
   canvas.addEventListener('pointerdown', (e) => {
-    try { canvas.setPointerCapture(e.pointerId); } catch (error) { /* a pointer that a script made */ }
+    capturePointer(canvas, e);
     if (pointers.size === 0) moved = 0;
     pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
   });

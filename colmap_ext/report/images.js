@@ -17,6 +17,7 @@ const viewer = {
       layers.append(button);
     });
     const picture = byId('viewer-picture');
+    picture.style.width = picture.style.height = '';
     picture.onload = () => { this.fit(); picture.onload = null; };
     this.show(layer);
     byId('viewer-close').focus();
@@ -33,9 +34,13 @@ const viewer = {
   },
   fit() {
     const stage = byId('viewer-stage').getBoundingClientRect(), picture = byId('viewer-picture');
-    this.scale = Math.min(stage.width / picture.naturalWidth, stage.height / picture.naturalHeight);
-    this.x = (stage.width - this.scale * picture.naturalWidth) / 2;
-    this.y = (stage.height - this.scale * picture.naturalHeight) / 2;
+    // Maps may have fewer pixels than the photo: all layers fill the frame of the one that is shown first.
+    const width = picture.offsetWidth, height = picture.offsetHeight;
+    picture.style.width = `${width}px`;
+    picture.style.height = `${height}px`;
+    this.scale = Math.min(stage.width / width, stage.height / height);
+    this.x = (stage.width - this.scale * width) / 2;
+    this.y = (stage.height - this.scale * height) / 2;
     this.place();
   },
   place() {
@@ -72,7 +77,7 @@ const viewer = {
       this.zoom(Math.exp(-e.deltaY / 400), e.clientX, e.clientY);
     }, { passive: false });
     stage.addEventListener('pointerdown', (e) => {
-      stage.setPointerCapture(e.pointerId);
+      capturePointer(stage, e);
       this.pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
     });
     stage.addEventListener('pointermove', (e) => this.move(e));
@@ -216,8 +221,9 @@ function sortableTable(table, columns, rows) {
     button.onclick = () => {
       ascending = last === column ? !ascending : true;
       last = column;
-      const order = (a, b) => (a === b ? 0 : a === null ? 1 : b === null ? -1 : a < b ? -1 : 1);
-      fill([...rows].sort((a, b) => (ascending ? 1 : -1) * order(column.value(a), column.value(b))));
+      const sign = ascending ? 1 : -1;  // rows without a value come last either way
+      const order = (a, b) => (a === b ? 0 : a === null ? 1 : b === null ? -1 : a < b ? -sign : sign);
+      fill([...rows].sort((a, b) => order(column.value(a), column.value(b))));
       head.querySelectorAll('th').forEach((th) => th.removeAttribute('aria-sort'));
       cell.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
     };
