@@ -12,12 +12,12 @@
 #include "colmap_ext/report/report_pictures.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/workspace.h"
+#include "tests/support/browser.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 
-using test_support::HasProgram;
 using test_support::ProgramResult;
 using test_support::ReadBytes;
 using test_support::RunProgram;
@@ -164,28 +164,16 @@ TEST_F(ReportCommand, RefusesScoresOfAnotherKind) {
 
 // A real browser draws the page at a desktop's and at a phone's width.
 TEST_F(ReportCommand, BrowserDrawsIt) {
-  std::string browser;
-  for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
-    if (browser.empty() && HasProgram(name)) browser = name;
-  }
+  const std::string browser = test_support::FindBrowser();
   if (browser.empty()) GTEST_SKIP() << "no chromium on PATH";
   ASSERT_EQ(Write().exit_code, 0);
-  // One picture takes 7 s of processor time, spread over a dozen processes that wait for each other: on a machine that is busy
-  // with other work a hundred seconds by the clock, most of them asleep.
-  constexpr char kSecondsOfPatience[] = "300";
-  constexpr int kTimedOut = 124;  // timeout's own exit code
   for (const char* size : {"1280,4200", "500,9000"}) {
-    const ProgramResult result =
-        RunProgram({"timeout", "--kill-after=5", kSecondsOfPatience, browser, "--headless", "--no-sandbox",
-                    "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                    "--disable-extensions", "--disable-background-networking", "--disable-component-update",
-                    "--hide-scrollbars", "--virtual-time-budget=8000",
-                    "--user-data-dir=" + (folder_ / "profile").string(), std::string("--window-size=") + size,
-                    "--screenshot=" + (folder_ / "page.png").string(),
-                    "file://" + (folder_ / "report.html").string()});
-    if (result.exit_code == kTimedOut) GTEST_SKIP() << "the browser drew nothing within " << kSecondsOfPatience << " s";
+    const test_support::BrowserResult result = test_support::RunBrowser(
+        browser, folder_ / "report.html",
+        {"--virtual-time-budget=8000", std::string("--window-size=") + size, "--screenshot=" + (folder_ / "page.png").string()});
+    if (!result) GTEST_SKIP() << "the browser drew nothing within five minutes";
     const cv::Mat page = cv::imread((folder_ / "page.png").string());
-    ASSERT_FALSE(page.empty()) << result.errors;
+    ASSERT_FALSE(page.empty()) << result->errors;
     // The photo is the only large red area; coverage bars are blue and orange.
     const auto share = [&](const cv::Scalar& lower, const cv::Scalar& upper) {
       cv::Mat inside;
