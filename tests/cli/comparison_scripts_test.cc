@@ -74,7 +74,7 @@ class ComparisonScripts : public testing::Test {
                                          "\"$workspace/stereo/depth_maps/${f%.bin}.$k.bin\"; done; done ;;\n"
                                          "stereo_fusion) cp '" +
                                          (folder_ / "exact.ply").string() +
-                                         "' \"$5\"; touch \"$5.vis\" \"$5.json\" ;;\n"
+                                         "' \"$5\"; echo {} > \"$5.json\" ;;\n"
                                          "*) exec '" PHIMVS_BINARY "' \"$@\" ;;\nesac\n");
   }
 
