@@ -4,15 +4,9 @@
 #include <vector>
 
 #include "phi/geometry/depth_precision.h"
+#include "phi/inference/image_plane.h"
 
 namespace phi {
-
-// 1 / z = a + b * x + c * y at array indices (x, y) of the reference image.
-struct ImagePlane {
-  double a = 0, b = 0, c = 0;
-
-  double InverseDepth(double x, double y) const { return a + b * x + c * y; }
-};
 
 // How far from a plane an anchor on it may lie.
 struct AnchorTolerance {
@@ -37,10 +31,6 @@ struct AnchorCell {
 
   // 0: on the plane; below -1 or above 1: off it, behind or before.
   double Off(const ImagePlane& plane) const { return (w - plane.InverseDepth(x, y)) / tolerance; }
-  bool IsOn(const ImagePlane& plane) const {
-    const double off = Off(plane);
-    return off > -1 && off < 1;
-  }
 };
 
 // Pixels, of a cell's side.

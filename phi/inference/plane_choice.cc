@@ -1,11 +1,7 @@
 #include "phi/inference/plane_choice.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-
-#include <Eigen/Core>
-#include <Eigen/LU>
 
 #include "phi/inference/second_surface.h"
 
@@ -26,8 +22,8 @@ double ScoreOf(const ImagePlane& plane, const std::vector<AnchorCell>& cells, do
   double score = 0;
   *num_on = 0;
   for (const AnchorCell& cell : cells) {
-    const double off = cell.Off(plane);
-    if (off > -1 && off < 1) {
+    if (IsOn(plane, cell)) {
+      const double off = cell.Off(plane);
       ++*num_on;
       score += 1 - off * off;
     } else if (cell.w < (1 - min_apart) * plane.InverseDepth(cell.x, cell.y)) {
@@ -39,23 +35,12 @@ double ScoreOf(const ImagePlane& plane, const std::vector<AnchorCell>& cells, do
 
 // Around the cells on it, of which there are some.
 void SetReach(const std::vector<AnchorCell>& cells, const PlaneChoiceLimits& limits, RegionPlane* plane) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  double n = 0;
+  PlaneFit places(cells[0].x, cells[0].y);
   for (const AnchorCell& cell : cells) {
-    if (!cell.IsOn(*plane)) continue;
-    const Eigen::Vector2d at(cell.x, cell.y);
-    sum += at, squares += at * at.transpose(), ++n;
+    if (IsOn(*plane, cell)) places.Add(cell);
   }
-  const Eigen::Vector2d mean = sum / n;
-  const Eigen::Matrix2d covariance = squares / n - mean * mean.transpose() +
-                                     limits.min_deviation * limits.min_deviation * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d ellipse = covariance.inverse() / (limits.reach_deviations * limits.reach_deviations);
-  plane->center_x = mean.x();
-  plane->center_y = mean.y();
-  plane->xx = ellipse(0, 0);
-  plane->xy = ellipse(0, 1);
-  plane->yy = ellipse(1, 1);
+  const Eigen::Matrix2d own_size = limits.min_deviation * limits.min_deviation * Eigen::Matrix2d::Identity();
+  plane->SetReach(places.Mean(), places.Covariance() + own_size, limits.reach_deviations);
 }
 
 }  // namespace
@@ -79,7 +64,7 @@ std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(std::vector<AnchorCell> c
     if (best == nullptr || (k > 0 && IsNoSecondSurface(cells, chosen[0], *best, limits.min_apart))) break;
     chosen[k] = *best;
     if (!best->IsThere()) SetReach(cells, limits, &chosen[k]);
-    std::erase_if(cells, [&](const AnchorCell& cell) { return cell.IsOn(chosen[k]); });
+    std::erase_if(cells, [&](const AnchorCell& cell) { return IsOn(chosen[k], cell); });
   }
   return chosen;
 }

@@ -11,9 +11,8 @@
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/geometry/depth_agreement.h"
-#include "phi/geometry/device_camera.h"
 #include "phi/inference/anchor_visibility.h"
-#include "phi/matching/cost_aggregation.h"
+#include "phi/inference/source_anchors.h"
 
 namespace phi {
 namespace {
@@ -29,13 +28,8 @@ constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
 // Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own anchors.
 constexpr int kMinStep = 2;
 
-int SamplingStep(int width, int height, const Rules& rules) {
-  const auto num_sampled = [&](std::int64_t step) {
-    return ((width + step - 1) / step) * ((height + step - 1) / step);
-  };
-  int step = rules.Count(Rule::kPooledAnchors, kMinStep);
-  while (num_sampled(step) > kMaxPooledPerView) ++step;
-  return step;
+int StepOf(int width, int height, const Rules& rules) {
+  return SamplingStep(width, height, rules.Count(Rule::kPooledAnchors, kMinStep), kMaxPooledPerView);
 }
 
 class SourcePool {
@@ -49,10 +43,9 @@ class SourcePool {
         source_image_(*source.image),
         depths_(depths),
         rules_(rules),
-        step_(SamplingStep(depths.width(), depths.height(), rules)),
+        step_(StepOf(depths.width(), depths.height(), rules)),
         source_id_(source.view->image_id),
-        source_rays_(MakeRayModel(source.view->camera.pinhole)),
-        reference_from_source_(MakeRelativeView(source.view->camera, input.reference.view->camera)) {}
+        projected_(source, depths, input.reference.view->camera) {}
 
   int NumRows() const { return (depths_.height() + step_ - 1) / step_; }
 
@@ -81,17 +74,12 @@ class SourcePool {
  private:
   // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
   std::optional<PooledAnchor> Project(int x, int y) const {
-    if (!CarriesPlanes(depths_.states(x, y))) return std::nullopt;
-    const float depth = depths_.depths(x, y);
-    const RelativeView& view = reference_from_source_;
-    const Vec3f point = view.rotation * (depth * source_rays_.Ray(static_cast<float>(x) + 0.5f,
-                                                                  static_cast<float>(y) + 0.5f)) +
-                        view.translation;
-    if (!(point.z > 0)) return std::nullopt;
-    const auto [u, v] = view.source.Project(point);
+    const std::optional<SourceAnchor> anchor = projected_.At(x, y);
+    if (!anchor) return std::nullopt;
+    const auto [u, v, w] = *anchor;
     const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
     if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
-    return PooledAnchor{u - 0.5f, v - 0.5f, 1 / point.z};
+    return PooledAnchor{u - 0.5f, v - 0.5f, w};
   }
 
   void AddPixel(int x, int y, std::vector<PooledAnchor>* row) const {
@@ -135,8 +123,7 @@ class SourcePool {
   int step_;
   float gain_ = 1;
   std::uint32_t source_id_;
-  RayModel source_rays_;
-  RelativeView reference_from_source_;
+  SourceAnchors projected_;
 };
 
 }  // namespace
@@ -167,7 +154,7 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
   }
   const int width = input.measured->width(), height = input.measured->height();
   if (rules.IsOn(Rule::kHiddenAnchors))
-    RemoveHidden(width, height, SamplingStep(width, height, rules), &pooled, rules);
+    RemoveHidden(width, height, StepOf(width, height, rules), &pooled, rules);
   return pooled;
 }
 

@@ -1,7 +1,9 @@
 // A plane that fills pixels of a region, and how far it reaches.
 #pragma once
 
-#include "phi/inference/anchor_cells.h"
+#include <Eigen/LU>
+
+#include "phi/inference/image_plane.h"
 #include "phi/inference/plane_fit.h"
 
 namespace phi {
@@ -13,6 +15,16 @@ struct RegionPlane : ImagePlane {
   double center_x = 0, center_y = 0, xx = 0, xy = 0, yy = 0;
 
   bool IsThere() const { return xx > 0; }
+
+  // So many standard deviations around the mean of places with that covariance.
+  void SetReach(const Eigen::Vector2d& mean, const Eigen::Matrix2d& covariance, double deviations) {
+    const Eigen::Matrix2d ellipse = covariance.inverse() / (deviations * deviations);
+    center_x = mean.x();
+    center_y = mean.y();
+    xx = ellipse(0, 0);
+    xy = ellipse(0, 1);
+    yy = ellipse(1, 1);
+  }
 
   // The plane around (x, y).
   InverseDepthPlane Around(int x, int y) const {

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include "phi/base/image_mask.h"
@@ -28,6 +27,7 @@ constexpr float kTolerance = 0.003f, kToleranceDeviations = 3;
 // Relative inverse depth: within this, two planes are one but for noise, or meet.
 constexpr double kMinApart = 0.02;
 constexpr int kMaxDraws = 100;
+constexpr double kMinTriangle = 100;      // twice the area of a draw's, square pixels
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
 constexpr std::size_t kMaxScored = 1500;  // anchors that a draw is scored on
 constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
@@ -106,45 +106,18 @@ std::uint32_t PixelHash(std::uint32_t pixel) {
   return pixel ^ pixel >> 16;
 }
 
-bool PlaneThrough(const Point& p, const Point& q, const Point& r, RegionPlane* plane) {
-  const double px = p.x, py = p.y;
-  const double x1 = q.x - px, y1 = q.y - py, x2 = r.x - px, y2 = r.y - py;
-  const double det = x1 * y2 - x2 * y1;
-  if (std::abs(det) < 100) return false;  // twice the triangle's area, square pixels
-  plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
-  plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
-  plane->a = p.w - plane->b * px - plane->c * py;
-  return true;
-}
-
 // Least squares over the inliers; false when they do not carry a plane. Sets the ellipse.
 bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane* plane) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const double cx = points[0].x, cy = points[0].y;  // relative coordinates keep the equations well scaled
-  int n = 0;
+  PlaneFit fit(points[0].x, points[0].y);
   for (const Point& p : points) {
-    if (!IsOn(*plane, p)) continue;
-    ++n;
-    const Eigen::Vector3d row(1, p.x - cx, p.y - cy);
-    normal += row * row.transpose();
-    right += p.w * row;
+    if (IsOn(*plane, p)) fit.Add(p);
   }
-  if (n < limits.min_anchors) return false;
-  const Eigen::Vector2d mean = normal.block<2, 1>(1, 0) / n;
-  const Eigen::Matrix2d covariance = normal.block<2, 2>(1, 1) / n - mean * mean.transpose();
+  if (fit.count() < limits.min_anchors) return false;
+  const Eigen::Matrix2d covariance = fit.Covariance();
   const double narrow = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()(0);
   if (!(narrow > limits.min_spread * limits.min_spread)) return false;
-  const Eigen::Vector3d solution = normal.ldlt().solve(right);
-  plane->b = solution(1);
-  plane->c = solution(2);
-  plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
-  const Eigen::Matrix2d ellipse = covariance.inverse() / (limits.reach_deviations * limits.reach_deviations);
-  plane->center_x = cx + mean.x();
-  plane->center_y = cy + mean.y();
-  plane->xx = ellipse(0, 0);
-  plane->xy = ellipse(0, 1);
-  plane->yy = ellipse(1, 1);
+  fit.Solve(plane);
+  plane->SetReach(fit.Mean(), covariance, limits.reach_deviations);
   return true;
 }
 
@@ -185,7 +158,7 @@ bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey 
     const Random4 random = Philox(key, region, round, static_cast<std::uint32_t>(draw));
     RegionPlane plane;
     if (!PlaneThrough(PointAt(points, random.v[0]), PointAt(points, random.v[1]),
-                      PointAt(points, random.v[2]), &plane)) {
+                      PointAt(points, random.v[2]), kMinTriangle, &plane)) {
       continue;
     }
     const std::size_t count = CountInliers(points, num_scored, plane, best_count);
@@ -281,6 +254,7 @@ Point PooledPoint(const AnchorTolerance& tolerance, const PooledAnchor& anchor) 
 std::vector<AnchorCell> CellsOf(const std::vector<Point>& points, float side, int min_points,
                                 const AnchorTolerance& tolerance) {
   std::vector<AnchorPoint> places;
+  places.reserve(points.size());
   for (const Point& p : points) places.push_back({p.x, p.y, static_cast<float>(p.w)});
   return MakeAnchorCells(places, side, min_points, tolerance);
 }

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Cholesky>
 
 #include "phi/base/random.h"
-#include "phi/geometry/device_camera.h"
+#include "phi/inference/source_anchors.h"
 
 namespace phi {
 namespace {
@@ -27,15 +27,11 @@ constexpr int kMinStep = 2;  // neighbouring pixels tell nothing new
 constexpr std::int64_t kMaxPointsPerView = std::int64_t{1} << 16;
 constexpr float kBeside = 0.5f;  // of the image's sides
 
-int SamplingStep(int width, int height) {
-  int step = kMinStep;
-  while (static_cast<std::int64_t>(width / step) * (height / step) > kMaxPointsPerView) ++step;
-  return step;
-}
+int StepOf(int width, int height) { return SamplingStep(width, height, kMinStep, kMaxPointsPerView); }
 
 std::vector<AnchorPoint> OwnPoints(const MeasurementMap& map) {
   std::vector<AnchorPoint> points;
-  const int step = SamplingStep(map.width(), map.height());
+  const int step = StepOf(map.width(), map.height());
   for (int y = 0; y < map.height(); y += step) {
     for (int x = 0; x < map.width(); x += step) {
       if (CarriesPlanes(map.states(x, y)))
@@ -48,18 +44,15 @@ std::vector<AnchorPoint> OwnPoints(const MeasurementMap& map) {
 std::vector<AnchorPoint> SourcePoints(const InferenceInput& input, const ViewImage& source, const MeasuredDepths& depths) {
   std::vector<AnchorPoint> points;
   const auto width = static_cast<float>(input.measured->width()), height = static_cast<float>(input.measured->height());
-  const RayModel rays = MakeRayModel(source.view->camera.pinhole);
-  const RelativeView view = MakeRelativeView(source.view->camera, input.reference.view->camera);
-  const int step = SamplingStep(depths.width(), depths.height());
+  const SourceAnchors anchors(source, depths, input.reference.view->camera);
+  const int step = StepOf(depths.width(), depths.height());
   for (int y = 0; y < depths.height(); y += step) {
     for (int x = 0; x < depths.width(); x += step) {
-      if (!CarriesPlanes(depths.states(x, y))) continue;
-      const Vec3f ray = rays.Ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const Vec3f point = view.rotation * (depths.depths(x, y) * ray) + view.translation;
-      if (!(point.z > 0)) continue;
-      const auto [u, v] = view.source.Project(point);
+      const std::optional<SourceAnchor> anchor = anchors.At(x, y);
+      if (!anchor) continue;
+      const auto [u, v, w] = *anchor;
       if (!(u > -kBeside * width && u < (1 + kBeside) * width && v > -kBeside * height && v < (1 + kBeside) * height)) continue;
-      points.push_back({u - 0.5f, v - 0.5f, 1 / point.z});
+      points.push_back({u - 0.5f, v - 0.5f, w});
     }
   }
   return points;
@@ -100,7 +93,7 @@ class PlaneSearch {
     for (int pass = 0; pass < 3; ++pass) {
       if (!Refine(plane)) return false;
     }
-    std::erase_if(cells_, [&](const AnchorCell& cell) { return cell.IsOn(*plane); });
+    std::erase_if(cells_, [&](const AnchorCell& cell) { return IsOn(*plane, cell); });
     return true;
   }
 
@@ -126,46 +119,24 @@ class PlaneSearch {
       const AnchorCell* cell = CellAt(corners[0]->column + offset(0), corners[0]->row + offset(1), random.v[2]);
       if (cell != nullptr) corners[found++] = cell;
     }
-    return found == 3 && Through(*corners[0], *corners[1], *corners[2], side_ * side_ * reach, plane);
-  }
-
-  // False: they are nearly in a line. min_area: twice the triangle's area has half as many square pixels at least.
-  static bool Through(const AnchorCell& p, const AnchorCell& q, const AnchorCell& r, float min_area, ImagePlane* plane) {
-    const double x1 = q.x - p.x, y1 = q.y - p.y, x2 = r.x - p.x, y2 = r.y - p.y;
-    const double det = x1 * y2 - x2 * y1;
-    if (std::abs(det) < 0.5 * min_area) return false;
-    plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
-    plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
-    plane->a = p.w - plane->b * p.x - plane->c * p.y;
-    return true;
+    return found == 3 && PlaneThrough(*corners[0], *corners[1], *corners[2], 0.5 * side_ * side_ * reach, plane);
   }
 
   std::size_t CountOn(const ImagePlane& plane) const {
     const std::size_t stride = std::max<std::size_t>(1, cells_.size() / kMaxScored);
     std::size_t count = 0;
-    for (std::size_t i = 0; i < cells_.size(); i += stride) count += cells_[i].IsOn(plane);
+    for (std::size_t i = 0; i < cells_.size(); i += stride) count += IsOn(plane, cells_[i]);
     return count;
   }
 
   // Least squares over the cells on the plane; false where they are too few.
   bool Refine(ImagePlane* plane) const {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    const double cx = cells_[0].x, cy = cells_[0].y;  // relative coordinates keep the equations well scaled
-    int n = 0;
+    PlaneFit fit(cells_[0].x, cells_[0].y);
     for (const AnchorCell& cell : cells_) {
-      if (!cell.IsOn(*plane)) continue;
-      ++n;
-      const double weight = 1 / (cell.tolerance * cell.tolerance);
-      const Eigen::Vector3d row(1, cell.x - cx, cell.y - cy);
-      normal += weight * row * row.transpose();
-      right += weight * cell.w * row;
+      if (IsOn(*plane, cell)) fit.Add(cell, 1 / (cell.tolerance * cell.tolerance));
     }
-    if (n < kMinCells) return false;
-    const Eigen::Vector3d solution = normal.ldlt().solve(right);
-    plane->b = solution(1);
-    plane->c = solution(2);
-    plane->a = solution(0) - solution(1) * cx - solution(2) * cy;
+    if (fit.count() < kMinCells) return false;
+    fit.Solve(plane);
     return true;
   }
 

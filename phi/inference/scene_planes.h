@@ -7,6 +7,7 @@
 #include "phi/backend.h"
 #include "phi/base/rules.h"
 #include "phi/inference/anchor_cells.h"
+#include "phi/inference/image_plane.h"
 
 namespace phi {
 

@@ -6,15 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "phi/inference/anchor_cells.h"
+#include "phi/inference/image_plane.h"
 
 namespace phi {
-
-// Anchor: with x, y, w and a tolerance of w.
-template <typename Anchor>
-bool IsOn(const ImagePlane& plane, const Anchor& anchor) {
-  return std::abs(plane.InverseDepth(anchor.x, anchor.y) - anchor.w) < anchor.tolerance;
-}
 
 // How far the planes differ where the second one's anchors lie, relative to it. The second has anchors.
 template <typename Anchor>

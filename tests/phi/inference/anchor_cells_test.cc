@@ -57,8 +57,8 @@ TEST(AnchorCells, AreTheSameInUnitsOfAPowerOfTwo) {
 TEST(AnchorCells, LieOnAPlaneWithinTheirTolerance) {
   const AnchorCell cell{10, 20, 0.4, 0.002, 0, 0};
   EXPECT_NEAR(cell.Off({0.39, 0.001, 0}), 0, 1e-9);
-  EXPECT_TRUE(cell.IsOn({0.3919, 0.001, 0}));
-  EXPECT_FALSE(cell.IsOn({0.3921, 0.001, 0}));
+  EXPECT_TRUE(IsOn({0.3919, 0.001, 0}, cell));
+  EXPECT_FALSE(IsOn({0.3921, 0.001, 0}, cell));
   EXPECT_NEAR(cell.Off({0.36, 0.001, 0.0015}), 0, 1e-9);
   EXPECT_LT(cell.Off({0.393, 0.001, 0}), -1) << "behind the plane";
 }

@@ -1,0 +1,74 @@
+// Planes in an image, through anchors: points with x, y (array indices), w (inverse depth) and the tolerance of w.
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+namespace phi {
+
+// 1 / z = a + b * x + c * y at array indices (x, y) of the reference image.
+struct ImagePlane {
+  double a = 0, b = 0, c = 0;
+
+  double InverseDepth(double x, double y) const { return a + b * x + c * y; }
+};
+
+template <typename Anchor>
+bool IsOn(const ImagePlane& plane, const Anchor& anchor) {
+  return std::abs(plane.InverseDepth(anchor.x, anchor.y) - anchor.w) < anchor.tolerance;
+}
+
+// False: twice the area of their triangle is less than `min_area`, square pixels.
+template <typename Anchor>
+bool PlaneThrough(const Anchor& p, const Anchor& q, const Anchor& r, double min_area, ImagePlane* plane) {
+  const double px = p.x, py = p.y;
+  const double x1 = q.x - px, y1 = q.y - py, x2 = r.x - px, y2 = r.y - py;
+  const double det = x1 * y2 - x2 * y1;
+  if (std::abs(det) < min_area) return false;
+  plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
+  plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
+  plane->a = p.w - plane->b * px - plane->c * py;
+  return true;
+}
+
+// Least squares over anchors. Coordinates relative to one of them keep the equations well scaled.
+class PlaneFit {
+ public:
+  PlaneFit(double center_x, double center_y) : cx_(center_x), cy_(center_y) {}
+
+  template <typename Anchor>
+  void Add(const Anchor& anchor, double weight = 1) {
+    ++count_;
+    const Eigen::Vector3d row(1, anchor.x - cx_, anchor.y - cy_);
+    normal_ += weight * row * row.transpose();
+    right_ += weight * anchor.w * row;
+  }
+
+  int count() const { return count_; }
+
+  // Of the anchors that were added, which do not lie in a line.
+  void Solve(ImagePlane* plane) const {
+    const Eigen::Vector3d solution = normal_.ldlt().solve(right_);
+    plane->b = solution(1);
+    plane->c = solution(2);
+    plane->a = solution(0) - solution(1) * cx_ - solution(2) * cy_;
+  }
+
+  // Of the anchors' places, each by its weight.
+  Eigen::Vector2d Mean() const { return Eigen::Vector2d(cx_, cy_) + RelativeMean(); }
+  Eigen::Matrix2d Covariance() const {
+    return normal_.block<2, 2>(1, 1) / normal_(0, 0) - RelativeMean() * RelativeMean().transpose();
+  }
+
+ private:
+  Eigen::Vector2d RelativeMean() const { return normal_.block<2, 1>(1, 0) / normal_(0, 0); }
+
+  double cx_, cy_;
+  int count_ = 0;
+  Eigen::Matrix3d normal_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace phi
