@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace phi {
@@ -49,18 +48,11 @@ class PlaneFit {
   int count() const { return count_; }
 
   // Of the anchors that were added, which do not lie in a line.
-  void Solve(ImagePlane* plane) const {
-    const Eigen::Vector3d solution = normal_.ldlt().solve(right_);
-    plane->b = solution(1);
-    plane->c = solution(2);
-    plane->a = solution(0) - solution(1) * cx_ - solution(2) * cy_;
-  }
+  void Solve(ImagePlane* plane) const;
 
   // Of the anchors' places, each by its weight.
   Eigen::Vector2d Mean() const { return Eigen::Vector2d(cx_, cy_) + RelativeMean(); }
-  Eigen::Matrix2d Covariance() const {
-    return normal_.block<2, 2>(1, 1) / normal_(0, 0) - RelativeMean() * RelativeMean().transpose();
-  }
+  Eigen::Matrix2d Covariance() const;
 
  private:
   Eigen::Vector2d RelativeMean() const { return normal_.block<2, 1>(1, 0) / normal_(0, 0); }

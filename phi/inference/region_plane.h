@@ -1,7 +1,7 @@
 // A plane that fills pixels of a region, and how far it reaches.
 #pragma once
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "phi/inference/image_plane.h"
 #include "phi/inference/plane_fit.h"
@@ -17,14 +17,7 @@ struct RegionPlane : ImagePlane {
   bool IsThere() const { return xx > 0; }
 
   // So many standard deviations around the mean of places with that covariance.
-  void SetReach(const Eigen::Vector2d& mean, const Eigen::Matrix2d& covariance, double deviations) {
-    const Eigen::Matrix2d ellipse = covariance.inverse() / (deviations * deviations);
-    center_x = mean.x();
-    center_y = mean.y();
-    xx = ellipse(0, 0);
-    xy = ellipse(0, 1);
-    yy = ellipse(1, 1);
-  }
+  void SetReach(const Eigen::Vector2d& mean, const Eigen::Matrix2d& covariance, double deviations);
 
   // The plane around (x, y).
   InverseDepthPlane Around(int x, int y) const {

@@ -1,0 +1,18 @@
+#include "phi/inference/image_plane.h"
+
+#include <Eigen/Cholesky>
+
+namespace phi {
+
+void PlaneFit::Solve(ImagePlane* plane) const {
+  const Eigen::Vector3d solution = normal_.ldlt().solve(right_);
+  plane->b = solution(1);
+  plane->c = solution(2);
+  plane->a = solution(0) - solution(1) * cx_ - solution(2) * cy_;
+}
+
+Eigen::Matrix2d PlaneFit::Covariance() const {
+  return normal_.block<2, 2>(1, 1) / normal_(0, 0) - RelativeMean() * RelativeMean().transpose();
+}
+
+}  // namespace phi
