@@ -214,7 +214,7 @@ void RunRecord::EndShard() {
 
 void RunRecord::CompactLocked() {
   Json images = Json::object(), runs = Json::array();
-  for (const std::string& run : runs_) runs.push_back(Json::parse(run));
+  for (const std::string& run : runs_) runs.push_back(ParseJson(run));
   // Added at the end, since this kind of object would look through all others for the name. Tasks are in the images' order.
   auto& entries = images.get_ref<Json::object_t&>();
   const std::string* image = nullptr;
