@@ -64,12 +64,17 @@ struct FilterInput {
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
 };
 
+struct ViewRegions;  // phi/inference/source_regions.h
+
 struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
   std::shared_ptr<const MeasurementMap> measured;  // after the first filter
   // Of the sources, which tell free space: empty, or parallel to sources; null where there are none.
   std::vector<std::shared_ptr<const MeasuredDepths>> source_depths;
+  // Of the sources, which have a say in the planes of the reference's regions (FindViewRegions): empty, or parallel to sources;
+  // null where there are none.
+  std::vector<std::shared_ptr<const ViewRegions>> source_regions;
   // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const Array2D<std::uint8_t>> mask;

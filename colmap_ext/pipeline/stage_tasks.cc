@@ -10,6 +10,7 @@
 #include "phi/base/whole_array.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/inference/infer_holes.h"
+#include "phi/inference/region_planes.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
@@ -168,6 +169,7 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
+  input.source_regions = SourceRegions(job, used, input);
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};
@@ -228,6 +230,27 @@ std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths
     depths.push_back(available ? store_.Depths(job.sources[index], previous.result) : nullptr);
   }
   return depths;
+}
+
+std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(const ImageJob& job,
+                                                                               const std::vector<int>& used,
+                                                                               const phi::InferenceInput& input) const {
+  std::vector<std::shared_ptr<const phi::ViewRegions>> regions;
+  const phi::InferenceOptions& options = options_.inference;
+  if (options.formulas == phi::Formulas::kPaper || options.mode == phi::InferenceMode::kOff ||
+      !options.rules.IsOn(phi::Rule::kSourceRegions)) {
+    return regions;
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
+    const ImageJob& source = jobs_[job.source_jobs[used[i]]];
+    const auto find = [&] {
+      return phi::FindViewRegions(*store_.CutGray(source.image), *depths, workspace_.views()[source.image].image_id,
+                                  PrecisionOf(source), options.rules);
+    };
+    regions.push_back(depths != nullptr ? regions_.Get(source.image, find) : nullptr);
+  }
+  return regions;
 }
 
 }  // namespace colmap_ext

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "colmap_ext/pipeline/map_store.h"
+#include "colmap_ext/pipeline/region_cache.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "colmap_ext/progress.h"
@@ -60,11 +61,16 @@ class StageTasks {
       const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
       const std::vector<int>& used) const;
 
+  // Parallel to input.sources; empty where the rule is off.
+  std::vector<std::shared_ptr<const phi::ViewRegions>> SourceRegions(const ImageJob& job, const std::vector<int>& used,
+                                                                     const phi::InferenceInput& input) const;
+
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;
   const PipelineOptions& options_;
   SparseDepthFunction sparse_depth_;
   MapStore& store_;
+  mutable RegionCache regions_;
   mutable std::mutex mutex_;
   mutable InferenceSummary inference_;
 };

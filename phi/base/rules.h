@@ -42,6 +42,9 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kRegionPlanes, "region_planes", kInference, kOffAndScale)       \
   X(kPooledAnchors, "pooled_anchors", kInference, kOffAndScale)     \
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
+  X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
+  X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
+  X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
   X(kHiddenAnchors, "hidden_anchors", kInference, kOffAndScale)     \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
   X(kFreeSpace, "free_space", kInference, kOffAndScale)             \

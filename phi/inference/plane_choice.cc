@@ -2,69 +2,230 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <utility>
 
 #include "phi/inference/second_surface.h"
 
 namespace phi {
 namespace {
 
-// Without cells on it a plane of the scene has no reach, until it is chosen.
-std::vector<RegionPlane> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own, std::span<const ImagePlane> scene) {
-  std::vector<RegionPlane> candidates;
-  for (const RegionPlane& plane : own) {
-    if (plane.IsThere()) candidates.push_back(plane);
-  }
-  for (const ImagePlane& plane : scene) candidates.push_back({plane});
-  return candidates;
+constexpr double kFewCells = 10;       // so many at least make a share
+constexpr std::size_t kFewSpots = 16;  // in fewer, where spots fall is chance
+
+// What a view's region says of a plane.
+struct Verdict {
+  double score = 0;   // from -1 to 1
+  double num_on = 0;  // cells
+};
+
+struct Place {
+  double x, y;
+};
+
+// Twice the area of a, b, c; positive where they turn to the left.
+double Turn(const Place& a, const Place& b, const Place& c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-double ScoreOf(const ImagePlane& plane, const std::vector<AnchorCell>& cells, double min_apart, double* num_on) {
-  double score = 0;
-  *num_on = 0;
-  for (const AnchorCell& cell : cells) {
-    if (IsOn(plane, cell)) {
-      const double off = cell.Off(plane);
-      ++*num_on;
-      score += 1 - off * off;
-    } else if (cell.w < (1 - min_apart) * plane.InverseDepth(cell.x, cell.y)) {
-      score -= 1;
+// Corners in order (Andrew's monotone chain).
+std::vector<Place> ConvexHull(std::vector<Place> places) {
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+  std::vector<Place> hull;
+  const auto add = [&](const Place& place, std::size_t kept) {
+    while (hull.size() >= kept + 2 && Turn(hull[hull.size() - 2], hull.back(), place) <= 0) hull.pop_back();
+    hull.push_back(place);
+  };
+  for (const Place& place : places) add(place, 0);
+  const std::size_t lower = hull.size() - 1;
+  for (std::size_t i = places.size(); i-- > 0;) add(places[i], lower);
+  hull.pop_back();
+  return hull;
+}
+
+bool IsInside(const std::vector<Place>& hull, const Place& place) {
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    if (Turn(hull[i], hull[(i + 1) % hull.size()], place) < 0) return false;
+  }
+  return hull.size() > 2;
+}
+
+class PlaneChoice {
+ public:
+  PlaneChoice(RegionEvidence region, const PlaneChoiceLimits& limits)
+      : region_(std::move(region)), limits_(limits), open_(region_.spots.size(), 1) {
+    if (region_.spots.size() < kFewSpots || !(limits.source_weight > 0)) region_.sources = {};
+    if (!(limits.unlike_weight > 0)) region_.views = nullptr;
+    enough_ =
+        std::max<double>(limits.min_cells, limits.min_share * static_cast<double>(region_.cells.size()));
+  }
+
+  const std::vector<AnchorCell>& cells() const { return region_.cells; }
+
+  // Without cells on it a plane of the scene has no reach, until it is chosen.
+  std::vector<RegionPlane> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own,
+                                      std::span<const ImagePlane> scene) const {
+    std::vector<RegionPlane> candidates;
+    for (const RegionPlane& plane : own) {
+      if (plane.IsThere()) candidates.push_back(plane);
     }
+    for (const ImagePlane& plane : scene) candidates.push_back({plane});
+    for (const SourceRegions& source : region_.sources) AddPlanesOf(source, &candidates);
+    return candidates;
   }
-  return score;
-}
 
-// Around the cells on it, of which there are some.
-void SetReach(const std::vector<AnchorCell>& cells, const PlaneChoiceLimits& limits, RegionPlane* plane) {
-  PlaneFit places(cells[0].x, cells[0].y);
-  for (const AnchorCell& cell : cells) {
-    if (IsOn(*plane, cell)) places.Add(cell);
-  }
-  const Eigen::Matrix2d own_size = limits.min_deviation * limits.min_deviation * Eigen::Matrix2d::Identity();
-  plane->SetReach(places.Mean(), places.Covariance() + own_size, limits.reach_deviations);
-}
-
-}  // namespace
-
-std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(std::vector<AnchorCell> cells,
-                                                       const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                                       std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits) {
-  const std::vector<RegionPlane> candidates = Candidates(own, scene);
-  const double enough = std::max<double>(limits.min_cells, limits.min_share * static_cast<double>(cells.size()));
-  std::array<RegionPlane, kPlanesPerRegion> chosen{};
-  for (int k = 0; k < kPlanesPerRegion; ++k) {
+  // The best one; null: not enough cells lie on any. Other views alone carry no second plane.
+  const RegionPlane* Best(const std::vector<RegionPlane>& candidates, bool is_first) const {
     const RegionPlane* best = nullptr;
     double best_score = 0;
     for (const RegionPlane& candidate : candidates) {
-      double num_on;
-      const double score = ScoreOf(candidate, cells, limits.min_apart, &num_on);
-      if (num_on < enough || (best != nullptr && score <= best_score)) continue;
+      const Verdict own = Judge(candidate, region_.cells);
+      const Verdict others = JudgeOfSources(candidate);
+      if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
+      double score = own.score + limits_.source_weight * others.score;
+      if (best != nullptr && score <= best_score) continue;
+      score -= limits_.unlike_weight * UnlikeShare(candidate);
+      if (best != nullptr && score <= best_score) continue;
+      if (is_first && SurroundedShare(candidate) < limits_.min_surrounded) continue;
       best = &candidate;
       best_score = score;
     }
-    if (best == nullptr || (k > 0 && IsNoSecondSurface(cells, chosen[0], *best, limits.min_apart))) break;
+    return best;
+  }
+
+  // Around the cells on the plane, in whichever view.
+  void SetReach(RegionPlane* plane) const {
+    std::vector<AnchorCell> on = CellsOn(*plane);
+    if (on.empty()) return;
+    PlaneFit places(on[0].x, on[0].y);
+    for (const AnchorCell& cell : on) places.Add(cell);
+    const Eigen::Matrix2d own_size =
+        limits_.min_deviation * limits_.min_deviation * Eigen::Matrix2d::Identity();
+    plane->SetReach(places.Mean(), places.Covariance() + own_size, limits_.reach_deviations);
+  }
+
+  // What the plane explains is no matter of the next one's.
+  void TakeAway(const ImagePlane& plane) {
+    if (region_.views != nullptr) {
+      for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = Unlike(plane, region_.spots[i]);
+    }
+    std::erase_if(region_.cells, [&](const AnchorCell& cell) { return IsOn(plane, cell); });
+  }
+
+ private:
+  void AddPlanesOf(const SourceRegions& source, std::vector<RegionPlane>* candidates) const {
+    for (std::size_t r = 0; r < source.regions().size(); ++r) {
+      for (const RegionPlane& plane : source.regions()[r].planes) {
+        RegionPlane here;
+        if (!plane.IsThere() || !source.ToReference(plane, &here)) continue;
+        const auto overlaps = source.OverlapsUnder(here, region_.spots);
+        const auto is_this = [&](const SourceRegions::Overlap& overlap) {
+          return overlap.region == static_cast<std::int32_t>(r);
+        };
+        if (std::any_of(overlaps.begin(), overlaps.end(), is_this)) candidates->push_back(here);
+      }
+    }
+  }
+
+  Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
+    Verdict verdict;
+    for (const AnchorCell& cell : cells) {
+      if (IsOn(plane, cell)) {
+        const double off = cell.Off(plane);
+        ++verdict.num_on;
+        verdict.score += 1 - off * off;
+      } else if (cell.w < (1 - limits_.min_apart) * plane.InverseDepth(cell.x, cell.y)) {
+        verdict.score -= 1;
+      }
+    }
+    verdict.score /= std::max(kFewCells, static_cast<double>(cells.size()));
+    return verdict;
+  }
+
+  Verdict JudgeOfSources(const ImagePlane& plane) const {
+    Verdict sum;
+    int num_views = 0;
+    for (const SourceRegions& source : region_.sources) {
+      ImagePlane there;
+      if (!source.ToSource(plane, &there)) continue;
+      const auto overlaps = source.OverlapsUnder(plane, region_.spots);
+      for (const auto& [region, share] : overlaps) {
+        const Verdict verdict = Judge(there, source.regions()[static_cast<std::size_t>(region)].cells);
+        sum.score += share * verdict.score;
+        sum.num_on += share * verdict.num_on;
+      }
+      num_views += !overlaps.empty();
+    }
+    if (num_views > 0) sum.score /= num_views;
+    return sum;
+  }
+
+  // Of the region's spots, those between cells on the plane. A wall goes on between its corners and the skirting; the sky begins
+  // where the cells of a roof end.
+  double SurroundedShare(const ImagePlane& plane) const {
+    std::vector<Place> places;
+    for (const AnchorCell& cell : CellsOn(plane)) places.push_back({cell.x, cell.y});
+    if (places.empty() || region_.spots.empty()) return 1;
+    const std::vector<Place> hull = ConvexHull(std::move(places));
+    const auto is_inside = [&](const Spot& spot) {
+      return IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
+    };
+    return static_cast<double>(std::count_if(region_.spots.begin(), region_.spots.end(), is_inside)) /
+           static_cast<double>(region_.spots.size());
+  }
+
+  double Unlike(const ImagePlane& plane, const Spot& spot) const {
+    return region_.views->Unlike(spot, plane.InverseDepth(spot.x, spot.y));
+  }
+
+  double UnlikeShare(const ImagePlane& plane) const {
+    if (region_.views == nullptr || region_.spots.empty()) return 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      if (open_[i] > 0) sum += open_[i] * Unlike(plane, region_.spots[i]);
+    }
+    return sum / static_cast<double>(open_.size());
+  }
+
+  std::vector<AnchorCell> CellsOn(const ImagePlane& plane) const {
+    std::vector<AnchorCell> on;
+    for (const AnchorCell& cell : region_.cells) {
+      if (IsOn(plane, cell)) on.push_back(cell);
+    }
+    for (const SourceRegions& source : region_.sources) {
+      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) {
+        for (const AnchorCell& cell : source.regions()[static_cast<std::size_t>(overlap.region)].cells) {
+          AnchorCell here;
+          if (source.ToReference(cell, &here) && IsOn(plane, here)) on.push_back(here);
+        }
+      }
+    }
+    return on;
+  }
+
+  RegionEvidence region_;
+  PlaneChoiceLimits limits_;
+  double enough_;
+  std::vector<double> open_;  // of each spot, how little the planes so far explain it
+};
+
+}  // namespace
+
+std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
+                                                       const std::array<RegionPlane, kPlanesPerRegion>& own,
+                                                       std::span<const ImagePlane> scene,
+                                                       const PlaneChoiceLimits& limits) {
+  PlaneChoice choice(std::move(region), limits);
+  const std::vector<RegionPlane> candidates = choice.Candidates(own, scene);
+  std::array<RegionPlane, kPlanesPerRegion> chosen{};
+  for (int k = 0; k < kPlanesPerRegion; ++k) {
+    const RegionPlane* best = choice.Best(candidates, k == 0);
+    if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen[0], *best, limits.min_apart)))
+      break;
     chosen[k] = *best;
-    if (!best->IsThere()) SetReach(cells, limits, &chosen[k]);
-    std::erase_if(cells, [&](const AnchorCell& cell) { return IsOn(chosen[k], cell); });
+    if (!chosen[k].IsThere()) choice.SetReach(&chosen[k]);
+    choice.TakeAway(chosen[k]);
   }
   return chosen;
 }

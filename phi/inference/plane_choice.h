@@ -1,4 +1,4 @@
-// Which planes a region takes: those through its own anchors, or the scene's.
+// Which planes a region takes: those through its own anchors, the scene's, or those of other views' regions.
 #pragma once
 
 #include <array>
@@ -8,22 +8,38 @@
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_plane.h"
+#include "phi/inference/source_regions.h"
+#include "phi/inference/spot_views.h"
 
 namespace phi {
 
 struct PlaneChoiceLimits {
-  int min_cells;             // on a plane
-  double min_share;          // of the region's cells on a plane
-  double min_apart;          // relative inverse depth: a cell so far behind a plane contradicts it; so far apart two planes are two
-  double reach_deviations;   // of the cells' places: how far a plane of the scene reaches
+  int min_cells;     // on a plane
+  double min_share;  // of the region's cells on a plane
+  double
+      min_apart;  // relative inverse depth: a cell so far behind a plane contradicts it; so far apart two planes are two
+  double reach_deviations;   // of the cells' places: how far a plane reaches
   double min_deviation;      // of a cell's place, pixels
+  double unlike_weight = 0;  // of spots that other views show unlike, against the share of cells on the plane
+  double source_weight = 0;  // of the other views' cells
+  double min_surrounded = 0;  // share of the spots that lie between cells on the plane
 };
 
-// `cells`: of the region's anchors. A plane counts by the cells on it, each the more the nearer it lies, less those behind
-// it: surfaces before a wall are no reason against the wall. `own`: the region's planes, as far as they are there. The
-// planes that are chosen come first; the rest are not there.
-std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(std::vector<AnchorCell> cells,
+// What is known of a region.
+struct RegionEvidence {
+  std::vector<AnchorCell> cells;           // of its anchors
+  std::span<const Spot> spots;             // of its pixels without one
+  const SpotViews* views = nullptr;        // null: brightness is not asked
+  std::span<const SourceRegions> sources;  // of the source views
+};
+
+// A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it: surfaces
+// before a wall are no reason against the wall. To this comes the same of the other views' regions that the spots fall in if they
+// lie on the plane, the mean over views; less the share of the spots that other views show unlike. `own`: the region's planes, as
+// far as they are there. The planes that are chosen come first; the rest are not there.
+std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
                                                        const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                                       std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits);
+                                                       std::span<const ImagePlane> scene,
+                                                       const PlaneChoiceLimits& limits);
 
 }  // namespace phi

@@ -17,9 +17,6 @@
 namespace phi {
 namespace {
 
-// Grey levels, after the images' exposures were made alike. A point that is hidden in the reference image lands on what
-// hides it, which often has another brightness; an even surface keeps its own but for noise and a slight gloss.
-constexpr float kMaxBrightnessChange = 6;
 // Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
 constexpr int kGainStride = 4;
 constexpr int kMinGainSamples = 100;
@@ -70,6 +67,8 @@ class SourcePool {
     std::nth_element(ratios.begin(), middle, ratios.end());
     gain_ = *middle;
   }
+
+  float gain() const { return gain_; }
 
  private:
   // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
@@ -128,19 +127,23 @@ class SourcePool {
 
 }  // namespace
 
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules) {
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules, std::vector<float>* gains) {
+  if (gains != nullptr) gains->assign(input.sources.size(), 1.0f);
   if (!rules.IsOn(Rule::kPooledAnchors)) return {};
   const Surroundings surroundings(input, rules);
   std::vector<SourcePool> sources;
+  std::vector<std::size_t> views;                 // of sources
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
   const std::size_t num_views =
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
     sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j], rules);
+    views.push_back(j);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
+  for (std::size_t j = 0; gains != nullptr && j < sources.size(); ++j) (*gains)[views[j]] = sources[j].gain();
   std::vector<std::vector<PooledAnchor>> anchors(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
                     [&](std::size_t i) { anchors[i] = sources[rows[i].first].Row(rows[i].second); });

@@ -16,6 +16,10 @@ namespace phi {
 // second row of a megapixel, every third one and so on of larger images.
 inline constexpr std::int64_t kMaxPooledPerView = std::int64_t{1} << 18;
 
+// Grey levels, after the images' exposures were made alike. A point that is hidden in the reference image lands on what
+// hides it, which often has another brightness; an even surface keeps its own but for noise and a slight gloss.
+inline constexpr float kMaxBrightnessChange = 6;
+
 struct PooledAnchor {
   float x = 0, y = 0;       // where it lies in the reference image, array indices with fraction
   float inverse_depth = 0;  // in the reference camera
@@ -26,7 +30,8 @@ struct PooledAnchor {
 };
 
 // Measured pixels and clues of the source views that land on a pixel without depth that is about as bright, but those that something
-// nearer hides (anchor_visibility.h). Same order for any number of threads. Views without a map take no part.
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {});
+// nearer hides (anchor_visibility.h). Same order for any number of threads. Views without a map take no part. `gains`, if not null:
+// of each source view, the reference's brightness over its own; 1 where that is not known.
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {}, std::vector<float>* gains = nullptr);
 
 }  // namespace phi

@@ -13,6 +13,7 @@
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/inference/image_regions.h"
+#include "phi/inference/infer_pixel.h"
 #include "phi/inference/plane_choice.h"
 #include "phi/inference/plane_normal.h"
 #include "phi/inference/second_surface.h"
@@ -38,6 +39,7 @@ constexpr double kReachDeviations = 5;
 // are mostly what other views mistook on plain walls.
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
+constexpr double kMinSurrounded = 0.25;  // of the region's spots
 
 // The same, scaled.
 struct Limits {
@@ -61,7 +63,8 @@ struct Limits {
 
   PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
     return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
-            reach_deviations, cell_side};
+            reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
+            rules.Factor(Rule::kSurrounded) * kMinSurrounded};
   }
 };
 
@@ -271,12 +274,55 @@ DepthPrecision PrecisionOf(const InferenceInput& input) {
   return {input.reference.view->camera, sources};
 }
 
+std::vector<SourceRegions> RegionsOfSources(const InferenceInput& input, const Rules& rules) {
+  std::vector<SourceRegions> sources;
+  if (!rules.IsOn(Rule::kSourceRegions)) return sources;
+  for (std::size_t j = 0; j < input.source_regions.size(); ++j) {
+    if (input.source_regions[j] == nullptr) continue;
+    sources.emplace_back(input.source_regions[j], input.sources[j].view->camera, input.reference.view->camera);
+  }
+  return sources;
+}
+
+// Of each region, by index into its planes.
+std::vector<std::vector<Spot>> SpotsWithoutAnchor(const Array2D<std::int32_t>& region, std::size_t num_regions,
+                                                  ArrayView2D<const float> anchors) {
+  std::vector<std::vector<Spot>> spots(num_regions);
+  const SpotGrid grid(region.width(), region.height());
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Spot spot = grid.At(column, row);
+      const std::int32_t own = region(spot.x, spot.y);
+      if (own >= 0 && !(anchors(spot.x, spot.y) > 0)) spots[static_cast<std::size_t>(own)].push_back(spot);
+    }
+  }
+  return spots;
+}
+
 }  // namespace
 
 PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules) {
-  PlaneEvidence evidence{PoolAnchors(input, rules), {}, PrecisionOf(input)};
+  PlaneEvidence evidence;
+  std::vector<float> gains;
+  evidence.pooled = PoolAnchors(input, rules, &gains);
+  evidence.precision = PrecisionOf(input);
+  evidence.views.emplace(input, gains);
+  evidence.sources = RegionsOfSources(input, rules);
   evidence.scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
   return evidence;
+}
+
+ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths, std::uint32_t image_id,
+                            const DepthPrecision& precision, const Rules& rules) {
+  auto anchors = Array2D<float>::Uninitialized(depths.width(), depths.height());
+  tbb::parallel_for(0, depths.height(), [&](int y) {
+    for (int x = 0; x < depths.width(); ++x) {
+      anchors(x, y) = AnchorAt(depths.states(x, y), depths.depths(x, y), Formulas::kRobust);
+    }
+  });
+  PlaneEvidence own;
+  own.precision = precision;
+  return RegionPlanes(image, std::as_const(anchors).view(), image_id, own, rules).Tell();
 }
 
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
@@ -296,7 +342,8 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anch
   const float side = CellSide(image.width());
   const PlaneChoiceLimits choice = limits.Choice(side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
-  const int min_anchors = evidence.scene.empty() ? limits.min_anchors : choice.min_cells * min_cell_points;
+  const bool chooses = !evidence.scene.empty() || !evidence.sources.empty();
+  const int min_anchors = chooses ? choice.min_cells * min_cell_points : limits.min_anchors;
   ImageRegions regions = FindRegions(image, rules);
   std::int64_t num_places = 0;
   std::vector<AnchoredRegion> anchored =
@@ -324,6 +371,9 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anch
   }
 
   planes_.resize(anchored.size());
+  cells_.resize(anchored.size());
+  const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(region_, anchored.size(), anchors);
+  const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
   tbb::parallel_for(std::size_t{0}, anchored.size(), [&](std::size_t k) {
     const AnchoredRegion& own = anchored[k];
     const std::int32_t* begin = members.get() + own.begin;
@@ -335,8 +385,8 @@ RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anch
     }
     points = Sorted(points);  // threads found them in any order
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region));
-    if (evidence.scene.empty()) return;
-    planes_[k] = ChoosePlanes(CellsOf(points, side, min_cell_points, tolerance), planes_[k], evidence.scene, choice);
+    cells_[k] = CellsOf(points, side, min_cell_points, tolerance);
+    if (chooses) planes_[k] = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
   });
 }
 
@@ -344,6 +394,20 @@ const std::array<RegionPlane, kPlanesPerRegion>& RegionPlanes::At(int x, int y) 
   static const std::array<RegionPlane, kPlanesPerRegion> kNone{};
   const std::int32_t region = region_(x, y);
   return region < 0 ? kNone : planes_[region];
+}
+
+ViewRegions RegionPlanes::Tell() const {
+  ViewRegions told;
+  const SpotGrid grid(region_.width(), region_.height());
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Spot spot = grid.At(column, row);
+      told.label(column, row) = region_(spot.x, spot.y);
+    }
+  }
+  for (std::size_t k = 0; k < planes_.size(); ++k) told.regions.push_back({cells_[k], planes_[k]});
+  return told;
 }
 
 void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map) {

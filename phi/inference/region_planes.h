@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "phi/backend.h"
@@ -19,6 +20,8 @@
 #include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/scene_planes.h"
+#include "phi/inference/source_regions.h"
+#include "phi/inference/spot_views.h"
 
 namespace phi {
 
@@ -26,10 +29,18 @@ namespace phi {
 struct PlaneEvidence {
   std::vector<PooledAnchor> pooled;
   std::vector<ImagePlane> scene;
+  std::optional<SpotViews> views;
+  std::vector<SourceRegions> sources;
   DepthPrecision precision;  // of the image's view
 };
 
+// Holds references to the input's images and maps.
 PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules);
+
+// What a view's regions tell other views, by what the view measured itself: so each measurement counts once, however many views
+// are asked. `image`: its mask cut out.
+ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths, std::uint32_t image_id,
+                            const DepthPrecision& precision, const Rules& rules);
 
 // The image whose regions are found: the reference's, its mask cut out.
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
@@ -42,9 +53,12 @@ class RegionPlanes {
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
 
+  ViewRegions Tell() const;
+
  private:
   Array2D<std::int32_t> region_;  // index into planes_, -1 = too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
+  std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };
 
 // Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "phi/inference/region_planes.h"
+#include "tests/support/centered_view.h"
 
 namespace phi {
 namespace {
@@ -41,12 +42,12 @@ void ExpectIs(const RegionPlane& chosen, const ImagePlane& plane) {
 
 TEST(PlaneChoice, TheScenesIsTakenWhereMoreCellsLieOnIt) {
   const auto cells = Both(CellsOn(kWall, 0, 100, 0, 40), CellsOn(kShelf, 0, 100, 100, 120));
-  ExpectIs(ChoosePlanes(cells, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
 }
 
 TEST(PlaneChoice, TheOwnIsKeptWhereMoreCellsLieOnIt) {
   const auto cells = Both(CellsOn(kShelf, 0, 100, 0, 40), CellsOn(kWall, 0, 100, 100, 120));
-  const RegionPlane chosen = ChoosePlanes(cells, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0];
+  const RegionPlane chosen = ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0];
   ExpectIs(chosen, kShelf);
   EXPECT_EQ(chosen.xx, 1e-9) << "with its own reach";
 }
@@ -54,29 +55,29 @@ TEST(PlaneChoice, TheOwnIsKeptWhereMoreCellsLieOnIt) {
 TEST(PlaneChoice, OfTwoThatAllCellsLieOnTheNearerIsTaken) {
   const auto cells = CellsOn(kWall, 0, 100, 0, 100, 1.0005);
   const ImagePlane off{0.3006, 0.001, 0};
-  ExpectIs(ChoosePlanes(cells, Planes{}, std::array{off, kWall}, kLimits)[0], kWall);
-  ExpectIs(ChoosePlanes(cells, Planes{}, std::array{kWall, off}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{off, kWall}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{kWall, off}, kLimits)[0], kWall);
 }
 
 // Eight cells of a shelf hide nothing of the wall that six show behind it: the shelf is not the region's surface.
 TEST(PlaneChoice, WhatLiesBehindAPlaneCountsAgainstItWhatLiesBeforeDoesNot) {
   const auto cells = Both(CellsOn(kShelf, 0, 80, 50, 60), CellsOn(kWall, 0, 60, 0, 10));
   ASSERT_EQ(cells.size(), 14u);
-  ExpectIs(ChoosePlanes(cells, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
   const auto more = Both(CellsOn(kShelf, 0, 130, 50, 60), CellsOn(kWall, 0, 60, 0, 10));
-  ExpectIs(ChoosePlanes(more, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kShelf);
+  ExpectIs(ChoosePlanes({more}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kShelf);
 }
 
 TEST(PlaneChoice, FewCellsAreNotEnough) {
-  EXPECT_FALSE(ChoosePlanes(CellsOn(kWall, 0, 20, 0, 10), Planes{}, std::array{kWall}, kLimits)[0].IsThere());
-  EXPECT_TRUE(ChoosePlanes(CellsOn(kWall, 0, 30, 0, 10), Planes{}, std::array{kWall}, kLimits)[0].IsThere());
+  EXPECT_FALSE(ChoosePlanes({CellsOn(kWall, 0, 20, 0, 10)}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
+  EXPECT_TRUE(ChoosePlanes({CellsOn(kWall, 0, 30, 0, 10)}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
   const ImagePlane lamp{1, 0, 0};
   const auto three_of_103 = Both(CellsOn(kWall, 0, 30, 0, 10), CellsOn(lamp, 0, 100, 100, 200));
-  EXPECT_FALSE(ChoosePlanes(three_of_103, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
+  EXPECT_FALSE(ChoosePlanes({three_of_103}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
 }
 
 TEST(PlaneChoice, APlaneOfTheSceneReachesFiveDeviationsFromItsCells) {
-  const RegionPlane chosen = ChoosePlanes(CellsOn(kWall, 0, 110, 0, 110), Planes{}, std::array{kWall}, kLimits)[0];
+  const RegionPlane chosen = ChoosePlanes({CellsOn(kWall, 0, 110, 0, 110)}, Planes{}, std::array{kWall}, kLimits)[0];
   // Places 0 to 100 in steps of 10: mean 50, variance 1000, and 64 for a cell's own size: 5 * sqrt(1064) = 163.1.
   EXPECT_GT(chosen.At(50 + 163, 50), 0);
   EXPECT_EQ(chosen.At(50 + 164, 50), 0);
@@ -87,19 +88,78 @@ TEST(PlaneChoice, TwoWallsThatMeetAreBothTaken) {
   // They meet at x = 100.
   const ImagePlane left{0.3, 0.001, 0}, right{0.5, -0.001, 0};
   const auto cells = Both(CellsOn(left, 0, 100, 0, 50), CellsOn(right, 110, 180, 0, 50));
-  const Planes chosen = ChoosePlanes(cells, Planes{}, std::array{right, left}, kLimits);
+  const Planes chosen = ChoosePlanes({cells}, Planes{}, std::array{right, left}, kLimits);
   ExpectIs(chosen[0], left);
   ExpectIs(chosen[1], right);
 }
 
-// A plain image whose only anchors are 50 pixels in a corner: too few for a plane of their own.
+// The source view is the reference view once more, and all of its image one region with cells on the wall.
+struct SeenAgain {
+  SceneView view = test_support::CenteredView(1, 160, 120, 150);
+  std::vector<SourceRegions> sources;
+  std::vector<Spot> spots;
+
+  SeenAgain() {
+    const SpotGrid grid(160, 120);
+    ViewRegions regions;
+    regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
+    regions.regions.push_back({CellsOn(kWall, 0, 160, 0, 60), {Own(kWall)}});
+    sources.emplace_back(std::make_shared<const ViewRegions>(std::move(regions)), view.camera, view.camera);
+    for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
+  }
+};
+
+// Five cells at a shelf's foot: without other views the region is the shelf's.
+TEST(PlaneChoice, APlaneOfAnotherViewsRegionIsTakenWhereBothTogetherLikeItBetter) {
+  const SeenAgain scene;
+  const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 50, 100, 110);
+  PlaneChoiceLimits limits = kLimits;
+  const auto choose = [&] { return ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits)[0]; };
+  ExpectIs(choose(), kShelf);
+  limits.source_weight = 1;
+  // The shelf: 5 / 10 of its own, -1 of the other view, whose wall lies behind it. The wall: 0 and 1.
+  const RegionPlane chosen = choose();
+  EXPECT_NEAR(chosen.a, kWall.a, 1e-6);
+  EXPECT_NEAR(chosen.b, kWall.b, 1e-9);
+  EXPECT_TRUE(chosen.IsThere()) << "it reaches around the other view's cells";
+}
+
+// A roof's cells below the sky: its spots begin where they end.
+TEST(PlaneChoice, APlaneWhoseCellsLieOnOneSideIsNotTaken) {
+  PlaneChoiceLimits limits = kLimits;
+  limits.min_surrounded = 0.25;
+  const std::vector<AnchorCell> roof = CellsOn(kWall, 0, 160, 90, 120);
+  // Of ten rows of spots so many lie below y = 90.
+  const auto taken = [&](int num_rows_between) {
+    std::vector<Spot> spots;
+    for (int x = 15; x < 145; x += 10) {
+      for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows_between ? 95 : 5 * row});
+    }
+    return ChoosePlanes({roof, spots}, Planes{}, std::array{kWall}, limits)[0].IsThere();
+  };
+  EXPECT_FALSE(taken(0));
+  EXPECT_FALSE(taken(2));
+  EXPECT_TRUE(taken(3));
+}
+
+TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
+  SeenAgain scene;
+  for (Spot& spot : scene.spots) spot.x += 200;  // beside the image
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 50, 100, 110);
+  ExpectIs(ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits)[0], kShelf);
+}
+
+// A plain image whose only anchors are 25 pairs of pixels: too few for a plane of their own.
 TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
   Array2D<float> anchors(160, 120);
-  for (int y = 0; y < 5; ++y) {
-    for (int x = 0; x < 10; ++x) anchors(3 * x, 2 * y) = static_cast<float>(kWall.InverseDepth(3 * x, 2 * y));
+  for (int i = 0; i < 50; ++i) {
+    const int x = 30 * (i / 2 % 5) + 7 + i % 2, y = 24 * (i / 10) + 8;
+    anchors(x, y) = static_cast<float>(kWall.InverseDepth(x, y));
   }
   const auto planes = [&](std::vector<ImagePlane> scene) {
-    return RegionPlanes(GrayImage(160, 120, 120), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .precision = {}});
+    return RegionPlanes(GrayImage(160, 120, 120), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .views = {}, .sources = {}, .precision = {}});
   };
   EXPECT_FALSE(planes({}).At(20, 20)[0].IsThere());
   EXPECT_TRUE(planes({kShelf, kWall}).At(20, 20)[0].IsThere());

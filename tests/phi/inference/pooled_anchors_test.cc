@@ -74,7 +74,7 @@ struct WallScene {
       if (measured->data()[i].depth > 0) anchors.data()[i] = 1 / measured->data()[i].depth;
     }
     return RegionPlanes(*reference_image, std::as_const(anchors).view(), 7,
-                        {.pooled = std::move(pooled), .scene = {}, .precision = {}});
+                        {.pooled = std::move(pooled), .scene = {}, .views = {}, .sources = {}, .precision = {}});
   }
 
   // Of the plane far from the reference's own anchors, relative.

@@ -1,0 +1,63 @@
+// What the even regions of a source view measured of the surfaces that the reference image's regions show: one wall is one plane,
+// whichever view looks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "phi/backend.h"
+#include "phi/inference/anchor_cells.h"
+#include "phi/inference/line_hypothesis.h"
+#include "phi/inference/region_plane.h"
+#include "phi/inference/spot.h"
+
+namespace phi {
+
+// An image's regions, in its own camera. `label`: of each place of the image's SpotGrid, index of the region; -1: none.
+struct ViewRegions {
+  struct Region {
+    std::vector<AnchorCell> cells;
+    std::array<RegionPlane, kPlanesPerRegion> planes;
+  };
+  Array2D<std::int32_t> label;
+  std::vector<Region> regions;
+};
+
+class SourceRegions {
+ public:
+  SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source, const Camera& reference);
+
+  std::span<const ViewRegions::Region> regions() const { return regions_->regions; }
+
+  // A plane in the other camera; false where it passes that camera too closely to be one of its image.
+  bool ToSource(const ImagePlane& plane, ImagePlane* result) const;
+  bool ToReference(const ImagePlane& plane, ImagePlane* result) const;
+  // A cell in the reference image and camera; false: it lies behind the camera. Its column and row mean nothing then.
+  bool ToReference(const AnchorCell& cell, AnchorCell* result) const;
+
+  // The source's region that the spot's point on the plane falls in; -1: none.
+  std::int32_t RegionUnder(const ImagePlane& plane, const Spot& spot) const;
+
+  // The region's share of the reference's spots.
+  struct Overlap {
+    std::int32_t region;
+    double share;
+  };
+  // Of a region's spots, if they lie on the plane: the source's regions that many of them fall in.
+  std::vector<Overlap> OverlapsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
+
+ private:
+  std::shared_ptr<const ViewRegions> regions_;
+  int step_;
+  RayModel source_, reference_;
+  RelativeView view_;  // source from reference
+  Eigen::Matrix3d rotation_;
+  Eigen::Vector3d translation_;
+};
+
+}  // namespace phi

@@ -1,0 +1,95 @@
+#include "phi/inference/source_regions.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/centered_view.h"
+
+namespace phi {
+namespace {
+
+using test_support::CenteredView;
+
+// The source camera stands half a metre to the right of the reference's and looks along the same axis.
+struct TwoViews {
+  SceneView reference = CenteredView(1, 160, 120, 150), source = CenteredView(2, 320, 240, 300);
+
+  TwoViews() { source.camera.pose.translation = {-0.5, 0, 0}; }
+
+  SourceRegions Regions(ViewRegions regions = {}) const { return {std::make_shared<const ViewRegions>(std::move(regions)), source.camera, reference.camera}; }
+};
+
+void ExpectNear(const ImagePlane& plane, const ImagePlane& expected) {
+  EXPECT_NEAR(plane.a, expected.a, 1e-6);
+  EXPECT_NEAR(plane.b, expected.b, 1e-8);
+  EXPECT_NEAR(plane.c, expected.c, 1e-8);
+}
+
+// z - x = 3 in the reference's frame: 1 / z = (1 - (u - 80) / 150) / 3 with u = x + 0.5. In the source's, where x is half a metre
+// less, z - x = 3.5: 1 / z = (1 - (u - 160) / 300) / 3.5.
+TEST(SourceRegions, APlaneInTheOtherCamera) {
+  const ImagePlane in_reference{(1 + 79.5 / 150) / 3, -1 / 450.0, 0}, in_source{(1 + 159.5 / 300) / 3.5, -1 / 1050.0, 0};
+  const SourceRegions regions = TwoViews().Regions();
+  ImagePlane plane;
+  ASSERT_TRUE(regions.ToSource(in_reference, &plane));
+  ExpectNear(plane, in_source);
+  ASSERT_TRUE(regions.ToReference(in_source, &plane));
+  ExpectNear(plane, in_reference);
+}
+
+// z - 6 x = 3: the source camera's centre, x = 0.5, lies on its edge: 0 - 3 = -3 and not 3 away, behind it.
+TEST(SourceRegions, APlaneThatPassesTheOtherCameraIsNone) {
+  ImagePlane plane;
+  EXPECT_FALSE(TwoViews().Regions().ToSource({(1 + 6 * 79.5 / 150) / -3, 6 / 450.0, 0}, &plane));
+}
+
+// Pixel (100, 90) at 3 m is (75.25, 45.25) in the reference image: array indices 74.75 and 44.75.
+TEST(SourceRegions, ACellInTheReference) {
+  TwoViews views;
+  AnchorCell here;
+  ASSERT_TRUE(views.Regions().ToReference(AnchorCell{100, 90, 1 / 3.0, 0.001, 0, 0}, &here));
+  EXPECT_NEAR(here.x, 74.75, 1e-4);
+  EXPECT_NEAR(here.y, 44.75, 1e-4);
+  EXPECT_NEAR(here.w, 1 / 3.0, 1e-9);
+  // A metre further on, what lies 2 m before the source lies 3 m before the reference.
+  views.source.camera.pose.translation = {0, 0, -1};
+  ASSERT_TRUE(views.Regions().ToReference(AnchorCell{100, 90, 0.5, 0.003, 0, 0}, &here));
+  EXPECT_NEAR(here.w, 1 / 3.0, 1e-9);
+  EXPECT_NEAR(here.tolerance, 0.002, 1e-9) << "relative, it stays";
+}
+
+// Pixel x of the reference at 3 m is u = 2 * x - 49 of the source, and places of its grid are 6 pixels: half a pixel more and
+// 75 would be in the next one.
+TEST(SourceRegions, TheRegionThatASpotFallsIn) {
+  const SpotGrid grid(320, 240);
+  ViewRegions told;
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+  told.label(101 / 6, 91 / 6) = 4;
+  const SourceRegions regions = TwoViews().Regions(told);
+  const ImagePlane wall{1 / 3.0, 0, 0};
+  EXPECT_EQ(regions.RegionUnder(wall, {75, 45}), 4);
+  EXPECT_EQ(regions.RegionUnder(wall, {76, 45}), -1);
+  EXPECT_EQ(regions.RegionUnder(wall, {73, 45}), 4);
+  EXPECT_EQ(regions.RegionUnder(wall, {72, 45}), -1);
+  EXPECT_EQ(regions.RegionUnder({1 / 2.0, 0, 0}, {75, 45}), -1) << "of another plane";
+}
+
+TEST(SourceRegions, ARegionThatFewSpotsFallInDoesNotCount) {
+  const SpotGrid grid(320, 240);
+  ViewRegions told;
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
+  told.label(101 / 6, 91 / 6) = 1;
+  const SourceRegions regions = TwoViews().Regions(told);
+  const ImagePlane wall{1 / 3.0, 0, 0};
+  std::vector<Spot> spots(9, Spot{100, 45});
+  spots.push_back({75, 45});
+  const auto overlaps = regions.OverlapsUnder(wall, spots);
+  ASSERT_EQ(overlaps.size(), 1u);
+  EXPECT_EQ(overlaps[0].region, 0);
+  EXPECT_DOUBLE_EQ(overlaps[0].share, 0.9);
+  spots.push_back({75, 45});
+  spots.push_back({75, 45});
+  EXPECT_EQ(regions.OverlapsUnder(wall, spots).size(), 2u);
+}
+
+}  // namespace
+}  // namespace phi
