@@ -243,12 +243,16 @@ std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(c
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
     const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
+    // Another image that makes no map has none.
+    if (depths == nullptr) {
+      regions.push_back(nullptr);
+      continue;
+    }
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
-    const auto find = [&] {
+    regions.push_back(regions_.Get(source.image, [&] {
       return phi::FindViewRegions(*store_.CutGray(source.image), *depths, workspace_.views()[source.image].image_id,
                                   PrecisionOf(source), options.rules);
-    };
-    regions.push_back(depths != nullptr ? regions_.Get(source.image, find) : nullptr);
+    }));
   }
   return regions;
 }

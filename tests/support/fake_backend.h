@@ -26,6 +26,7 @@ struct FakeCalls {
   std::function<void(const std::string& stage, const std::string& image)> on_call;
   std::function<void(const phi::EstimationInput& input)> on_estimate;
   std::function<void(const phi::FilterInput& input)> on_filter;
+  std::function<void(const phi::InferenceInput& input)> on_infer;
   std::string emptied;  // name of an image of which the filter keeps nothing
   std::chrono::milliseconds duration{0};
 };
@@ -98,6 +99,7 @@ class FakeBackend : public phi::Backend {
                              const phi::InferenceOptions&) override {
     const Call call(this, "infer", *input.reference.view);
     ++calls_.inferences;
+    if (calls_.on_infer) calls_.on_infer(input);
     phi::InferenceResult result{*input.measured, {}};
     for (std::size_t i = 0; i < result.map.size(); ++i) {
       if (phi::IsMeasured(result.map.states.data()[i])) continue;

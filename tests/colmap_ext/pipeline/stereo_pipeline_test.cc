@@ -101,6 +101,26 @@ TEST_F(StereoPipelineTest, AnImageGoesOnWhenWhatItReadsIsThere) {
   EXPECT_LT(order.Place("infer", names_[0]), order.Place("estimate", names_[kNumImages - 1]));
 }
 
+// The first image reads the second, which makes a map, and the third, which makes none.
+TEST_F(StereoPipelineTest, InferenceHearsTheRegionsOfSourcesThatHaveAMap) {
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg",
+                           names_[0] + "\n" + names_[1] + ", " + names_[2] + "\n" + names_[1] + "\n" + names_[0] + "\n");
+  std::mutex mutex;
+  std::map<std::string, std::vector<bool>> told;
+  calls_.on_infer = [&](const phi::InferenceInput& input) {
+    std::lock_guard<std::mutex> lock(mutex);
+    std::vector<bool>& there = told[input.reference.view->name];
+    for (const auto& regions : input.source_regions) there.push_back(regions != nullptr);
+  };
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(told[names_[0]], (std::vector<bool>{true, false}));
+  EXPECT_EQ(told[names_[1]], std::vector<bool>{true});
+  told.clear();
+  options_.inference.rules.Set(phi::Rule::kSourceRegions, 0);
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(told[names_[0]], std::vector<bool>());
+}
+
 TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
   Run();
   Run();  // finds everything done: no run worth a line
