@@ -31,7 +31,8 @@ const std::set<std::string> kTestedElsewhere = {
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "hidden_anchors",  // anchor_visibility_test.cc
     "overexposed",     // region_planes_test.cc
-    "map_noise",       // scene_fusion_test.cc
+    "spot_brightness",  // plane_choice_test.cc
+    "map_noise",        // scene_fusion_test.cc
 };
 
 ProgramResult Phimvs(std::vector<std::string> words) {

@@ -1,6 +1,8 @@
 #include "phi/inference/plane_choice.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -149,6 +151,41 @@ TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
   limits.source_weight = 1;
   const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 50, 100, 110);
   ExpectIs(ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits)[0], kShelf);
+}
+
+// A wall at 1 / 0.33, brighter from column 80 on, which the source camera half a metre to the right sees from 80 - 150 * 0.5 * 0.33 =
+// 55.25 on. Of the bright part five cells lie on it, and twelve on a plane at 1 / 0.66, which puts its spots up to column 104 where
+// the source is dark: 3 of 13. By cells alone (12 - 5) / 17 are more than 5 / 17.
+TEST(RegionPlanes, APlaneThatOtherViewsShowWithAnotherBrightnessLoses) {
+  const ImagePlane wall{0.33, 0, 0}, before{0.66, 0, 0};
+  const SceneView reference = test_support::CenteredView(1, 160, 120, 150);
+  SceneView source = test_support::CenteredView(2, 160, 120, 150);
+  source.camera.pose.translation = {-0.5, 0, 0};
+  const auto halves = [](int from) {
+    auto image = std::make_shared<GrayImage>(160, 120, std::uint8_t{60});
+    for (int y = 0; y < 120; ++y) std::fill(&(*image)(from, y), &(*image)(0, y) + 160, std::uint8_t{120});
+    return image;
+  };
+  Array2D<float> anchors(160, 120);
+  const auto add = [&](int x, int y, const ImagePlane& plane) { anchors(x, y) = anchors(x + 1, y) = static_cast<float>(plane.a); };
+  for (const auto& [x, y] : {std::pair(86, 8), {150, 8}, {86, 110}, {150, 110}, {118, 62}}) add(x, y, wall);
+  for (const int x : {92, 110, 128, 146}) {
+    for (const int y : {20, 50, 92}) add(x, y, before);
+  }
+  InferenceInput input;
+  input.reference = {&reference, halves(80)};
+  input.sources = {{&source, halves(55)}};
+  input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(160, 120)))};
+  const auto plane = [&](float factor) {
+    PlaneEvidence evidence;
+    evidence.scene = {before, wall};
+    evidence.views.emplace(input, std::vector<float>{1});
+    Rules rules;
+    rules.Set(Rule::kSpotBrightness, factor);
+    return RegionPlanes(*input.reference.image, std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
+  };
+  ExpectIs(plane(1), wall);
+  ExpectIs(plane(0), before);
 }
 
 // A plain image whose only anchors are 25 pairs of pixels: too few for a plane of their own.
