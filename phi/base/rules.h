@@ -34,7 +34,6 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kOneSurfaceDepth, "one_surface_depth", kFilter, kOffAndScale)   \
   X(kFilterTolerances, "filter_tolerances", kFilter, kOffAndScale)  \
   X(kFewViews, "few_views", kFilter, kOffAndScale)                  \
-  X(kMeasuredStay, "measured_stay", kFilter, kOff)                  \
   X(kOwnTexture, "own_texture", kFilter, kOffAndScale)              \
   X(kClues, "clues", kFilter, kOffAndScale)                         \
   X(kDepthEdges, "depth_edges", kInference, kOffAndScale)           \
@@ -45,14 +44,12 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
   X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
-  X(kHiddenAnchors, "hidden_anchors", kInference, kOffAndScale)     \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
   X(kFreeSpace, "free_space", kInference, kOffAndScale)             \
   X(kRegionsFirst, "regions_first", kInference, kOffAndScale)       \
   X(kRegionNormals, "region_normals", kInference, kOff)             \
   X(kRayAgreement, "ray_agreement", kFusion, kOffAndScale)          \
   X(kConflicts, "conflicts", kFusion, kOffAndScale)                 \
-  X(kInferredClosely, "inferred_closely", kFusion, kOffAndScale)    \
   X(kCover, "cover", kFusion, kOffAndScale)                         \
   X(kCloudHoles, "cloud_holes", kFusion, kOffAndScale)              \
   X(kMapNoise, "map_noise", kFusion, kOffAndScale)

@@ -21,7 +21,6 @@ struct FilterReference {
   float max_cost = 0;
   bool accepts_few_views =
       true;                    // Testimonies::num_close may take the place of views that cannot see the pixel
-  bool keeps_measured = true;  // what was judged before inference is not asked again
   ArrayView2D<const PlaneHypothesis> map;
   ArrayView2D<const float> cost = {};         // no data: not tested
   ArrayView2D<const PixelState> states = {};  // no data: estimates, which are judged for the first time
@@ -83,8 +82,7 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
   const bool was_inferred = WasInferred(f, x, y);
   // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
-  if (f.thresholds.formulas == Formulas::kRobust && f.keeps_measured && f.states.data != nullptr &&
-      !was_inferred)
+  if (f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !was_inferred)
     return FilterVerdict::kKept;
   if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost)
     return FilterVerdict::kDropped;

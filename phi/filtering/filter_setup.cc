@@ -69,7 +69,6 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_cost = static_cast<float>(1 - options.min_ncc),
                     .accepts_few_views = options.rules.IsOn(Rule::kFewViews),
-                    .keeps_measured = options.rules.IsOn(Rule::kMeasuredStay),
                     .map = input.reference.map->planes.view()};
   if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
   if (!input.reference.map->states.empty()) f.states = input.reference.map->states.view();

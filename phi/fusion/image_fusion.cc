@@ -12,16 +12,9 @@
 namespace phi {
 namespace {
 
-// A pixel whose depth was inferred asks for depths this much closer to the consensus, in depth tolerances: inferred
-// planes that are wrong agree by chance, and then by any difference alike, right ones by small differences.
-constexpr float kInferredDepthTolerance = 0.25f;
-
 float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * M_PI / 180)); }
 
 void ApplyRules(const Rules& rules, FusionGates* gates) {
-  const float inferred = rules.Factor(Rule::kInferredClosely);
-  gates->max_depth_error_inferred =
-      (inferred > 0 ? inferred * kInferredDepthTolerance : 1.0f) * gates->max_depth_error;
   gates->min_ray_cosine *= rules.Scale(Rule::kRayAgreement);
   gates->hopeless_factor *= rules.Scale(Rule::kRayAgreement);
   gates->seen_through_factor *= rules.Scale(Rule::kConflicts);

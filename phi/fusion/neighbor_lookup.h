@@ -38,8 +38,6 @@ struct FusionGates {
   float max_reproj_error = 8;
   float max_depth_error = 0.01f;
   float min_normal_cosine = 0.99f;
-  float max_depth_error_inferred =
-      0.0025f;  // of a reference pixel whose depth was inferred, from the consensus
   float min_support = 0, min_support_inferred = 0.5f;
   float max_conflicts = 0.5f;
   int min_num_views = 2;

@@ -66,24 +66,13 @@ HWY_INLINE Sums ZeroSums() {
   return {f, {f, f, f}, i, i, i, i, i};
 }
 
-// The point that the images agree on, and how far from it a depth may lie; both over the reference depth.
-struct Consensus {
-  VF median, tolerance;
-};
-
-HWY_INLINE Consensus MakeConsensus(const FusionGates& gates, int first, SupportRun* run) {
-  const VF median = Median(gates, first, run);
-  const Mask inferred = HasFlag(hn::Load(Words(), run->reference.color + first), FusionPixel::kInferred);
-  return {median, hn::IfThenElse(inferred, Set(gates.max_depth_error_inferred), Set(gates.max_depth_error))};
-}
-
-// Drops the image where it is outside the tolerance around the median, and adds it elsewhere.
-HWY_INLINE void AddView(const Consensus& consensus, int first, bool is_reference, RunAnswer* answer,
+// Drops the image where it is outside the tolerance around the median (both over the reference depth), and adds it elsewhere.
+HWY_INLINE void AddView(VF median, VF tolerance, int first, bool is_reference, RunAnswer* answer,
                         Sums* sums) {
   const Floats df;
   const Ints di;
   const VF relative_depth = Load(answer->relative_depth + first), agreement = Load(answer->agreement + first);
-  const VF near = SoftAgreement(hn::Abs(hn::Sub(relative_depth, consensus.median)), consensus.tolerance);
+  const VF near = SoftAgreement(hn::Abs(hn::Sub(relative_depth, median)), tolerance);
   const Mask kept = hn::And(FromBits(answer->agrees, first), hn::Gt(near, hn::Zero(df)));
   answer->agrees &= ~ToBits(hn::Not(kept), first);
   const auto add = [&](VF value, VF* sum) HWY_ATTR { *sum = hn::Add(*sum, hn::IfThenElseZero(kept, value)); };
@@ -107,11 +96,11 @@ HWY_INLINE void AddView(const Consensus& consensus, int first, bool is_reference
 
 HWY_INLINE void FindConsensus(const FusionGates& gates, int first, SupportRun* run) {
   const Ints di;
-  const Consensus consensus = MakeConsensus(gates, first, run);
+  const VF median = Median(gates, first, run), tolerance = Set(gates.max_depth_error);
   Sums sums = ZeroSums();
-  AddView(consensus, first, true, &run->reference, &sums);
-  for (const std::uint32_t k : run->agreeing) AddView(consensus, first, false, &run->answers[k], &sums);
-  Store(consensus.median, run->relative_depth + first);
+  AddView(median, tolerance, first, true, &run->reference, &sums);
+  for (const std::uint32_t k : run->agreeing) AddView(median, tolerance, first, false, &run->answers[k], &sums);
+  Store(median, run->relative_depth + first);
   Store(sums.support, run->support + first);
   Store(sums.normal.x, run->normal_sum[0] + first);
   Store(sums.normal.y, run->normal_sum[1] + first);

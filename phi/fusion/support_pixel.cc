@@ -37,11 +37,9 @@ void FindConsensus(const FusionGates& gates, const ReferencePixel& reference, co
   std::sort(depths.begin(), depths.end());
   result->num_agreeing = static_cast<int>(depths.size());
   result->relative_depth = 0.5f * (depths[(depths.size() - 1) / 2] + depths[depths.size() / 2]);
-  const bool is_inferred = (reference.pixel.flags & FusionPixel::kInferred) != 0;
-  const float tolerance = is_inferred ? gates.max_depth_error_inferred : gates.max_depth_error;
 
   const auto add = [&](const FusionPixel& pixel, Vec3f normal, float relative_depth, float agreement) {
-    const float nearness = SoftAgreement(std::fabs(relative_depth - result->relative_depth), tolerance);
+    const float nearness = SoftAgreement(std::fabs(relative_depth - result->relative_depth), gates.max_depth_error);
     if (!(nearness > 0)) return 0.0f;
     result->normal_sum = result->normal_sum + agreement * normal;
     for (int c = 0; c < 3; ++c) result->rgb_sum[c] += pixel.rgb[c];

@@ -161,18 +161,22 @@ class PlaneChoice {
     return sum;
   }
 
-  // Of the region's spots, those between cells on the plane. A wall goes on between its corners and the skirting; the sky begins
-  // where the cells of a roof end.
+  // Of the surface that the region's spots would be on the plane, the part between the cells on it, by area. A wall goes on between
+  // its corners and the skirting, a floor to the camera's feet; the sky begins where the cells of a roof end.
   double SurroundedShare(const ImagePlane& plane) const {
     std::vector<Place> places;
     for (const AnchorCell& cell : CellsOn(plane)) places.push_back({cell.x, cell.y});
     if (places.empty() || region_.spots.empty()) return 1;
     const std::vector<Place> hull = ConvexHull(std::move(places));
-    const auto is_inside = [&](const Spot& spot) {
-      return IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
-    };
-    return static_cast<double>(std::count_if(region_.spots.begin(), region_.spots.end(), is_inside)) /
-           static_cast<double>(region_.spots.size());
+    double inside = 0, all = 0;
+    for (const Spot& spot : region_.spots) {
+      const double w = plane.InverseDepth(spot.x, spot.y);
+      if (!(w > 0)) return 0;  // it goes on without end
+      const double area = 1 / (w * w * w);  // but for a factor that all spots share
+      all += area;
+      if (IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)})) inside += area;
+    }
+    return inside / all;
   }
 
   double Unlike(const ImagePlane& plane, const Spot& spot) const {

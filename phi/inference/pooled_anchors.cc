@@ -11,7 +11,6 @@
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
 #include "phi/geometry/depth_agreement.h"
-#include "phi/inference/anchor_visibility.h"
 #include "phi/inference/source_anchors.h"
 
 namespace phi {
@@ -31,10 +30,8 @@ int StepOf(int width, int height, const Rules& rules) {
 
 class SourcePool {
  public:
-  SourcePool(const InferenceInput& input, const Surroundings& surroundings, const ViewImage& source,
-             const MeasuredDepths& depths, const Rules& rules)
+  SourcePool(const InferenceInput& input, const ViewImage& source, const MeasuredDepths& depths, const Rules& rules)
       : measured_(*input.measured),
-        surroundings_(surroundings),
         mask_(input.mask.get()),
         reference_image_(*input.reference.image),
         source_image_(*source.image),
@@ -90,7 +87,6 @@ class SourcePool {
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= rules_.Scale(Rule::kPooledAnchors) * kMaxBrightnessChange)) return;
-    if (rules_.IsOn(Rule::kHiddenAnchors) && surroundings_.Hide(px, py, anchor->inverse_depth)) return;
     anchor->hash = Hash(x, y);
     row->push_back(*anchor);
   }
@@ -113,7 +109,6 @@ class SourcePool {
   }
 
   const MeasurementMap& measured_;
-  const Surroundings& surroundings_;
   const ImageMask* mask_;  // null: nothing is left out
   const GrayImage& reference_image_;
   const GrayImage& source_image_;
@@ -130,7 +125,6 @@ class SourcePool {
 std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules, std::vector<float>* gains) {
   if (gains != nullptr) gains->assign(input.sources.size(), 1.0f);
   if (!rules.IsOn(Rule::kPooledAnchors)) return {};
-  const Surroundings surroundings(input, rules);
   std::vector<SourcePool> sources;
   std::vector<std::size_t> views;                 // of sources
   std::vector<std::pair<std::size_t, int>> rows;  // of sources
@@ -138,7 +132,7 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
       std::min<std::size_t>({input.sources.size(), input.source_depths.size(), kMaxSourceViews});
   for (std::size_t j = 0; j < num_views; ++j) {
     if (input.source_depths[j] == nullptr) continue;
-    sources.emplace_back(input, surroundings, input.sources[j], *input.source_depths[j], rules);
+    sources.emplace_back(input, input.sources[j], *input.source_depths[j], rules);
     views.push_back(j);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
@@ -155,9 +149,6 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
     pooled.insert(pooled.end(), row.begin(), row.end());
     row = {};
   }
-  const int width = input.measured->width(), height = input.measured->height();
-  if (rules.IsOn(Rule::kHiddenAnchors))
-    RemoveHidden(width, height, StepOf(width, height, rules), &pooled, rules);
   return pooled;
 }
 

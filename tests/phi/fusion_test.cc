@@ -303,26 +303,25 @@ TEST(Fusion, InferredWhenMostMeasurementsAre) {
   }
 }
 
-TEST(Fusion, AnInferredPixelNeedsACloserAgreement) {
+TEST(Fusion, AnInferredPixelNeedsMoreSupport) {
   const RenderedScene scene = PlaneScene({.num_views = 2}, {0, 0, -1});
   std::vector<FusionMap> maps;
-  const auto outcomes = [&](float factor, bool inferred, FusionOptions options = {}) {
+  const auto outcomes = [&](double degrees, bool inferred, FusionOptions options = {}) {
     maps = MakeMaps(scene);
-    for (FusionPixel& pixel : maps[1]) pixel.depth *= factor;
+    const double angle = degrees * M_PI / 180;
+    for (FusionPixel& pixel : maps[1])
+      pixel.normal = PackNormal({static_cast<float>(std::sin(angle)), 0, static_cast<float>(-std::cos(angle))});
     if (inferred)
       for (FusionPixel& pixel : maps[0]) pixel.flags = FusionPixel::kInferred;
     return MakeFuser(scene, 0, options, &maps).FuseRows(60, 61).outcomes;
   };
-  // The other image is 0.9 % off, 0.45 % from the median, of 1 % that a measured pixel allows.
-  EXPECT_GT(outcomes(1.009f, false)[PixelOutcome::kFused], 100);
-  // An inferred one allows 0.25 %: 0.3 % is too far, 0.1 % is not, and 0.23 % leaves a support of at most 1 - 0.92^2.
-  EXPECT_EQ(outcomes(1.006f, true)[PixelOutcome::kFused], 0);
-  EXPECT_GT(outcomes(1.006f, true)[PixelOutcome::kDepth], 100);
-  EXPECT_GT(outcomes(1.002f, true)[PixelOutcome::kFused], 100);
-  EXPECT_EQ(outcomes(1.0046f, true)[PixelOutcome::kFused], 0);
-  EXPECT_GT(outcomes(1.0046f, true)[PixelOutcome::kWeakSupport], 100);
-  // A measured pixel has a support of 1 - 0.45^2 = 0.80 at most there.
-  EXPECT_GT(outcomes(1.009f, false, {.min_support = 0.85})[PixelOutcome::kWeakSupport], 100);
+  // Depths are the same. Of 8 degrees the other normal is off by 5 or 6: a support of 1 - 0.62^2 = 0.61, or 0.44.
+  EXPECT_GT(outcomes(5, true)[PixelOutcome::kFused], 100);
+  EXPECT_EQ(outcomes(6, true)[PixelOutcome::kFused], 0);
+  EXPECT_GT(outcomes(6, true)[PixelOutcome::kWeakSupport], 100);
+  // A measured pixel needs none, unless asked.
+  EXPECT_GT(outcomes(6, false)[PixelOutcome::kFused], 100);
+  EXPECT_GT(outcomes(6, false, {.min_support = 0.5})[PixelOutcome::kWeakSupport], 100);
 }
 
 TEST(Fusion, AnImageThatSeesThroughOutweighsASingleSupport) {
