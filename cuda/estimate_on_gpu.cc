@@ -48,15 +48,13 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
 }
 
 // Room for the state of the whole image, of its coarser parts, and the scales of its windows.
-void ReserveState(Scratch* scratch, const EstimationPlan& plan, int num_views, const Task& task) {
+void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
   scratch->estimation.window_scales.Reserve(num_pixels, task);
   scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
   if (plan.band_rows > 0) return;
   scratch->plane.Reserve(num_pixels, task);
   scratch->cost.Reserve(num_pixels, task);
-  scratch->estimation.selected_views.Reserve(num_pixels, task);
-  scratch->estimation.view_costs.Reserve(num_pixels * num_views, task);
 }
 
 void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaunch* launch) {
@@ -64,9 +62,6 @@ void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaun
   launch->window_scales = scratch.estimation.window_scales.View(width, height);
   launch->state = {scratch.plane.View(width, height),
                    scratch.cost.View(width, height),
-                   scratch.estimation.selected_views.View(width, height),
-                   scratch.estimation.view_costs.data(),
-                   static_cast<std::int64_t>(width) * height,
                    ranges};
 }
 
@@ -124,7 +119,7 @@ class PartsOnGpu {
 
   // What all parts read.
   void Upload(DeviceResources* device) {
-    ReserveState(scratch_, plan_, static_cast<int>(input_.sources.size()), task_);
+    ReserveState(scratch_, plan_, task_);
     ResetCounter(scratch_, task_);
     launch_.form = plan_.form;
     launch_.num_samples = scratch_->estimation.num_samples.data();

@@ -14,10 +14,9 @@ __global__ void __launch_bounds__(kThreads)
                                         launch.parameters.window, pixel.x + 0.5f, pixel.y + 0.5f));
 }
 
-// kMostViews: of the source views. kSide: samples on a side of the window, or 0 for any.
-template <int kMostViews, int kSide, ImageForm kForm>
+// kSide: samples on a side of the window, or 0 for any.
+template <int kSide, ImageForm kForm>
 struct Variant {
-  static constexpr int kViews = kMostViews;
   using Context = GpuContext<kSide, kForm>;
   static constexpr int kSharedBytes = ReferenceWindow<kSide, kForm>::kSharedBytes;
 };
@@ -36,7 +35,7 @@ __global__ void __launch_bounds__(kThreads)
       const DepthRange near = launch.state.ranges.At(pixel.x, pixel.y);
       hypothesis = FirstHypothesis(launch.parameters, near, pixel.x, pixel.y);
     }
-    InitializePixelState<V::kViews>(context, pixel.x, pixel.y, hypothesis);
+    InitializePixelState(context, pixel.x, pixel.y, hypothesis);
   }
   context.CountSamples();
 }
@@ -47,7 +46,7 @@ __global__ void __launch_bounds__(kThreads)
   const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
   const typename V::Context context(launch);
   if (launch.state.plane.Contains(pixel.x, pixel.y)) {
-    UpdatePixel<V::kViews>(context, pixel.x, pixel.y, iteration);
+    UpdatePixel(context, pixel.x, pixel.y, iteration);
   }
   context.CountSamples();
 }
@@ -59,33 +58,21 @@ __global__ void __launch_bounds__(kThreads)
   const PixelPosition pixel = CheckerboardPixel(colour, launch.first_row);
   if (!hypotheses.Contains(pixel.x, pixel.y)) return;
   const typename V::Context context(launch);
-  float pixel_costs[kMaxSourceViews];
-  context.Costs(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y),
-                kAllViews, samples, pixel_costs);
   const std::int64_t index = static_cast<std::int64_t>(pixel.y) * hypotheses.width + pixel.x;
-  for (int j = 0; j < launch.parameters.num_views; ++j) costs[j * hypotheses.size() + index] = pixel_costs[j];
+  context.ForEachView(context.LoadPatch(pixel.x, pixel.y), pixel.x, pixel.y, hypotheses(pixel.x, pixel.y), samples,
+                      [&](int j, float cost) { costs[j * hypotheses.size() + index] = cost; });
 }
 
 // Calls function(Variant) with the compiled window, or the general one, which reads through textures alone.
-template <int kViews, class Function>
-void WithWindow(const EstimationLaunch& launch, const Function& function) {
-  constexpr int kSide = 11;
-  if (2 * launch.parameters.window.samples_per_side + 1 != kSide) {
-    function(Variant<kViews, 0, ImageForm::kCompact>());
-  } else if (launch.form == ImageForm::kCompact) {
-    function(Variant<kViews, kSide, ImageForm::kCompact>());
-  } else {
-    function(Variant<kViews, kSide, ImageForm::kQuads>());
-  }
-}
-
 template <class Function>
 void WithVariant(const EstimationLaunch& launch, const Function& function) {
-  constexpr int kFewViews = 8;
-  if (launch.parameters.num_views <= kFewViews) {
-    WithWindow<kFewViews>(launch, function);
+  constexpr int kSide = 11;
+  if (2 * launch.parameters.window.samples_per_side + 1 != kSide) {
+    function(Variant<0, ImageForm::kCompact>());
+  } else if (launch.form == ImageForm::kCompact) {
+    function(Variant<kSide, ImageForm::kCompact>());
   } else {
-    WithWindow<kMaxSourceViews>(launch, function);
+    function(Variant<kSide, ImageForm::kQuads>());
   }
 }
 
@@ -134,7 +121,7 @@ void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, c
 
 void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples,
                      float* costs, cudaStream_t stream, const Task& task) {
-  WithWindow<kMaxSourceViews>(launch, [&](auto variant) {
+  WithVariant(launch, [&](auto variant) {
     const auto kernel = ViewCostsKernel<decltype(variant)>;
     const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
     for (int colour = 0; colour < 2; ++colour) {

@@ -29,14 +29,9 @@ EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_ro
   const std::int64_t num_pixels = static_cast<std::int64_t>(width_) * height_;
   scratch->host_plane.Reserve(num_pixels, task);
   scratch->host_cost.Reserve(num_pixels, task);
-  scratch->estimation.host_selected_views.Reserve(num_pixels, task);
-  scratch->estimation.host_view_costs.Reserve(num_pixels * launch.parameters.num_views, task);
-  const std::int64_t own = static_cast<std::int64_t>(band_rows) * width_;
   const std::int64_t read = static_cast<std::int64_t>(band_rows + 2 * kPropagationReach) * width_;
   scratch->plane.Reserve(read, task);
   scratch->cost.Reserve(read, task);
-  scratch->estimation.selected_views.Reserve(read, task);
-  scratch->estimation.view_costs.Reserve(own * launch.parameters.num_views, task);
 }
 
 void EstimationInBands::Initialize(InitialDepths initial, const HostStart& start) {
@@ -53,7 +48,6 @@ void EstimationInBands::Initialize(InitialDepths initial, const HostStart& start
     }
     LaunchInitialization(launch, initial, scratch_->stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
-    CopyViewCosts(band, Direction::kToHost);
   });
 }
 
@@ -70,10 +64,8 @@ ArrayView2D<const PlaneHypothesis> EstimationInBands::UploadCoarse(const PlaneMa
 void EstimationInBands::HalfPass(int iteration, int colour) {
   ForEachBand([&](const Band& band) {
     CopyNeighbourRows(band, band.first_read, band.end_read, Direction::kToDevice);
-    CopyViewCosts(band, Direction::kToDevice);
     LaunchHalfPass(Bind(band), iteration, colour, scratch_->stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
-    CopyViewCosts(band, Direction::kToHost);
   });
 }
 
@@ -90,12 +82,8 @@ void EstimationInBands::ForEachBand(const Function& function) {
 EstimationLaunch EstimationInBands::Bind(const Band& band) const {
   EstimationLaunch launch = launch_;
   const std::int64_t read_offset = static_cast<std::int64_t>(band.first_read) * width_;
-  const std::int64_t own_offset = static_cast<std::int64_t>(band.first) * width_;
   launch.state.plane = {scratch_->plane.data() - read_offset, width_, height_};
   launch.state.cost = {scratch_->cost.data() - read_offset, width_, height_};
-  launch.state.selected_views = {scratch_->estimation.selected_views.data() - read_offset, width_, height_};
-  launch.state.view_costs = scratch_->estimation.view_costs.data() - own_offset;
-  launch.state.view_stride = static_cast<std::int64_t>(band_rows_) * width_;
   launch.first_row = band.first;
   launch.end_row = band.end;
   return launch;
@@ -113,27 +101,8 @@ void EstimationInBands::CopyNeighbourRows(const Band& band, int first, int end, 
       CopyRows(host_data + host, device_data + device, count, cudaMemcpyDeviceToHost, stream, task_);
     }
   };
-  EstimationScratch& buffers = scratch_->estimation;
   copy(scratch_->host_plane.data(), scratch_->plane.data());
   copy(scratch_->host_cost.data(), scratch_->cost.data());
-  copy(buffers.host_selected_views.data(), buffers.selected_views.data());
-}
-
-void EstimationInBands::CopyViewCosts(const Band& band, Direction direction) {
-  constexpr std::size_t kBytes = sizeof(std::uint16_t);
-  EstimationScratch& buffers = scratch_->estimation;
-  std::uint16_t* host = buffers.host_view_costs.data() + static_cast<std::int64_t>(band.first) * width_;
-  std::uint16_t* device = buffers.view_costs.data();
-  const std::size_t host_pitch = kBytes * width_ * height_, device_pitch = kBytes * width_ * band_rows_;
-  const std::size_t row_bytes = kBytes * width_ * (band.end - band.first),
-                    views = launch_.parameters.num_views;
-  const cudaStream_t stream = scratch_->stream.get();
-  const cudaError_t status = direction == Direction::kToDevice
-                                 ? cudaMemcpy2DAsync(device, device_pitch, host, host_pitch, row_bytes, views,
-                                                     cudaMemcpyHostToDevice, stream)
-                                 : cudaMemcpy2DAsync(host, host_pitch, device, device_pitch, row_bytes, views,
-                                                     cudaMemcpyDeviceToHost, stream);
-  Check(status, "cudaMemcpy2DAsync of a band's view costs", task_);
 }
 
 }  // namespace phi::gpu

@@ -38,7 +38,6 @@ class EstimationInBands {
   void CopyNeighbourRows(const Band& band, int first, int end, Direction direction);
   // The rows of `coarse` that cover the band, in the whole map's coordinates.
   ArrayView2D<const PlaneHypothesis> UploadCoarse(const PlaneMap& coarse, int shift, const Band& band);
-  void CopyViewCosts(const Band& band, Direction direction);
 
   const EstimationLaunch launch_;
   const int width_, height_, band_rows_;

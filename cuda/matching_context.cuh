@@ -304,11 +304,20 @@ struct GpuContext {
     return patch;
   }
 
-  __device__ __forceinline__ void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h,
-                                        std::uint32_t wanted, Samples samples, float* costs) const {
+  __device__ __forceinline__ float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
+    HarmonicMean mean;
+    ForEachView(patch, x, y, h, samples, [&](int, float cost) { mean.Add(cost); });
+    return mean.Value();
+  }
+
+  // Calls function(view, cost) for each source view in turn.
+  template <class Function>
+  __device__ __forceinline__ void ForEachView(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
+                                              const Function& function) const {
     const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
-    ForLevel(patch.level_bit,
-             [&](int level) { CostsOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, wanted, samples, costs); });
+    ForLevel(patch.level_bit, [&](int level) {
+      ForEachViewOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, samples, function);
+    });
   }
 
   // Adds what the threads of the warp read to the launch's count. All of them must call it.
@@ -330,28 +339,28 @@ struct GpuContext {
     }
   }
 
-  __device__ __forceinline__ void CostsOnLevel(const Patch& patch, int level, float u, float v,
-                                               const PlaneHypothesis& h, Vec3f q, std::uint32_t wanted,
-                                               Samples samples, float* costs) const {
+  template <class Function>
+  __device__ __forceinline__ void ForEachViewOnLevel(const Patch& patch, int level, float u, float v,
+                                                     const PlaneHypothesis& h, Vec3f q, Samples samples,
+                                                     const Function& function) const {
     const MatchingWindow& form = parameters.window;
     const int num_window_samples = samples == Samples::kSparse ? form.NumSparseSamples() : form.NumSamples();
     const float inverse_depth = 1.0f / h.depth;
     const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1
     for (int j = 0; j < parameters.num_views; ++j) {
-      if ((wanted >> j & 1u) == 0) continue;
       const SourceView& view = launch.sources[j];
       const WindowWarp warp(view, u, v, q, inverse_depth, pixels * patch.step, scale);
       const bool is_inside =
           warp.IsInside(static_cast<float>(form.samples_per_side), view, level);
       num_samples += is_inside ? num_window_samples : 0;
-      costs[j] = is_inside ? patch.window.Cost(SourceLevel(view, level), warp, samples) : kMaxCost;
+      float cost = is_inside ? patch.window.Cost(SourceLevel(view, level), warp, samples) : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
-        costs[j] =
-            fminf(costs[j] + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth),
-                  kMaxCost);
+        cost = fminf(cost + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth),
+                     kMaxCost);
       }
+      function(j, cost);
     }
   }
 };

@@ -28,29 +28,26 @@ std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>
 // Bytes of an estimation beside the images: what is there for all rows, and per row of the state.
 struct EstimationSizes {
   std::int64_t fixed = 0;
-  std::int64_t neighbour_row = 0;  // what propagation reads of other pixels
-  std::int64_t own_row = 0;        // what a pixel alone reads
+  std::int64_t row = 0;           // the pixels' state
   std::int64_t coarse_width = 0;   // pixels on two rows that a coarser part had; 0: there is none
 
   EstimationSizes(const EstimationInput& input, bool coarse_start) {
     const std::int64_t width = input.reference.image->width(), height = input.reference.image->height();
     if (coarse_start) coarse_width = (width + 1) / 2;
-    const std::int64_t num_views = static_cast<std::int64_t>(input.sources.size());
     fixed = width * height * sizeof(std::uint8_t);  // scales of the windows
     for (const auto& depths : input.source_depths) {
       if (depths != nullptr) fixed += static_cast<std::int64_t>(depths->bytes());
     }
-    neighbour_row = width * (sizeof(PlaneHypothesis) + sizeof(float) + sizeof(std::uint32_t));
-    own_row = width * num_views * sizeof(std::uint16_t);
+    row = width * (sizeof(PlaneHypothesis) + sizeof(float));
   }
 
   std::int64_t CoarsePixels(std::int64_t rows) const { return coarse_width * ((rows + 1) / 2); }
   std::int64_t CoarseBytes(std::int64_t rows) const { return CoarsePixels(rows) * sizeof(PlaneHypothesis); }
   std::int64_t Whole(std::int64_t rows) const {
-    return fixed + rows * (neighbour_row + own_row) + CoarseBytes(rows);
+    return fixed + rows * row + CoarseBytes(rows);
   }
   std::int64_t InBands(std::int64_t rows) const {
-    return fixed + (rows + 2 * kPropagationReach) * neighbour_row + rows * own_row + CoarseBytes(rows);
+    return fixed + (rows + 2 * kPropagationReach) * row + CoarseBytes(rows);
   }
 };
 

@@ -43,21 +43,14 @@ struct InferenceScratch {
 };
 
 struct EstimationScratch {
-  DeviceBuffer<std::uint32_t> selected_views;
-  DeviceBuffer<std::uint16_t> view_costs;
   DeviceBuffer<std::uint8_t> window_scales;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<DepthRange> ranges;
   DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<unsigned long long> num_samples;
   PinnedBuffer<unsigned long long> host_num_samples;
-  // Of an estimation in bands, with Scratch::host_plane and host_cost.
-  PinnedBuffer<std::uint32_t> host_selected_views;
-  PinnedBuffer<std::uint16_t> host_view_costs;
 
   void FreeDeviceMaps() {
-    selected_views.Free();
-    view_costs.Free();
     window_scales.Free();
     coarse_plane.Free();
   }

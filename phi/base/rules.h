@@ -26,7 +26,6 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kNarrowWindows, "narrow_windows", kEstimation, kOffAndScale)    \
   X(kReducedImages, "reduced_images", kEstimation, kOffAndScale)    \
   X(kCoarseToFine, "coarse_to_fine", kEstimation, kOffAndScale)     \
-  X(kJointViews, "joint_views", kEstimation, kOffAndScale)          \
   X(kFirstHypotheses, "first_hypotheses", kEstimation, kOff)        \
   X(kSparseRanking, "sparse_ranking", kEstimation, kOffAndScale)    \
   X(kRefinement, "refinement", kEstimation, kOffAndScale)           \

@@ -35,36 +35,18 @@ struct CpuContext {
   mutable EstimationCounts counts = {};
 
   Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
-             float* costs) const {
-    const int num_windows = matcher.Costs(patch, x, y, h, wanted, samples, costs);
+  float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
+    float costs[kMaxSourceViews];
+    const int num_windows = matcher.Costs(patch, x, y, h, samples, costs);
     ++counts.hypotheses;
     counts.windows += num_windows;
     counts.samples += static_cast<std::int64_t>(num_windows) * matcher.NumSamplesPerWindow(samples);
     for (std::size_t j = 0; j < source_depths.size(); ++j) {
-      if ((wanted >> j & 1u) == 0) continue;
       const float guidance =
           GuidanceCost(parameters.reference, views[j], source_depths[j], x + 0.5f, y + 0.5f, h.depth);
       costs[j] = std::min(costs[j] + guidance, kMaxCost);
     }
-  }
-};
-
-// Owns what EstimationState views.
-struct StateArrays {
-  PlaneMap plane;
-  CostMap cost;
-  Array2D<std::uint32_t> selected_views;
-  std::vector<std::uint16_t> view_costs;
-
-  StateArrays(int width, int height, int num_views)
-      : plane(width, height),
-        cost(width, height),
-        selected_views(width, height),
-        view_costs(static_cast<std::size_t>(width) * height * num_views) {}
-
-  EstimationState View(const DepthRanges& ranges) {
-    return {plane.view(), cost.view(), selected_views.view(), view_costs.data(), plane.view().size(), ranges};
+    return HarmonicMeanCost(costs, parameters.num_views);
   }
 };
 
@@ -90,14 +72,13 @@ PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& star
   return FirstHypothesis(p, start.ranges.At(x, y), x, y);
 }
 
-template <int kViews>
 void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
     const CpuContext of_row = context;
     for (int x = 0; x < width; ++x) {
-      InitializePixelState<kViews>(of_row, x, y, StartHypothesis(p, start, x, y));
+      InitializePixelState(of_row, x, y, StartHypothesis(p, start, x, y));
     }
     work->RowDone(width, EstimationWork::kFirstHypotheses, of_row.counts);
   });
@@ -105,7 +86,7 @@ void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
     for (int colour = 0; colour < 2; ++colour) {
       ForEachRow(height, [&](int y) {
         const CpuContext of_row = context;
-        for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel<kViews>(of_row, x, y, iteration);
+        for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel(of_row, x, y, iteration);
         work->RowDone(width, EstimationWork::kHalfPassHypotheses, of_row.counts);
       });
     }
@@ -127,19 +108,16 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
                               const Start& start, EstimationWork* work) {
   const EstimationParameters parameters = MakeEstimationParameters(input, options);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
-  StateArrays arrays(parameters.reference.width, parameters.reference.height, parameters.num_views);
+  PlaneMap plane(parameters.reference.width, parameters.reference.height);
+  CostMap cost(plane.width(), plane.height());
   const Matcher matcher(input, parameters, views);
   std::vector<ArrayView2D<const float>> source_depths;
   for (const auto& depths : input.source_depths) {
     source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
-  const CpuContext context{parameters, arrays.View(start.ranges), matcher, views, source_depths};
-  if (parameters.num_views <= 8) {
-    Run<8>(context, start, work);
-  } else {
-    Run<kMaxSourceViews>(context, start, work);
-  }
-  return {std::move(arrays.plane), std::move(arrays.cost), {}};
+  const CpuContext context{parameters, {plane.view(), cost.view(), start.ranges}, matcher, views, source_depths};
+  Run(context, start, work);
+  return {std::move(plane), std::move(cost), {}};
 }
 
 // Of the coarsest part; the cells cover more pixels of a finer one.

@@ -25,9 +25,8 @@ class ScalarMatcher {
 
   Patch LoadPatch(int x, int y) const { return {window_scales_(x, y)}; }
 
-  // The cost of each source view whose bit in `wanted` is set.
-  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
-             float* costs) const {
+  // The cost of each source view.
+  void Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const {
     const float u = x + 0.5f, v = y + 0.5f;
     const int level = patch.scale.level;
     const float scale = 1.0f / static_cast<float>(1 << level);
@@ -35,7 +34,6 @@ class ScalarMatcher {
     const Vec3f q = InverseDepthCoefficients(parameters_.reference, u, v, h);
     const GraySampler reference{reference_[level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {
-      if ((wanted >> j & 1u) == 0) continue;
       const GraySampler source{sources_[j][level].view()};
       costs[j] = ZnccCost(reference, source, source.image.width, source.image.height, window, scale * u,
                           scale * v, ScaleHomography(PlaneHomography(views_[j], q), scale), samples);

@@ -30,8 +30,8 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
   }
 }
 
-int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted,
-                       Samples samples, float* costs) const {
+int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
+                       float* costs) const {
   const float u = x + 0.5f, v = y + 0.5f;
   const float step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
@@ -39,7 +39,7 @@ int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& 
   const Windows& windows = Window(patch.scale);
   const bool is_sparse = samples == Samples::kSparse;
   return SimdZnccCosts(is_sparse ? windows.sparse : windows.all, levels_[patch.scale.level].sources,
-                       is_sparse ? patch.sparse : patch.all, u / step, v / step, plane, wanted, costs);
+                       is_sparse ? patch.sparse : patch.all, u / step, v / step, plane, costs);
 }
 
 }  // namespace phi

@@ -36,8 +36,8 @@ class SimdMatcher {
     return patch;
   }
 
-  // The cost of each source view whose bit in `wanted` is set. Returns how many windows it read.
-  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t wanted, Samples samples,
+  // The cost of each source view . Returns how many windows it read.
+  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
             float* costs) const;
 
   int NumSamplesPerWindow(Samples samples) const {

@@ -252,16 +252,13 @@ HWY_INLINE float CostOfWindow(const SimdWindow& window, const SimdSources& sourc
 }
 
 int Costs(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-          const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
+          const PlaneAtPixel& plane, float* costs) {
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
-  constexpr std::uint64_t kGroup = (std::uint64_t{1} << kViews) - 1;
   int num_read = 0;
   LocalWarps warps;
   for (int first = 0; first < sources.num; first += kViews) {
-    if ((wanted >> first & kGroup) == 0) continue;
     const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
-      if ((wanted >> j & 1u) == 0) continue;
       const bool is_inside = inside >> (j - first) & 1u;
       costs[j] = is_inside ? CostOfWindow(window, sources, j, patch, warps) : kMaxCost;
       num_read += is_inside;
@@ -318,11 +315,9 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
 }
 
 int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
-                  double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs) {
-  if (patch.textured) return HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, wanted, costs);
-  for (int j = 0; j < sources.num; ++j) {
-    if (wanted >> j & 1u) costs[j] = kMaxCost;
-  }
+                  double u, double v, const PlaneAtPixel& plane, float* costs) {
+  if (patch.textured) return HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, costs);
+  std::fill_n(costs, sources.num, kMaxCost);
   return 0;
 }
 

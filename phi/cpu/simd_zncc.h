@@ -61,7 +61,7 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
                    float v, SimdPatch* patch);
 // Returns how many source windows it read: not those that leave their image.
 int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
-                  double u, double v, const PlaneAtPixel& plane, std::uint32_t wanted, float* costs);
+                  double u, double v, const PlaneAtPixel& plane, float* costs);
 
 // "AVX2", "AVX3", "SSE4", ...
 std::string SimdTargetName();

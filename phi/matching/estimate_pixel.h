@@ -4,8 +4,7 @@
 //   parameters                     EstimationParameters
 //   state                          EstimationState
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
-//   Costs(patch, x, y, h, views, samples, costs)   the cost in [0, kMaxCost] of each source view whose bit in `views` is
-//                                  set, geometric guidance included; the other elements of `costs` stay as they are
+//   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views, geometric guidance included
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
@@ -50,19 +49,8 @@ struct EstimationParameters {
 struct EstimationState {
   ArrayView2D<PlaneHypothesis> plane;
   ArrayView2D<float> cost;                    // aggregated
-  ArrayView2D<std::uint32_t> selected_views;  // bit j: view j counts at this pixel
-  std::uint16_t* view_costs = nullptr;        // [view][pixel], see StoreCost
-  std::int64_t view_stride = 0;               // elements of view_costs from one view to the next
   DepthRanges ranges = {};                    // of the sparse points, of the whole image; never written
-
-  PHI_HD std::uint16_t& ViewCost(int view, int x, int y) const {
-    return view_costs[view * view_stride + static_cast<std::int64_t>(y) * plane.width + x];
-  }
 };
-
-// View costs are kept in 16 bits: steps of 3e-5.
-PHI_HD std::uint16_t StoreCost(float cost) { return static_cast<std::uint16_t>(cost * 32767.0f + 0.5f); }
-PHI_HD float LoadCost(std::uint16_t stored) { return stored * (1.0f / 32767.0f); }
 
 // Robust ranges fall geometrically from the first to the last iteration.
 PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange near) const {
@@ -79,8 +67,6 @@ PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange nea
   return range;
 }
 
-inline constexpr std::uint32_t kAllViews = ~std::uint32_t{0};
-
 // Draw numbers within an iteration.
 inline constexpr std::uint32_t kDrawRefinement = 0;
 
@@ -96,11 +82,9 @@ PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis&
 }
 
 PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHypothesis& hypothesis,
-                       float cost, std::uint32_t selected, const float* costs, int num_views) {
+                       float cost) {
   state.plane(x, y) = hypothesis;
   state.cost(x, y) = cost;
-  state.selected_views(x, y) = selected;
-  for (int j = 0; j < num_views; ++j) state.ViewCost(j, x, y) = StoreCost(costs[j]);
 }
 
 // The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where that is
@@ -113,17 +97,10 @@ PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, DepthRange
                            p.rules.IsOn(Rule::kFirstHypotheses) ? p.formulas : Formulas::kPaper);
 }
 
-template <int kViews, class Context>
+template <class Context>
 PHI_HD void InitializePixelState(const Context& context, int x, int y, const PlaneHypothesis& hypothesis) {
-  const EstimationParameters& p = context.parameters;
-  const auto patch = context.LoadPatch(x, y);
-  float costs[kViews];
-  context.Costs(patch, x, y, hypothesis, kAllViews, Samples::kAll, costs);
-  std::uint32_t selected = 0;
-  float cost = BestViewsCost(costs, p.num_views, &selected);
-  if (p.formulas == Formulas::kPaper || !p.rules.IsOn(Rule::kJointViews))
-    cost = HarmonicMeanCost(costs, p.num_views);
-  WriteState(context.state, x, y, hypothesis, cost, selected, costs, p.num_views);
+  WriteState(context.state, x, y, hypothesis,
+             context.Cost(context.LoadPatch(x, y), x, y, hypothesis, Samples::kAll));
 }
 
 // The first candidate that is the same plane as `h` at the pixel, up to rounding, or -1. Good planes spread over their
@@ -142,24 +119,23 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   return -1;
 }
 
-// What a pixel may become in an iteration. The first is its own hypothesis, with costs of all samples.
-template <int kViews>
+// What a pixel may become in an iteration. The first is its own hypothesis, with its cost of all samples.
 struct Candidates {
   int num = 1;
   std::uint32_t repeated = 0;  // bit k: the same plane as an earlier one
   PlaneHypothesis planes[kNumRegions + 1];
-  float costs[kNumRegions + 1][kViews];
+  float costs[kNumRegions + 1];
 };
 
 // Of sparse samples where these rank the candidates.
-template <int kViews, class Context>
+template <class Context>
 PHI_HD void GatherCandidates(const Context& context, const typename Context::Patch& patch, int x, int y,
-                             Candidates<kViews>* candidates) {
+                             Candidates* candidates) {
   const EstimationParameters& p = context.parameters;
   const EstimationState& state = context.state;
   const Samples samples = p.num_finalists > 0 ? Samples::kSparse : Samples::kAll;
   candidates->planes[0] = state.plane(x, y);
-  for (int j = 0; j < p.num_views; ++j) candidates->costs[0][j] = LoadCost(state.ViewCost(j, x, y));
+  candidates->costs[0] = state.cost(x, y);
   int num = 1;
   for (int region = 0; region < kNumRegions; ++region) {
     PixelOffset offset;
@@ -168,93 +144,50 @@ PHI_HD void GatherCandidates(const Context& context, const typename Context::Pat
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
     const int same = FindSame(p, candidates->planes, num, moved);
     if (same >= 0) {
-      for (int j = 0; j < p.num_views; ++j) candidates->costs[num][j] = candidates->costs[same][j];
+      candidates->costs[num] = candidates->costs[same];
       candidates->repeated |= 1u << num;
     } else {
-      context.Costs(patch, x, y, moved, kAllViews, samples, candidates->costs[num]);
+      candidates->costs[num] = context.Cost(patch, x, y, moved, samples);
     }
     candidates->planes[num++] = moved;
   }
   candidates->num = num;
 }
 
-// From costs in the views to one.
-template <int kViews>
-struct Aggregation {
-  bool is_joint = false;  // joint view selection, else Eq. 5
-  int num_views = 0;
-  std::uint32_t selected = kAllViews;  // views with weight
-  float weights[kViews];               // where it is joint
-
-  PHI_HD float operator()(const float* costs) const {
-    return is_joint ? WeightedMeanCost(costs, weights, num_views) : HarmonicMeanCost(costs, num_views);
-  }
-};
-
-// Weights of the views at (x, y) from the candidates' costs and the neighbours' selection.
-template <int kViews>
-PHI_HD void SelectViews(const EstimationState& state, const EstimationParameters& p, int x, int y, int iteration,
-                        const Candidates<kViews>& candidates, Aggregation<kViews>* aggregate) {
-  const int num_views = aggregate->num_views;
-  std::uint32_t masks[4];
-  int num_masks = 0;
-  const PixelOffset neighbours[4] = {{0, -1}, {-1, 0}, {1, 0}, {0, 1}};
-  for (const PixelOffset& o : neighbours) {
-    if (state.plane.Contains(x + o.dx, y + o.dy))
-      masks[num_masks++] = state.selected_views(x + o.dx, y + o.dy);
-  }
-  const float tau = GoodCostThreshold(iteration);
-  // All constants of the evidence are costs: instead of them the costs are scaled.
-  const float inverse_scale = 1 / p.rules.Scale(Rule::kJointViews);
-  for (int j = 0; j < num_views; ++j) {
-    ViewEvidence evidence;
-    for (int k = 0; k < candidates.num; ++k) evidence.Add(inverse_scale * candidates.costs[k][j], tau);
-    aggregate->weights[j] = evidence.Weight(tau) * NeighbourPrior(masks, num_masks, j);
-  }
-  aggregate->selected = PruneWeights(aggregate->weights, num_views);
-}
-
 inline constexpr float kUnknownCost = -1;
 
-// A hypothesis with its costs, of all samples but in views without weight.
+// A hypothesis with its cost of all samples.
 struct ScoredHypothesis {
   PlaneHypothesis plane;
-  const float* costs = nullptr;      // by view
-  float cost = 0;                    // aggregated
+  float cost = 0;
   float sparse_cost = kUnknownCost;  // the same of sparse samples
 };
 
 // All candidates were scored by all samples: the best of them.
-template <int kViews>
-PHI_HD ScoredHypothesis BestCandidate(const Candidates<kViews>& candidates, const Aggregation<kViews>& aggregate) {
-  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0], aggregate(candidates.costs[0])};
+PHI_HD ScoredHypothesis BestCandidate(const Candidates& candidates) {
+  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0]};
   for (int k = 1; k < candidates.num; ++k) {
-    const float cost = aggregate(candidates.costs[k]);
-    if (cost < best.cost) best = {candidates.planes[k], candidates.costs[k], cost};
+    if (candidates.costs[k] < best.cost) best = {candidates.planes[k], candidates.costs[k]};
   }
   return best;
 }
 
 // Of the candidates the sparse samples' favourites are scored by all samples. The pixel's own hypothesis needs no ranking: where
 // it is better than these, it stays.
-template <int kViews, class Context>
+template <class Context>
 PHI_HD ScoredHypothesis BestFinalist(const Context& context, const typename Context::Patch& patch, int x, int y,
-                                     Candidates<kViews>* candidates, const Aggregation<kViews>& aggregate) {
-  ScoredHypothesis best = {candidates->planes[0], candidates->costs[0], aggregate(candidates->costs[0])};
-  float sparse_costs[kNumRegions + 1];
-  for (int k = 1; k < candidates->num; ++k) sparse_costs[k] = aggregate(candidates->costs[k]);
-  std::uint32_t done = candidates->repeated;
+                                     const Candidates& candidates) {
+  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0]};
+  std::uint32_t done = candidates.repeated;
   for (int i = 0; i < context.parameters.num_finalists; ++i) {
     int next = 0;
-    for (int k = 1; k < candidates->num; ++k) {
-      if ((done >> k & 1u) == 0 && (next == 0 || sparse_costs[k] < sparse_costs[next])) next = k;
+    for (int k = 1; k < candidates.num; ++k) {
+      if ((done >> k & 1u) == 0 && (next == 0 || candidates.costs[k] < candidates.costs[next])) next = k;
     }
     if (next == 0) break;
     done |= 1u << next;
-    float* costs = candidates->costs[next];
-    context.Costs(patch, x, y, candidates->planes[next], aggregate.selected, Samples::kAll, costs);
-    const float cost = aggregate(costs);
-    if (cost < best.cost) best = {candidates->planes[next], costs, cost, sparse_costs[next]};
+    const float cost = context.Cost(patch, x, y, candidates.planes[next], Samples::kAll);
+    if (cost < best.cost) best = {candidates.planes[next], cost, candidates.costs[next]};
   }
   return best;
 }
@@ -267,18 +200,14 @@ PHI_HD PlaneHypothesis RefinementVariant(const PlaneHypothesis& old, const Plane
 }
 
 // The variant that sparse samples like best; 0 where they like the hypothesis itself best.
-template <int kViews, class Context>
+template <class Context>
 PHI_HD int PromisingVariant(const Context& context, const typename Context::Patch& patch, int x, int y,
-                            const ScoredHypothesis& current, const PlaneHypothesis& disturbed,
-                            const Aggregation<kViews>& aggregate) {
-  float costs[kViews];
-  for (int j = 0; j < context.parameters.num_views; ++j) costs[j] = 0;  // views without weight do not count
+                            const ScoredHypothesis& current, const PlaneHypothesis& disturbed) {
   int promising = 0;
   float lowest = current.sparse_cost;
   for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, variant);
-    context.Costs(patch, x, y, h, aggregate.selected, Samples::kSparse, costs);
-    const float cost = aggregate(costs);
+    const float cost = context.Cost(patch, x, y, h, Samples::kSparse);
     if (lowest >= 0 && !(cost < lowest)) continue;
     lowest = cost;
     promising = variant;
@@ -287,20 +216,16 @@ PHI_HD int PromisingVariant(const Context& context, const typename Context::Patc
 }
 
 // One propagation and refinement of the pixel, for `iteration` counted from 0.
-template <int kViews, class Context>
+template <class Context>
 PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   const EstimationParameters& p = context.parameters;
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
 
-  Candidates<kViews> candidates;
+  Candidates candidates;
   GatherCandidates(context, patch, x, y, &candidates);
-  Aggregation<kViews> aggregate;
-  aggregate.num_views = p.num_views;
-  aggregate.is_joint = p.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kJointViews);
-  if (aggregate.is_joint) SelectViews(state, p, x, y, iteration, candidates, &aggregate);
-  ScoredHypothesis current = p.num_finalists > 0 ? BestFinalist(context, patch, x, y, &candidates, aggregate)
-                                                 : BestCandidate(candidates, aggregate);
+  ScoredHypothesis current = p.num_finalists > 0 ? BestFinalist(context, patch, x, y, candidates)
+                                                 : BestCandidate(candidates);
 
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
   const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
@@ -313,23 +238,15 @@ PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
   // The promising one alone, or all. Not all with a test of each: threads of a warp score their variants together.
   int first = 1, last = kNumVariants;
   if (p.num_finalists > 0) {
-    last = PromisingVariant(context, patch, x, y, current, disturbed, aggregate);
+    last = PromisingVariant(context, patch, x, y, current, disturbed);
     if (last > 0) first = last;
   }
-  float refined_costs[2][kViews];
-  int slot = 0;
   for (int variant = first; variant <= last; ++variant) {
     const PlaneHypothesis h = RefinementVariant(old, disturbed, variant);
-    // Views without weight do not decide; they keep the cost of the hypothesis that is being refined.
-    for (int j = 0; j < p.num_views; ++j) refined_costs[slot][j] = current.costs[j];
-    context.Costs(patch, x, y, h, aggregate.selected, Samples::kAll, refined_costs[slot]);
-    const float cost = aggregate(refined_costs[slot]);
-    if (cost < current.cost) {
-      current = {h, refined_costs[slot], cost};
-      slot ^= 1;
-    }
+    const float cost = context.Cost(patch, x, y, h, Samples::kAll);
+    if (cost < current.cost) current = {h, cost};
   }
-  WriteState(state, x, y, current.plane, current.cost, aggregate.selected, current.costs, p.num_views);
+  WriteState(state, x, y, current.plane, current.cost);
 }
 
 }  // namespace phi

@@ -90,7 +90,7 @@ void Run(benchmark::State& state, Planes planes) {
       const auto patch = matcher.LoadPatch(x, y);
       for (int k = 0; k < kHypothesesPerPixel; ++k) {
         float costs[kNumViews];
-        matcher.Costs(patch, x, y, hypotheses[i * kHypothesesPerPixel + k], kAllViews, Samples::kAll, costs);
+        matcher.Costs(patch, x, y, hypotheses[i * kHypothesesPerPixel + k], Samples::kAll, costs);
         for (const float cost : costs) windows += cost < kMaxCost;
         benchmark::DoNotOptimize(costs);
       }

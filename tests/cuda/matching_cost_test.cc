@@ -165,7 +165,7 @@ TEST_F(MatchingCostTest, AgreesOnCoarserLevels) {
     for (int x = 0; x < map.width(); ++x) {
       float costs[kMaxSourceViews];
       const ScalarMatcher::Patch patch = matcher.LoadPatch(x, y);
-      matcher.Costs(patch, x, y, map(x, y), kAllViews, Samples::kAll, costs);
+      matcher.Costs(patch, x, y, map(x, y), Samples::kAll, costs);
       num_coarse += patch.scale.level > 0;
       for (std::size_t j = 0; j < views.size(); ++j) {
         num_far +=

@@ -24,9 +24,7 @@ struct FarIsBetter {
   EstimationState state;
 
   int LoadPatch(int, int) const { return 0; }
-  void Costs(int, int, int, const PlaneHypothesis& h, std::uint32_t, Samples, float* costs) const {
-    costs[0] = 1 - h.depth / 1000;
-  }
+  float Cost(int, int, int, const PlaneHypothesis& h, Samples) const { return 1 - h.depth / 1000; }
 };
 
 // One iteration over planes that all face the camera at kStartDepth, without any range of the view. The sparse points' depths
@@ -34,8 +32,6 @@ struct FarIsBetter {
 PlaneMap UpdateOnce(Formulas formulas) {
   PlaneMap planes(kWidth, kHeight);
   CostMap cost(kWidth, kHeight);
-  Array2D<std::uint32_t> selected(kWidth, kHeight);
-  std::vector<std::uint16_t> view_costs(static_cast<std::size_t>(kWidth) * kHeight);
   Array2D<DepthRange> cells(kWidth / kDepthRangeCell, kHeight / kDepthRangeCell);
   for (int y = 0; y < cells.height() / 2; ++y) {
     for (int x = 0; x < cells.width(); ++x) cells(x, y) = {1, x < cells.width() / 2 ? 4.0f : 40.0f};
@@ -49,13 +45,12 @@ PlaneMap UpdateOnce(Formulas formulas) {
   context.parameters.num_views = 1;
   context.parameters.formulas = formulas;
   const Array2D<DepthRange>& read_only = cells;
-  context.state = {planes.view(),     cost.view(),          selected.view(),
-                   view_costs.data(), planes.view().size(), {read_only.view()}};
+  context.state = {planes.view(), cost.view(), {read_only.view()}};
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) InitializePixelState<8>(context, x, y, {{0, 0, -1}, kStartDepth});
+    for (int x = 0; x < kWidth; ++x) InitializePixelState(context, x, y, {{0, 0, -1}, kStartDepth});
   }
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = y & 1; x < kWidth; x += 2) UpdatePixel<8>(context, x, y, 0);
+    for (int x = y & 1; x < kWidth; x += 2) UpdatePixel(context, x, y, 0);
   }
   return planes;
 }

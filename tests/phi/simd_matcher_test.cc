@@ -91,7 +91,7 @@ std::vector<float> SimdCosts(const Scene& scene, std::int64_t target) {
     for (int x = 0; x < scene.parameters.reference.width; x += 3) {
       float costs[4];
       for (const Samples samples : {Samples::kAll, Samples::kSparse}) {
-        matcher.Costs(matcher.LoadPatch(x, y), x, y, scene.Hypothesis(x, y, 5), kAllViews, samples, costs);
+        matcher.Costs(matcher.LoadPatch(x, y), x, y, scene.Hypothesis(x, y, 5), samples, costs);
         all.insert(all.end(), costs, costs + 4);
       }
     }
@@ -159,8 +159,8 @@ void ExpectAgreement(const Scene& scene, Tolerance tolerance) {
     for (int x = 0; x < scene.parameters.reference.width; x += 5) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
       float expected[4], actual[4];
-      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, kAllViews, Samples::kAll, expected);
-      simd.Costs(simd.LoadPatch(x, y), x, y, h, kAllViews, Samples::kAll, actual);
+      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, Samples::kAll, expected);
+      simd.Costs(simd.LoadPatch(x, y), x, y, h, Samples::kAll, actual);
       for (int j = 0; j < 4; ++j) {
         if (scene.OnTheEdge(x, y, h, j)) continue;
         ++(expected[j] == kMaxCost ? rejected : matched);
@@ -216,8 +216,8 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
       ASSERT_EQ(patch.scale.range_step, scalar_patch.scale.range_step);
       range_steps |= 1 << patch.scale.range_step;
       float expected[4], actual[4];
-      scalar.Costs(scalar_patch, x, y, h, kAllViews, Samples::kAll, expected);
-      simd.Costs(patch, x, y, h, kAllViews, Samples::kAll, actual);
+      scalar.Costs(scalar_patch, x, y, h, Samples::kAll, expected);
+      simd.Costs(patch, x, y, h, Samples::kAll, actual);
       for (int j = 0; j < 4; ++j) {
         if ((expected[j] == kMaxCost) != (actual[j] == kMaxCost)) {
           ++on_the_edge;  // of the source or of the smallest variance: rounding decides
@@ -246,9 +246,9 @@ TEST(SimdMatcher, SparseSamplesAgreeWithTheReadableCost) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 7);
       const SimdMatcher::Patch patch = simd.LoadPatch(x, y);
       float expected[4], actual[4], all[4];
-      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, kAllViews, Samples::kSparse, expected);
-      simd.Costs(patch, x, y, h, kAllViews, Samples::kSparse, actual);
-      simd.Costs(patch, x, y, h, kAllViews, Samples::kAll, all);
+      scalar.Costs(scalar.LoadPatch(x, y), x, y, h, Samples::kSparse, expected);
+      simd.Costs(patch, x, y, h, Samples::kSparse, actual);
+      simd.Costs(patch, x, y, h, Samples::kAll, all);
       for (int j = 0; j < 4; ++j) {
         if (scene.OnTheEdge(x, y, h, j)) continue;
         ASSERT_NEAR(actual[j], expected[j], 2e-2) << "pixel " << x << " " << y << ", view " << j;
@@ -299,7 +299,7 @@ TEST(SimdMatcher, MeaninglessPlanesCostTheMaximum) {
        {PlaneHypothesis{{0, 0, -1}, nan}, PlaneHypothesis{{nan, 0, -1}, 4}, PlaneHypothesis{{0, 0, 0}, 4},
         PlaneHypothesis{{0, 0, -1}, 0}, PlaneHypothesis{{0, infinity, -1}, 4}}) {
     float costs[4];
-    matcher.Costs(patch, 100, 100, h, kAllViews, Samples::kAll, costs);
+    matcher.Costs(patch, 100, 100, h, Samples::kAll, costs);
     for (const float cost : costs) EXPECT_EQ(cost, kMaxCost);
   }
 }

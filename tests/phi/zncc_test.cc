@@ -75,22 +75,5 @@ TEST(CostAggregation, HarmonicMeanIgnoresViewsThatDoNotSeeTheWindow) {
   EXPECT_EQ(HarmonicMeanCost(none, 2), kMaxCost);
 }
 
-TEST(CostAggregation, ViewsThatMatchBadlyLoseTheirWeight) {
-  ViewEvidence good, bad;
-  for (int i = 0; i < 4; ++i) {
-    good.Add(0.1f, 0.8f);
-    bad.Add(1.5f, 0.8f);
-  }
-  EXPECT_NEAR(good.Weight(0.8f), std::exp(-0.01 / 0.18), 1e-6);
-  EXPECT_EQ(bad.Weight(0.8f), 0);
-}
-
-TEST(CostAggregation, BestViewsAreSelected) {
-  const float costs[] = {0.9f, 0.1f, 0.3f, 0.2f};
-  std::uint32_t mask = 0;
-  EXPECT_NEAR(BestViewsCost(costs, 4, &mask), 0.2f, 1e-6);
-  EXPECT_EQ(mask, 0b1110u);
-}
-
 }  // namespace
 }  // namespace phi
