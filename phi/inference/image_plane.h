@@ -53,6 +53,8 @@ class PlaneFit {
   // Of the anchors' places, each by its weight.
   Eigen::Vector2d Mean() const { return Eigen::Vector2d(cx_, cy_) + RelativeMean(); }
   Eigen::Matrix2d Covariance() const;
+  // Across the narrow side of where the anchors lie: the smaller eigenvalue of the covariance.
+  double NarrowVariance() const;
 
  private:
   Eigen::Vector2d RelativeMean() const { return normal_.block<2, 1>(1, 0) / normal_(0, 0); }

@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kFewCells = 10;       // so many at least make a share
 constexpr std::size_t kFewSpots = 16;  // in fewer, where spots fall is chance
+// A plane is fitted again so often, as cells come to lie on it and leave; through fewer cells it stays.
+constexpr int kRefits = 2;
+constexpr std::size_t kFewRefitted = 6;
 
 // What a view's region says of a plane.
 struct Verdict {
@@ -62,6 +65,7 @@ class PlaneChoice {
   }
 
   const std::vector<AnchorCell>& cells() const { return region_.cells; }
+  bool AsksSources() const { return !region_.sources.empty(); }
 
   // Without cells on it a plane of the scene has no reach, until it is chosen.
   std::vector<RegionPlane> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own,
@@ -92,6 +96,18 @@ class PlaneChoice {
       best_score = score;
     }
     return best;
+  }
+
+  // To the cells on it, in whichever view: what each view measured of a wall is the same for all, and so is the plane.
+  void Refit(ImagePlane* plane) const {
+    for (int round = 0; round < kRefits; ++round) {
+      const std::vector<AnchorCell> on = CellsOn(*plane);
+      if (on.size() < kFewRefitted) return;
+      PlaneFit fit(on[0].x, on[0].y);
+      for (const AnchorCell& cell : on) fit.Add(cell, 1 / (cell.tolerance * cell.tolerance));
+      if (!(fit.NarrowVariance() > limits_.min_deviation * limits_.min_deviation)) return;
+      fit.Solve(plane);
+    }
   }
 
   // Around the cells on the plane, in whichever view.
@@ -228,6 +244,7 @@ std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
     if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen[0], *best, limits.min_apart)))
       break;
     chosen[k] = *best;
+    if (choice.AsksSources()) choice.Refit(&chosen[k]);
     if (!chosen[k].IsThere()) choice.SetReach(&chosen[k]);
     choice.TakeAway(chosen[k]);
   }

@@ -109,12 +109,6 @@ std::uint32_t PixelHash(std::uint32_t pixel) {
   return pixel ^ pixel >> 16;
 }
 
-// The smaller eigenvalue. Eigen's solver for it took 7 s of the compiler's time.
-double NarrowVariance(const Eigen::Matrix2d& covariance) {
-  const double xx = covariance(0, 0), xy = covariance(0, 1), yy = covariance(1, 1);
-  return (xx + yy) / 2 - std::hypot((xx - yy) / 2, xy);
-}
-
 // Least squares over the inliers; false when they do not carry a plane. Sets the ellipse.
 bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane* plane) {
   PlaneFit fit(points[0].x, points[0].y);
@@ -122,10 +116,9 @@ bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane*
     if (IsOn(*plane, p)) fit.Add(p);
   }
   if (fit.count() < limits.min_anchors) return false;
-  const Eigen::Matrix2d covariance = fit.Covariance();
-  if (!(NarrowVariance(covariance) > limits.min_spread * limits.min_spread)) return false;
+  if (!(fit.NarrowVariance() > limits.min_spread * limits.min_spread)) return false;
   fit.Solve(plane);
-  plane->SetReach(fit.Mean(), covariance, limits.reach_deviations);
+  plane->SetReach(fit.Mean(), fit.Covariance(), limits.reach_deviations);
   return true;
 }
 

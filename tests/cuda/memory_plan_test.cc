@@ -61,8 +61,8 @@ TEST(MemoryPlan, CountsStateAndImages) {
   const RenderedScene scene = TallScene();
   const EstimationInput input = InputOf(scene);
   ASSERT_EQ(input.sources.size(), std::size_t{kNumSources});
-  // Plane 16, cost 4, selected views 4, window level 1, and 2 bytes a view.
-  const std::int64_t state = 96 * 160 * (16 + 4 + 4 + 1 + 2 * kNumSources);
+  // Plane 16, cost 4, window level 1.
+  const std::int64_t state = 96 * 160 * (16 + 4 + 1);
   // A byte a pixel on four levels: 96x160, 48x80, 24x40, 12x20.
   const std::int64_t compact = 15360 + 3840 + 960 + 240;
   // Four bytes a cell, rows of a multiple of 32 cells, one more than pixels each way.
@@ -102,7 +102,7 @@ TEST(MemoryPlan, TakesTheFastestFormThatFits) {
 TEST(MemoryPlan, RefusesWithTheBytesNeededAndAvailable) {
   const RenderedScene scene = TallScene();
   // Compact images as above, levels of the windows, and 16 rows with 23 on each side.
-  const std::int64_t needed = 6 * 20400 + 96 * 160 + 96 * ((16 + 2 * 23) * 24 + 16 * 2 * kNumSources);
+  const std::int64_t needed = 6 * 20400 + 96 * 160 + 96 * (16 + 2 * 23) * (16 + 4);
   EXPECT_NO_THROW(PlanEstimation(InputOf(scene), needed, TestTask()));
   try {
     PlanEstimation(InputOf(scene), needed - 1, TestTask());

@@ -308,20 +308,21 @@ TEST(Fusion, AnInferredPixelNeedsMoreSupport) {
   std::vector<FusionMap> maps;
   const auto outcomes = [&](double degrees, bool inferred, FusionOptions options = {}) {
     maps = MakeMaps(scene);
-    const double angle = degrees * M_PI / 180;
-    for (FusionPixel& pixel : maps[1])
-      pixel.normal = PackNormal({static_cast<float>(std::sin(angle)), 0, static_cast<float>(-std::cos(angle))});
+    const auto angle = static_cast<float>(degrees * M_PI / 180);
+    const float c = std::cos(angle), s = std::sin(angle);
+    for (FusionPixel& pixel : maps[1]) pixel.normal = PackNormal(Mat3f{{c, 0, s, 0, 1, 0, -s, 0, c}} * UnpackNormal(pixel.normal));
     if (inferred)
       for (FusionPixel& pixel : maps[0]) pixel.flags = FusionPixel::kInferred;
     return MakeFuser(scene, 0, options, &maps).FuseRows(60, 61).outcomes;
   };
-  // Depths are the same. Of 8 degrees the other normal is off by 5 or 6: a support of 1 - 0.62^2 = 0.61, or 0.44.
+  // Depths are the same. The other normal is off by 5 or 7 of 8 degrees. 1 less their cosines, over that of 8 degrees: 0.39 and 0.77, so
+  // a support of 1 - 0.39^2 = 0.85, or 0.41.
   EXPECT_GT(outcomes(5, true)[PixelOutcome::kFused], 100);
-  EXPECT_EQ(outcomes(6, true)[PixelOutcome::kFused], 0);
-  EXPECT_GT(outcomes(6, true)[PixelOutcome::kWeakSupport], 100);
+  EXPECT_EQ(outcomes(7, true)[PixelOutcome::kFused], 0);
+  EXPECT_GT(outcomes(7, true)[PixelOutcome::kWeakSupport], 100);
   // A measured pixel needs none, unless asked.
-  EXPECT_GT(outcomes(6, false)[PixelOutcome::kFused], 100);
-  EXPECT_GT(outcomes(6, false, {.min_support = 0.5})[PixelOutcome::kWeakSupport], 100);
+  EXPECT_GT(outcomes(7, false)[PixelOutcome::kFused], 100);
+  EXPECT_GT(outcomes(7, false, {.min_support = 0.5})[PixelOutcome::kWeakSupport], 100);
 }
 
 TEST(Fusion, AnImageThatSeesThroughOutweighsASingleSupport) {

@@ -101,11 +101,11 @@ struct SeenAgain {
   std::vector<SourceRegions> sources;
   std::vector<Spot> spots;
 
-  SeenAgain() {
+  explicit SeenAgain(bool tells_plane = true) {
     const SpotGrid grid(160, 120);
     ViewRegions regions;
     regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
-    regions.regions.push_back({CellsOn(kWall, 0, 160, 0, 60), {Own(kWall)}});
+    regions.regions.push_back({CellsOn(kWall, 0, 160, 0, 60), tells_plane ? Planes{Own(kWall)} : Planes{}});
     sources.emplace_back(std::make_shared<const ViewRegions>(std::move(regions)), view.camera, view.camera);
     for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
   }
@@ -126,6 +126,19 @@ TEST(PlaneChoice, APlaneOfAnotherViewsRegionIsTakenWhereBothTogetherLikeItBetter
   EXPECT_TRUE(chosen.IsThere()) << "it reaches around the other view's cells";
 }
 
+// Both views' cells lie on the wall; the region's own plane goes past them by 0.2 %, within their tolerance.
+TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
+  const SeenAgain scene(false);
+  const ImagePlane past{1.002 * kWall.a, 1.002 * kWall.b, 1.002 * kWall.c};
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  const std::vector<AnchorCell> cells = CellsOn(kWall, 0, 50, 100, 110);
+  ExpectIs(ChoosePlanes({cells, scene.spots}, Planes{Own(past)}, {}, limits)[0], past);
+  const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(past)}, {}, limits)[0];
+  for (const auto& [x, y] : {std::pair(0, 0), {159, 0}, {0, 119}, {159, 119}})
+    EXPECT_NEAR(chosen.InverseDepth(x, y), kWall.InverseDepth(x, y), 1e-6);
+}
+
 // A roof's cells below the sky: its spots begin where they end.
 TEST(PlaneChoice, APlaneWhoseCellsLieOnOneSideIsNotTaken) {
   PlaneChoiceLimits limits = kLimits;
@@ -142,6 +155,29 @@ TEST(PlaneChoice, APlaneWhoseCellsLieOnOneSideIsNotTaken) {
   EXPECT_FALSE(taken(0));
   EXPECT_FALSE(taken(2));
   EXPECT_TRUE(taken(3));
+}
+
+// A floor with the horizon at y = 20: what lies at 110 is a third as far as what lies at 50, and a spot there a 27th of the surface.
+TEST(PlaneChoice, WhatIsSurroundedIsCountedBySurface) {
+  const ImagePlane floor{-0.2, 0, 0.01};
+  PlaneChoiceLimits limits = kLimits;
+  limits.min_surrounded = 0.25;
+  // Of ten rows of spots so many are at `y`, the others at `other`.
+  const auto taken = [&](const std::vector<AnchorCell>& cells, int num_rows, int y, int other) {
+    std::vector<Spot> spots;
+    for (int x = 15; x < 145; x += 10) {
+      for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows ? y : other});
+    }
+    return ChoosePlanes({cells, spots}, Planes{}, std::array{floor}, limits)[0].IsThere();
+  };
+  // Before cells that are far away lies little floor, though it fills most of the image: 1 of 1 + 9 / 27.
+  const std::vector<AnchorCell> far = CellsOn(floor, 0, 160, 40, 70);
+  EXPECT_TRUE(taken(far, 1, 50, 110));
+  // Behind near ones lies much: 4 of 4 + 6 * 27.
+  const std::vector<AnchorCell> near = CellsOn(floor, 0, 160, 90, 130);
+  EXPECT_FALSE(taken(near, 4, 110, 50));
+  // Above the horizon it has no end.
+  EXPECT_FALSE(taken(near, 9, 110, 15));
 }
 
 TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
