@@ -14,6 +14,7 @@
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "phi/inference/potential_tables.h"
+#include "phi/inference/region_pixels.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/matching_window.h"
 
@@ -252,8 +253,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
                          {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
-  if (region_planes && options.rules.IsOn(Rule::kRegionNormals))
-    SetRegionNormals(*region_planes, launch.parameters.reference, &result.map);
+  if (region_planes) FinishRegionPixels(*region_planes, launch.parameters.reference, options.rules, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -43,6 +43,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
   X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
+  X(kEdgeDepths, "edge_depths", kInference, kOff)                   \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
   X(kFreeSpace, "free_space", kInference, kOffAndScale)             \
   X(kRegionsFirst, "regions_first", kInference, kOffAndScale)       \

@@ -10,6 +10,7 @@
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
+#include "phi/inference/region_pixels.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
 
@@ -111,9 +112,9 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
                                  : ChooseByField(matcher, options, &result.statistics);
   ThrowIfCancelled();
   result.map = Compose(measured.planes, matcher, &inferred);
-  if (hypotheses.region_planes() != nullptr && options.rules.IsOn(Rule::kRegionNormals)) {
-    SetRegionNormals(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
-                     &result.map);
+  if (hypotheses.region_planes() != nullptr) {
+    FinishRegionPixels(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference, options.rules,
+                       &result.map);
   }
   return result;
 }

@@ -37,7 +37,7 @@ PHI_HD Vec3f NormalOfFourNeighbours(const RayModel& k, ArrayView2D<const float> 
   return Dot(normal, k.Ray(u, v)) < 0 ? normal : -1.0f * normal;
 }
 
-// Normal of a filled pixel, where no region's plane is known (SetRegionNormals in region_planes.h); inverse_depth: measured
+// Normal of a filled pixel, where no region's plane is known (FinishRegionPixels in region_pixels.h); inverse_depth: measured
 // and filled pixels together.
 PHI_HD Vec3f FilledNormal(const RayModel& k, ArrayView2D<const float> inverse_depth, int x, int y,
                           Formulas formulas) {

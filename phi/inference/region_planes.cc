@@ -15,7 +15,6 @@
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/plane_choice.h"
-#include "phi/inference/plane_normal.h"
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -324,13 +323,14 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
 }
 
 RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
-                           const PlaneEvidence& evidence, const Rules& rules) {
+                           const PlaneEvidence& evidence, const Rules& rules)
+    : tolerance_(Limits(rules).Tolerance(evidence.precision)) {
   if (!rules.IsOn(Rule::kRegionPlanes)) {
     region_ = Array2D<std::int32_t>(image.width(), image.height(), -1);
     return;
   }
   const Limits limits(rules);
-  const AnchorTolerance tolerance = limits.Tolerance(evidence.precision);
+  const AnchorTolerance& tolerance = tolerance_;
   const std::vector<PooledAnchor>& pooled = evidence.pooled;
   const float side = CellSide(image.width());
   const PlaneChoiceLimits choice = limits.Choice(side, rules);
@@ -401,20 +401,6 @@ ViewRegions RegionPlanes::Tell() const {
   }
   for (std::size_t k = 0; k < planes_.size(); ++k) told.regions.push_back({cells_[k], planes_[k]});
   return told;
-}
-
-void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map) {
-  tbb::parallel_for(0, map->height(), [&](int y) {
-    for (int x = 0; x < map->width(); ++x) {
-      if (!IsInferred(map->states(x, y))) continue;
-      PlaneHypothesis& h = map->planes(x, y);
-      for (const RegionPlane& plane : planes.At(x, y)) {
-        const float w = plane.At(x, y);
-        // To the bit: a hypothesis is copied, never blended.
-        if (w > 0 && h.depth == 1 / w) h.normal = NormalOfInverseDepthPlane(rays, plane.Around(x, y), x, y);
-      }
-    }
-  });
 }
 
 }  // namespace phi

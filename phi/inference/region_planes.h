@@ -53,16 +53,16 @@ class RegionPlanes {
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
 
+  // How far from a plane, in inverse depth, an anchor of inverse depth w at (x, y) may lie.
+  double Tolerance(int x, int y, float w) const { return tolerance_.At(static_cast<float>(x), static_cast<float>(y), w); }
+
   ViewRegions Tell() const;
 
  private:
+  AnchorTolerance tolerance_;
   Array2D<std::int32_t> region_;  // index into planes_, -1 = too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
   std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };
-
-// Gives the filled pixels that took their depth from a region's plane that plane's normal: fitted again, the depths beside the
-// plane would bend it.
-void SetRegionNormals(const RegionPlanes& planes, const RayModel& rays, MeasurementMap* map);
 
 }  // namespace phi

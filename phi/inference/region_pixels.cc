@@ -1,0 +1,50 @@
+#include "phi/inference/region_pixels.h"
+
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "phi/inference/plane_normal.h"
+
+namespace phi {
+namespace {
+
+// Of the planes at (x, y), the inverse depth nearest to w; 0: none reaches there.
+float NearestOnPlanes(const RegionPlanes& planes, int x, int y, float w) {
+  float nearest = 0;
+  for (const RegionPlane& plane : planes.At(x, y)) {
+    const float there = plane.At(x, y);
+    if (there > 0 && (nearest == 0 || std::abs(there - w) < std::abs(nearest - w))) nearest = there;
+  }
+  return nearest;
+}
+
+void CorrectEdgeDepth(const RegionPlanes& planes, int x, int y, MeasurementMap* map) {
+  const float w = 1 / map->planes(x, y).depth;
+  const float nearest = NearestOnPlanes(planes, x, y, w);
+  if (nearest == 0 || std::abs(nearest - w) <= planes.Tolerance(x, y, w)) return;
+  map->planes(x, y).depth = 1 / nearest;
+  map->states(x, y) = PixelState::kInferredAlone;
+}
+
+void SetNormal(const RegionPlanes& planes, const RayModel& rays, int x, int y, PlaneHypothesis* h) {
+  for (const RegionPlane& plane : planes.At(x, y)) {
+    const float w = plane.At(x, y);
+    // To the bit: a hypothesis is copied, never blended.
+    if (w > 0 && h->depth == 1 / w) h->normal = NormalOfInverseDepthPlane(rays, plane.Around(x, y), x, y);
+  }
+}
+
+}  // namespace
+
+void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, const Rules& rules, MeasurementMap* map) {
+  const bool corrects = rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
+  tbb::parallel_for(0, map->height(), [&](int y) {
+    for (int x = 0; x < map->width(); ++x) {
+      if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, x, y, map);
+      if (sets_normals && IsInferred(map->states(x, y))) SetNormal(planes, rays, x, y, &map->planes(x, y));
+    }
+  });
+}
+
+}  // namespace phi
