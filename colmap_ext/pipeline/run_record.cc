@@ -209,6 +209,8 @@ void RunRecord::Compact() {
 }
 
 void RunRecord::EndShard() {
+  // One that was killed after its last image leaves its successor nothing to do; its journal would stay.
+  if (!shards_.IsOpen() && shards_.HasUnended(*own_shard_)) shards_.Open(*own_shard_);
   if (shards_.IsOpen()) shards_.Append("{\"ended\":true}\n");
 }
 

@@ -48,6 +48,14 @@ std::string FileStem(std::string shard) {
   return slash == std::string::npos ? shard : shard.replace(slash, 1, "-of-");
 }
 
+// "3/8" of "3-of-8.0.journal": whose it is, if the process was killed before it said so.
+std::string ShardOfName(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const std::size_t of = name.find("-of-"), dot = name.find('.');
+  if (of == std::string::npos || dot == std::string::npos || dot < of) return "";
+  return name.substr(0, of) + "/" + name.substr(of + 4, dot - of - 4);
+}
+
 // From `offset` on, up to the last end of a line: what a process is just writing has none yet.
 std::string ReadWholeLines(const fs::path& path, std::uint64_t offset) {
   std::ifstream file = OpenRegularFile(path);
@@ -79,6 +87,7 @@ std::vector<ShardLine> ShardJournals::ReadNew() {
 // A line that is no record was cut short: its task counts as not done.
 void ShardJournals::ReadJournal(const fs::path& path, std::vector<ShardLine>* lines) {
   Journal& journal = journals_[path];
+  if (journal.process.shard.empty()) journal.process.shard = ShardOfName(path);
   const std::string text = ReadWholeLines(path, journal.num_bytes_read);
   journal.num_bytes_read += text.size();
   for (std::size_t begin = 0; begin < text.size();) {
@@ -107,6 +116,14 @@ std::vector<ShardProcess> ShardJournals::Processes() const {
   std::vector<ShardProcess> processes;
   for (const auto& [path, journal] : journals_) processes.push_back(journal.process);
   return processes;
+}
+
+bool ShardJournals::HasUnended(const ShardProcess& process) const {
+  return std::any_of(journals_.begin(), journals_.end(), [&](const auto& entry) {
+    const ShardProcess& other = entry.second.process;
+    return !other.has_ended && other.shard == process.shard && other.only_stage == process.only_stage &&
+           other.generation < process.generation;
+  });
 }
 
 bool ShardJournals::IsOver(const ShardProcess& process) const {

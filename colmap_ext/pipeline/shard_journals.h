@@ -43,6 +43,8 @@ class ShardJournals {
   std::vector<ShardLine> ReadNew();
   // Of all journals that were read, by name.
   std::vector<ShardProcess> Processes() const;
+  // Whether an earlier process of the same shard has left a journal without its end.
+  bool HasUnended(const ShardProcess& process) const;
   // Removes those that ended, and those of killed processes whose shard a later one has done. Call when what was read of them
   // is safe elsewhere.
   void RemoveEnded();

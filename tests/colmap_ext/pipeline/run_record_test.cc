@@ -5,6 +5,8 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 
 #include <nlohmann/json.hpp>
 
@@ -88,6 +90,29 @@ TEST_F(RunRecordTest, AShardThatFindsNoSpaceLeavesNoEmptyJournal) {
     EXPECT_THROW(record.Begin({{"a", "photometric"}}, {"k1"}), phi::ResourceError);
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "phimvs.shards"));
+}
+
+// One was killed after its last image, another before its first line. Who does the shard again has nothing left to do.
+TEST_F(RunRecordTest, JournalsOfKilledShardsGoThoughTheirSuccessorsHaveNothingToDo) {
+  {
+    RunRecord killed(folder_.path());
+    killed.BeginShard({.shard = "0/2"});
+    killed.Begin({{"a", "photometric"}}, {"k1"});
+    killed.Finish({"a", "photometric"}, Done("k1"));
+  }
+  std::ofstream(folder_ / "phimvs.shards/1-of-2.0.journal");
+  for (const char* shard : {"0/2", "1/2"}) {
+    RunRecord successor(folder_.path());
+    successor.Refresh();
+    successor.BeginShard({.shard = shard});
+    successor.Begin({}, {});
+    successor.Compact();
+  }
+  RunRecord whole(folder_.path());
+  whole.Refresh();
+  EXPECT_EQ(whole.Find("a", "photometric")->state, "done");
+  whole.Compact();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "phimvs.shards"));
 }
 
 TEST_F(RunRecordTest, JsonHoldsVersionOptionsAndTasks) {
