@@ -51,6 +51,7 @@ void HoleFilling::FindMeasuredMaps() {
       phi::LogWarning(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
       has_map_[j] = 1;
+      jobs_[j].keeps_measured = !MeasuredMapIsOurs(job);
     } else if (GeometricMapIsOurs(job)) {
       runner_.Fail(
           job, std::string(kMeasured),
@@ -75,6 +76,11 @@ bool HoleFilling::GeometricMapIsOurs(int job) const {
   const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kGeometric));
   if (record == nullptr) return fs::exists(workspace_.FilledMaskPath(image));
   return runner_.store().MapsAreOurs(image, std::string(kGeometric), *record);
+}
+
+bool HoleFilling::MeasuredMapIsOurs(int job) const {
+  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kMeasured));
+  return record != nullptr && runner_.store().MapsAreOurs(jobs_[job].image, std::string(kMeasured), *record);
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.

@@ -26,6 +26,7 @@ class HoleFilling {
  private:
   void FindMeasuredMaps();
   bool GeometricMapIsOurs(int job) const;
+  bool MeasuredMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
   void SaveNoMarks(int job) const;
   std::vector<StagePlan> Plan() const;
@@ -33,7 +34,7 @@ class HoleFilling {
 
   const Workspace& workspace_;
   const PipelineOptions options_;
-  const std::vector<ImageJob> jobs_;
+  std::vector<ImageJob> jobs_;
   StageRunner runner_;
   std::vector<char> has_map_;  // by job: a measured one
 };

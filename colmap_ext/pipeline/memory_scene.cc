@@ -161,7 +161,8 @@ std::vector<SceneMaps> EstimateScene(const Workspace& workspace, const std::vect
 
 std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<std::vector<int>>& sources,
                                  const std::vector<std::shared_ptr<const phi::PlaneMap>>& measured,
-                                 const PipelineOptions& options, const Backends& backends) {
+                                 PipelineOptions options, const Backends& backends) {
+  options.inference.rules.Set(phi::Rule::kEdgeDepths, 0);  // what was given stays
   MemoryRun run(workspace, sources, options, backends, BuildFillingStages(options));
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const auto map = std::make_shared<const phi::MeasurementMap>(phi::AllMeasured(*measured[i]));

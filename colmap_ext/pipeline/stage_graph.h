@@ -56,6 +56,7 @@ struct ImageJob {
   std::string input_key;         // hash of cameras, image files and sparse points
   bool file_is_missing = false;
   std::string problem;  // not empty: the job cannot run, for this reason
+  bool keeps_measured = false;  // its measured map is another program's: inference fills holes alone
 };
 
 // The jobs whose maps of the stage before this one a job reads: its own first.

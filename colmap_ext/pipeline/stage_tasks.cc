@@ -171,8 +171,7 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   input.source_regions = SourceRegions(job, used, input);
   phi::InferenceOptions options = options_.inference;
-  // Maps that were there before keep what they hold.
-  if (previous.kind == StageKind::kPublish) options.rules.Set(phi::Rule::kEdgeDepths, 0);
+  if (job.keeps_measured) options.rules.Set(phi::Rule::kEdgeDepths, 0);
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options);
   CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};
