@@ -56,6 +56,13 @@ std::string ShardOfName(const fs::path& path) {
   return name.substr(0, of) + "/" + name.substr(of + 4, dot - of - 4);
 }
 
+// Whether `later` does what `earlier` was to do. One that was killed before its first line has generation 0, and did nothing yet
+// of whichever stage.
+bool DoesAgain(const ShardProcess& later, const ShardProcess& earlier) {
+  return later.shard == earlier.shard && later.generation > earlier.generation &&
+         (earlier.generation == 0 || later.only_stage == earlier.only_stage);
+}
+
 // From `offset` on, up to the last end of a line: what a process is just writing has none yet.
 std::string ReadWholeLines(const fs::path& path, std::uint64_t offset) {
   std::ifstream file = OpenRegularFile(path);
@@ -121,16 +128,14 @@ std::vector<ShardProcess> ShardJournals::Processes() const {
 bool ShardJournals::HasUnended(const ShardProcess& process) const {
   return std::any_of(journals_.begin(), journals_.end(), [&](const auto& entry) {
     const ShardProcess& other = entry.second.process;
-    return !other.has_ended && other.shard == process.shard && other.only_stage == process.only_stage &&
-           other.generation < process.generation;
+    return !other.has_ended && DoesAgain(process, other);
   });
 }
 
 bool ShardJournals::IsOver(const ShardProcess& process) const {
   return process.has_ended || std::any_of(journals_.begin(), journals_.end(), [&](const auto& entry) {
            const ShardProcess& other = entry.second.process;
-           return other.has_ended && other.shard == process.shard && other.only_stage == process.only_stage &&
-                  other.generation > process.generation;
+           return other.has_ended && DoesAgain(other, process);
          });
 }
 

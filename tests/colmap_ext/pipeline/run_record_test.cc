@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -96,15 +97,15 @@ TEST_F(RunRecordTest, AShardThatFindsNoSpaceLeavesNoEmptyJournal) {
 TEST_F(RunRecordTest, JournalsOfKilledShardsGoThoughTheirSuccessorsHaveNothingToDo) {
   {
     RunRecord killed(folder_.path());
-    killed.BeginShard({.shard = "0/2"});
+    killed.BeginShard({.shard = "0/2", .only_stage = "photometric"});
     killed.Begin({{"a", "photometric"}}, {"k1"});
     killed.Finish({"a", "photometric"}, Done("k1"));
   }
   std::ofstream(folder_ / "phimvs.shards/1-of-2.0.journal");
-  for (const char* shard : {"0/2", "1/2"}) {
+  for (const auto& [shard, stage] : {std::pair("0/2", "photometric"), {"1/2", "measured"}}) {
     RunRecord successor(folder_.path());
     successor.Refresh();
-    successor.BeginShard({.shard = shard});
+    successor.BeginShard({.shard = shard, .only_stage = stage});
     successor.Begin({}, {});
     successor.Compact();
   }
