@@ -16,6 +16,8 @@ struct AnchorTolerance {
 
   // Of inverse depth w at array indices (x, y).
   double At(float x, float y, float w) const;
+  // Whether `off` is at most that; mostly the share alone says so.
+  bool Contains(float x, float y, float w, double off) const { return off <= share * w || off <= At(x, y, w); }
 };
 
 // In the reference image and camera: array indices, inverse depth.

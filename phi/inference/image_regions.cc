@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -191,20 +190,40 @@ class RegionLabelling {
   std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
 };
 
-// The region inside which a pixel at most `reach` pixels away lies, the one most alike; kNoRegion where there is none.
-std::int32_t RegionBeside(const BrightnessSums& sums, const Mask& inside, const Array2D<std::int32_t>& region,
-                          int x, int y, int reach) {
-  std::int32_t beside = kNoRegion;
-  int least = std::numeric_limits<int>::max();
+// The sums of what is inside a region; elsewhere more than any pixel's, so that nothing is alike.
+constexpr std::uint16_t kOutside = 65535, kUnlike = kOutside - 255 * kSumsPerGreyLevel;
+
+BrightnessSums SumsInside(const BrightnessSums& sums, const Mask& inside) {
+  auto result = BrightnessSums::Uninitialized(sums.width(), sums.height());
+  tbb::parallel_for(0, sums.height(), [&](int y) {
+    for (int x = 0; x < sums.width(); ++x) result(x, y) = inside(x, y) != 0 ? sums(x, y) : kOutside;
+  });
+  return result;
+}
+
+// For each pixel of row y, which of those at most `reach` away and inside a region is most alike: the place in the square around it,
+// row by row; kNone where there is none. A loop over the row for each place, which becomes vector instructions.
+constexpr std::uint16_t kNone = 65535;
+
+std::vector<std::uint16_t> MostAlike(const BrightnessSums& sums, const BrightnessSums& sums_inside, int reach, int y) {
+  const int width = sums.width(), side = 2 * reach + 1;
+  std::vector<std::uint16_t> best(width, kNone), least(width, kUnlike);
+  const std::uint16_t* own = &sums(0, y);
   for (int v = std::max(y - reach, 0); v <= std::min(y + reach, sums.height() - 1); ++v) {
-    for (int u = std::max(x - reach, 0); u <= std::min(x + reach, sums.width() - 1); ++u) {
-      const int difference = std::abs(sums(u, v) - sums(x, y));
-      if (inside(u, v) == 0 || difference >= least) continue;
-      least = difference;
-      beside = region(u, v);
+    for (int du = -reach; du <= reach; ++du) {
+      const auto place = static_cast<std::uint16_t>((v - y + reach) * side + du + reach);
+      const std::uint16_t* other = &sums_inside(0, v) + du;
+      std::uint16_t *best_place = best.data(), *least_difference = least.data();
+      const int end = std::min(width, width - du);
+      for (int x = std::max(0, -du); x < end; ++x) {
+        const std::uint16_t difference = other[x] > own[x] ? other[x] - own[x] : own[x] - other[x];
+        const bool is_best = difference < least_difference[x];
+        least_difference[x] = is_best ? difference : least_difference[x];
+        best_place[x] = is_best ? place : best_place[x];
+      }
     }
   }
-  return beside;
+  return best;
 }
 
 }  // namespace
@@ -221,13 +240,13 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) regions.region(x, y) = ~regions.region(x, y);
   });
-  const auto either = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; };
+  const BrightnessSums sums_inside = SumsInside(sums, inside);
+  const int side = 2 * reach + 1;
   tbb::parallel_for(0, height, [&](int y) {
-    std::vector<std::uint8_t> near(width);  // a pixel inside a region is within reach
-    JoinSquares(inside, reach, y, either, near.data());
+    const std::vector<std::uint16_t> best = MostAlike(sums, sums_inside, reach, y);
     for (int x = 0; x < width; ++x) {
-      if (inside(x, y) != 0 || near[x] == 0) continue;
-      regions.region(x, y) = RegionBeside(sums, inside, regions.region, x, y, reach);
+      if (inside(x, y) != 0 || best[x] == kNone) continue;
+      regions.region(x, y) = regions.region(x + best[x] % side - reach, y + best[x] / side - reach);
     }
   });
   return regions;

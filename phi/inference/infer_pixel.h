@@ -39,8 +39,8 @@ struct InferenceParameters {
 // What is known of the pixels before one is chosen. Inverse depths; arrays of the reference's size.
 struct HypothesisState {
   ArrayView2D<const float> evidence;  // 0 at holes: all that is no evidence
-  HypothesisMaps maps;
-  ArrayView2D<const std::uint8_t> from_region;  // bit k: hypothesis k is a region's plane; no data: none is
+  HypothesisMaps maps = {};
+  ArrayView2D<const std::uint8_t> from_region = {};  // bit k: hypothesis k is a region's plane; no data: none is
 
   PHI_HD bool IsHole(int x, int y) const { return !(evidence(x, y) > 0); }
   PHI_HD std::uint8_t FromRegion(int x, int y) const {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -20,6 +22,11 @@ constexpr std::size_t kFewRefitted = 6;
 struct Verdict {
   double score = 0;   // from -1 to 1
   double num_on = 0;  // cells
+};
+
+struct Candidate {
+  RegionPlane plane;
+  Verdict others{};  // of the other views' regions together
 };
 
 struct Place {
@@ -62,37 +69,40 @@ class PlaneChoice {
     if (!(limits.unlike_weight > 0)) region_.views = nullptr;
     enough_ =
         std::max<double>(limits.min_cells, limits.min_share * static_cast<double>(region_.cells.size()));
+    for (const Spot& spot : region_.spots) box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
   }
 
   const std::vector<AnchorCell>& cells() const { return region_.cells; }
   bool AsksSources() const { return !region_.sources.empty(); }
 
   // Without cells on it a plane of the scene has no reach, until it is chosen.
-  std::vector<RegionPlane> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                      std::span<const ImagePlane> scene) const {
-    std::vector<RegionPlane> candidates;
+  std::vector<Candidate> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own,
+                                    std::span<const ImagePlane> scene) const {
+    std::vector<Candidate> candidates;
     for (const RegionPlane& plane : own) {
-      if (plane.IsThere()) candidates.push_back(plane);
+      if (plane.IsThere()) candidates.push_back({plane});
     }
-    for (const ImagePlane& plane : scene) candidates.push_back({plane});
+    for (const ImagePlane& plane : scene) candidates.push_back({{plane}});
     for (const SourceRegions& source : region_.sources) AddPlanesOf(source, &candidates);
+    // One large region may be most of an image's work.
+    tbb::parallel_for(std::size_t{0}, candidates.size(),
+                      [&](std::size_t i) { candidates[i].others = JudgeOfSources(candidates[i].plane); });
     return candidates;
   }
 
   // The best one; null: not enough cells lie on any. Other views alone carry no second plane.
-  const RegionPlane* Best(const std::vector<RegionPlane>& candidates, bool is_first) const {
+  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first) const {
     const RegionPlane* best = nullptr;
     double best_score = 0;
-    for (const RegionPlane& candidate : candidates) {
-      const Verdict own = Judge(candidate, region_.cells);
-      const Verdict others = JudgeOfSources(candidate);
+    for (const auto& [plane, others] : candidates) {
+      const Verdict own = Judge(plane, region_.cells);
       if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
       double score = own.score + limits_.source_weight * others.score;
       if (best != nullptr && score <= best_score) continue;
-      score -= limits_.unlike_weight * UnlikeShare(candidate);
+      score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
-      if (is_first && SurroundedShare(candidate) < limits_.min_surrounded) continue;
-      best = &candidate;
+      if (is_first && SurroundedShare(plane) < limits_.min_surrounded) continue;
+      best = &plane;
       best_score = score;
     }
     return best;
@@ -130,16 +140,12 @@ class PlaneChoice {
   }
 
  private:
-  void AddPlanesOf(const SourceRegions& source, std::vector<RegionPlane>* candidates) const {
+  void AddPlanesOf(const SourceRegions& source, std::vector<Candidate>* candidates) const {
     for (std::size_t r = 0; r < source.regions().size(); ++r) {
       for (const RegionPlane& plane : source.regions()[r].planes) {
         RegionPlane here;
         if (!plane.IsThere() || !source.ToReference(plane, &here)) continue;
-        const auto overlaps = source.OverlapsUnder(here, region_.spots);
-        const auto is_this = [&](const SourceRegions::Overlap& overlap) {
-          return overlap.region == static_cast<std::int32_t>(r);
-        };
-        if (std::any_of(overlaps.begin(), overlaps.end(), is_this)) candidates->push_back(here);
+        if (source.Overlaps(r, plane, here, region_.spots, box_)) candidates->push_back({here});
       }
     }
   }
@@ -226,6 +232,7 @@ class PlaneChoice {
 
   RegionEvidence region_;
   PlaneChoiceLimits limits_;
+  SpotBox box_;  // of the spots
   double enough_;
   std::vector<double> open_;  // of each spot, how little the planes so far explain it
 };
@@ -237,7 +244,7 @@ std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
                                                        std::span<const ImagePlane> scene,
                                                        const PlaneChoiceLimits& limits) {
   PlaneChoice choice(std::move(region), limits);
-  const std::vector<RegionPlane> candidates = choice.Candidates(own, scene);
+  const std::vector<Candidate> candidates = choice.Candidates(own, scene);
   std::array<RegionPlane, kPlanesPerRegion> chosen{};
   for (int k = 0; k < kPlanesPerRegion; ++k) {
     const RegionPlane* best = choice.Best(candidates, k == 0);

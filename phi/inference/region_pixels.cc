@@ -22,7 +22,7 @@ float NearestOnPlanes(const RegionPlanes& planes, int x, int y, float w) {
 void CorrectEdgeDepth(const RegionPlanes& planes, int x, int y, MeasurementMap* map) {
   const float w = 1 / map->planes(x, y).depth;
   const float nearest = NearestOnPlanes(planes, x, y, w);
-  if (nearest == 0 || std::abs(nearest - w) <= planes.Tolerance(x, y, w)) return;
+  if (nearest == 0 || planes.IsWithinTolerance(x, y, w, std::abs(nearest - w))) return;
   map->planes(x, y).depth = 1 / nearest;
   map->states(x, y) = PixelState::kInferredAlone;
 }

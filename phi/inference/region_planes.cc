@@ -393,13 +393,16 @@ ViewRegions RegionPlanes::Tell() const {
   ViewRegions told;
   const SpotGrid grid(region_.width(), region_.height());
   told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+  for (std::size_t k = 0; k < planes_.size(); ++k) told.regions.push_back({{}, cells_[k], planes_[k]});
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Spot spot = grid.At(column, row);
-      told.label(column, row) = region_(spot.x, spot.y);
+      const std::int32_t region = region_(spot.x, spot.y);
+      told.label(column, row) = region;
+      if (region < 0) continue;
+      told.regions[static_cast<std::size_t>(region)].box.AddCell(column, row, grid.step);
     }
   }
-  for (std::size_t k = 0; k < planes_.size(); ++k) told.regions.push_back({cells_[k], planes_[k]});
   return told;
 }
 

@@ -53,8 +53,10 @@ class RegionPlanes {
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
 
-  // How far from a plane, in inverse depth, an anchor of inverse depth w at (x, y) may lie.
-  double Tolerance(int x, int y, float w) const { return tolerance_.At(static_cast<float>(x), static_cast<float>(y), w); }
+  // Whether an anchor of inverse depth w at (x, y) may lie so far, in inverse depth, from its plane.
+  bool IsWithinTolerance(int x, int y, float w, double off) const {
+    return tolerance_.Contains(static_cast<float>(x), static_cast<float>(y), w, off);
+  }
 
   ViewRegions Tell() const;
 

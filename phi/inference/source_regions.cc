@@ -101,4 +101,31 @@ std::vector<SourceRegions::Overlap> SourceRegions::OverlapsUnder(const ImagePlan
   return overlaps;
 }
 
+bool SourceRegions::Overlaps(std::size_t index, const ImagePlane& there, const ImagePlane& here,
+                             std::span<const Spot> spots, const SpotBox& box) const {
+  if (!BoxesMeet(regions()[index].box, there, box)) return false;
+  std::size_t num_inside = 0;
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    num_inside += RegionUnder(here, spots[i]) == static_cast<std::int32_t>(index);
+    if (static_cast<double>(num_inside) / static_cast<double>(spots.size()) >= kMinOverlap) return true;
+  }
+  return false;
+}
+
+// Whether the source's box, put on its plane, may be seen within the reference's. Seen from the reference it is the quadrangle
+// of its corners, as long as the plane is before both cameras at all of them.
+bool SourceRegions::BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const {
+  if (source.IsEmpty()) return false;
+  SpotBox seen;
+  for (const float x : {source.left, source.right}) {
+    for (const float y : {source.top, source.bottom}) {
+      const double w = plane.InverseDepth(x, y);
+      AnchorCell corner;
+      if (!(w > 0) || !ToReference({x, y, w, 0, 0, 0}, &corner)) return true;
+      seen.Add(corner.x, corner.y);
+    }
+  }
+  return seen.Meets(reference);
+}
+
 }  // namespace phi

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -21,6 +22,7 @@ namespace phi {
 // An image's regions, in its own camera. `label`: of each place of the image's SpotGrid, index of the region; -1: none.
 struct ViewRegions {
   struct Region {
+    SpotBox box;  // of its places in `label`
     std::vector<AnchorCell> cells;
     std::array<RegionPlane, kPlanesPerRegion> planes;
   };
@@ -50,8 +52,14 @@ class SourceRegions {
   };
   // Of a region's spots, if they lie on the plane: the source's regions that many of them fall in.
   std::vector<Overlap> OverlapsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
+  // Whether the source's region `index` is one of them under a plane of its own: `there` in the source, `here` in the reference.
+  // `box`: of the spots. Most regions are told apart by boxes alone.
+  bool Overlaps(std::size_t index, const ImagePlane& there, const ImagePlane& here, std::span<const Spot> spots,
+                const SpotBox& box) const;
 
  private:
+  bool BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const;
+
   std::shared_ptr<const ViewRegions> regions_;
   int step_;
   RayModel source_, reference_;

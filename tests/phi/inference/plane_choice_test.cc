@@ -105,7 +105,10 @@ struct SeenAgain {
     const SpotGrid grid(160, 120);
     ViewRegions regions;
     regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
-    regions.regions.push_back({CellsOn(kWall, 0, 160, 0, 60), tells_plane ? Planes{Own(kWall)} : Planes{}});
+    SpotBox whole;
+    whole.AddCell(0, 0, grid.step);
+    whole.AddCell(grid.columns - 1, grid.rows - 1, grid.step);
+    regions.regions.push_back({whole, CellsOn(kWall, 0, 160, 0, 60), tells_plane ? Planes{Own(kWall)} : Planes{}});
     sources.emplace_back(std::make_shared<const ViewRegions>(std::move(regions)), view.camera, view.camera);
     for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
   }

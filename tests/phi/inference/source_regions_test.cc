@@ -1,5 +1,8 @@
 #include "phi/inference/source_regions.h"
 
+#include <algorithm>
+
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "tests/support/centered_view.h"
@@ -89,6 +92,48 @@ TEST(SourceRegions, ARegionThatFewSpotsFallInDoesNotCount) {
   spots.push_back({75, 45});
   spots.push_back({75, 45});
   EXPECT_EQ(regions.OverlapsUnder(wall, spots).size(), 2u);
+}
+
+// Boxes only spare the count: whatever the planes, the same regions overlap.
+TEST(SourceRegions, OverlapsAsTheCountOfAllSpotsSays) {
+  TwoViews views;
+  views.source.camera.pose.rotation = Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.2, 1, 0.1).normalized()).toRotationMatrix();
+  const SpotGrid grid(320, 240);
+  ViewRegions told;
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+  told.regions.resize(48);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const int region = row * 6 / grid.rows * 8 + column * 8 / grid.columns;
+      told.label(column, row) = region;
+      told.regions[static_cast<std::size_t>(region)].box.AddCell(column, row, grid.step);
+    }
+  }
+  const SourceRegions regions = views.Regions(told);
+  int num_overlaps = 0, num_planes = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto number = [i](int k) { return 2.0 * ((i * 7919 + k * 104729) % 1009) / 1009 - 1; };
+    const ImagePlane there{0.3 + 0.25 * number(0), 0.002 * number(1), 0.002 * number(2)};
+    const int x = 80 + static_cast<int>(60 * number(3)), y = 60 + static_cast<int>(40 * number(4));
+    std::vector<Spot> spots;
+    SpotBox box;
+    for (int k = 0; k < 64; ++k) {
+      spots.push_back({x + k % 8, y + k / 8});
+      box.Add(static_cast<float>(spots.back().x), static_cast<float>(spots.back().y));
+    }
+    ImagePlane here;
+    if (!regions.ToReference(there, &here)) continue;
+    ++num_planes;
+    const auto counted = regions.OverlapsUnder(here, spots);
+    for (std::size_t r = 0; r < 48; ++r) {
+      const bool expected = std::any_of(counted.begin(), counted.end(),
+                                        [r](const auto& overlap) { return overlap.region == static_cast<std::int32_t>(r); });
+      EXPECT_EQ(regions.Overlaps(r, there, here, spots, box), expected) << i << ' ' << r;
+      num_overlaps += expected;
+    }
+  }
+  EXPECT_GT(num_planes, 300);
+  EXPECT_GT(num_overlaps, 100);
 }
 
 }  // namespace
