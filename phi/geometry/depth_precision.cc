@@ -11,30 +11,62 @@ DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const 
   for (const Camera* source : sources) sources_.push_back(MakeRelativeView(reference, *source));
 }
 
+namespace {
+
+// Square of how far the point of (u, v) moves in a source view when its depth changes by a share; whether the view's image contains
+// it. Without branches, so that a loop over a row becomes vector instructions.
+struct Motion {
+  float squared;
+  bool is_seen;
+};
+
+inline Motion MotionIn(const RelativeView& view, float u, float v, float w) {
+  const Vec3f far = view.a * Vec3f{u, v, 1};  // at w = 0
+  const float x = far.x + w * view.b.x, y = far.y + w * view.b.y, z = far.z + w * view.b.z;
+  const bool is_seen =
+      (z > 0) & (x >= 0) & (y >= 0) & (x <= z * view.source.width) & (y <= z * view.source.height);
+  // d(x / z) / d(log w)
+  const float scale = w / (z * z);
+  const float du = (view.b.x * z - x * view.b.z) * scale, dv = (view.b.y * z - y * view.b.z) * scale;
+  return {du * du + dv * dv, is_seen};
+}
+
+float DeviationOf(float squares, float num_seeing) {
+  return squares > 0 ? kMatchDeviation / std::sqrt(squares / num_seeing) : 0;
+}
+
+}  // namespace
+
 float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {
   const float w = 1 / depth;
-  float squares = 0;
-  int num_seeing = 0;
+  float squares = 0, num_seeing = 0;
   for (const RelativeView& view : sources_) {
-    const Vec3f far = view.a * Vec3f{u, v, 1};  // at w = 0
-    const float x = far.x + w * view.b.x, y = far.y + w * view.b.y, z = far.z + w * view.b.z;
-    if (!(z > 0 && x >= 0 && y >= 0 && x <= z * view.source.width && y <= z * view.source.height)) continue;
-    // d(x / z) / d(log w)
-    const float scale = w / (z * z);
-    const float du = (view.b.x * z - x * view.b.z) * scale, dv = (view.b.y * z - y * view.b.z) * scale;
-    squares += du * du + dv * dv;
+    const Motion motion = MotionIn(view, u, v, w);
+    if (!motion.is_seen) continue;
+    squares += motion.squared;
     ++num_seeing;
   }
-  return squares > 0 ? kMatchDeviation / std::sqrt(squares / num_seeing) : 0;
+  return DeviationOf(squares, num_seeing);
 }
 
 Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map) const {
   auto deviations = Array2D<float>::Uninitialized(map.width(), map.height());
   tbb::parallel_for(0, map.height(), [&](int y) {
-    for (int x = 0; x < map.width(); ++x) {
-      const float depth = map(x, y).depth;
-      deviations(x, y) = depth > 0 ? RelativeDeviation(x + 0.5f, y + 0.5f, depth) : 0.0f;
+    const int width = map.width();
+    std::vector<float> inverse_depths(width), squares(width, 0), num_seeing(width, 0);
+    for (int x = 0; x < width; ++x) inverse_depths[x] = 1 / map(x, y).depth;
+    const float *w = inverse_depths.data(), v = static_cast<float>(y) + 0.5f;
+    float *sum = squares.data(), *count = num_seeing.data();
+    for (const RelativeView& source : sources_) {
+      const RelativeView view = source;
+      for (int x = 0; x < width; ++x) {
+        const Motion motion = MotionIn(view, static_cast<float>(x) + 0.5f, v, w[x]);
+        sum[x] += motion.is_seen ? motion.squared : 0.0f;
+        count[x] += motion.is_seen ? 1.0f : 0.0f;
+      }
     }
+    for (int x = 0; x < width; ++x)
+      deviations(x, y) = map(x, y).depth > 0 ? DeviationOf(squares[x], num_seeing[x]) : 0.0f;
   });
   return deviations;
 }
