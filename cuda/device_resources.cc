@@ -47,9 +47,9 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
-  if (kConcurrentCalls * bytes <= budget.bytes()) return kConcurrentCalls;
-  scratch.FreeIdle();
-  return 1;
+  const std::int64_t num_calls = std::clamp<std::int64_t>(budget.bytes() / bytes, 1, kConcurrentCalls);
+  if (num_calls == 1) scratch.FreeIdle();
+  return static_cast<std::size_t>(num_calls);
 }
 
 bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
@@ -57,7 +57,7 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
   while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
   }
   // Of each kind the scratch memory of all calls at once, or what a cache keeps for as many.
-  constexpr int kKinds = 3, kCalls = kStagesAtOnce * kConcurrentCalls;
+  constexpr int kKinds = 3, kCalls = NumCallsOfAllStages(kConcurrentCalls);
   return kKinds * kCalls * std::max(largest, bytes) <= budget.bytes();
 }
 

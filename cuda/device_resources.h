@@ -27,8 +27,8 @@ struct CacheSizes {
 
 enum class CallKind { kEstimation, kFilter, kInference };
 
-inline constexpr int kConcurrentCalls =
-    2;  // keep the device busy: one computes while another uploads or downloads
+// Keep the device busy: one computes while another uploads or downloads, and two are at the host's part of their work.
+inline constexpr int kConcurrentCalls = 4;
 
 struct DeviceResources {
   // The device must be current, also at destruction. budget_bytes <= 0: what is free on the device now, less a reserve.

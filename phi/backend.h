@@ -104,14 +104,14 @@ struct DeviceStageTime {
   double num_samples = 0;  // bilinear samples of source images for ZNCC; 0: none, or not counted
 };
 
-// Of a device whose calls overlap: one stage's keep it busy while another's are on the host.
-inline constexpr int kStagesAtOnce = 2;
+// Calls of all stages at once, of a device that does so many of one: one stage's keep it busy while another's are on the host.
+constexpr int NumCallsOfAllStages(int num_of_one) { return num_of_one + num_of_one / 2; }
 
 class Backend {
  public:
   virtual ~Backend() = default;
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
-  // How many calls of one stage at once keep the device busy. More than one: those of kStagesAtOnce stages come side by side.
+  // How many calls of one stage at once keep the device busy. More than one: those of several stages come side by side.
   virtual int NumConcurrentImages() const = 0;
   // Estimation with the default options, of the reference's pixels times source views, for a first guess of the time;
   // 0: not known.

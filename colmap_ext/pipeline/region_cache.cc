@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <exception>
 
+#include <tbb/task_arena.h>
+
 namespace colmap_ext {
 namespace {
 
@@ -26,7 +28,8 @@ RegionCache::Regions RegionCache::Get(int image, const std::function<phi::ViewRe
     entries_[image] = {promise.get_future().share(), ++num_uses_};
   }
   try {
-    Regions regions = std::make_shared<const phi::ViewRegions>(find());
+    // A thread that waits within `find` must not begin another Get meanwhile: it might be for what waits for this one.
+    Regions regions = tbb::this_task_arena::isolate([&] { return std::make_shared<const phi::ViewRegions>(find()); });
     promise.set_value(regions);
     return regions;
   } catch (...) {

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 #include "colmap_ext/compact_map.h"
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
@@ -243,19 +245,16 @@ std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(c
       !options.rules.IsOn(phi::Rule::kSourceRegions)) {
     return regions;
   }
-  for (std::size_t i = 0; i < used.size(); ++i) {
+  regions.resize(used.size());
+  tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t i) {
     const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
-    // Another image that makes no map has none.
-    if (depths == nullptr) {
-      regions.push_back(nullptr);
-      continue;
-    }
+    if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
-    regions.push_back(regions_.Get(source.image, [&] {
+    regions[i] = regions_.Get(source.image, [&] {
       return phi::FindViewRegions(*store_.CutGray(source.image), *depths, workspace_.views()[source.image].image_id,
                                   PrecisionOf(source), options.rules);
-    }));
-  }
+    });
+  });
   return regions;
 }
 

@@ -20,10 +20,7 @@ namespace {
 
 int NumAtOnce(const phi::Backend& backend) { return std::max(1, backend.NumConcurrentImages()); }
 
-int NumWorkers(const phi::Backend& backend) {
-  const int num_at_once = NumAtOnce(backend);
-  return num_at_once > 1 ? phi::kStagesAtOnce * num_at_once : num_at_once;
-}
+int NumWorkers(const phi::Backend& backend) { return phi::NumCallsOfAllStages(NumAtOnce(backend)); }
 
 struct Device {
   phi::Backend* backend = nullptr;

@@ -14,7 +14,7 @@ namespace phi {
 namespace {
 
 // Of the cores that it was measured on; they differ by a factor of two or so.
-constexpr double kPixelViewsPerSecondAndThread = 0.1e6;
+constexpr double kPixelViewsPerSecondAndThread = 0.17e6;
 
 class CpuBackend : public Backend {
  public:
