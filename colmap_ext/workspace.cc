@@ -292,8 +292,8 @@ Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
         path.string() + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels but its camera " + std::to_string(camera.camera_id) + " is " + std::to_string(camera.width) +
         "x" + std::to_string(camera.height) +
-        "; put back the image that colmap image_undistorter wrote (to work at a lower resolution, "
-        "use --PatchMatchStereo.max_image_size)");
+        "; put back the image that colmap image_undistorter wrote. With --max_image_size it shrinks images but not the cameras of "
+        "photos without distortion: leave that out there, and use --PatchMatchStereo.max_image_size here");
   });
 }
 
