@@ -78,6 +78,7 @@ struct InferenceInput {
   // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const Array2D<std::uint8_t>> mask;
+  bool keeps_measured = false;  // another program measured: holes are filled, and no measured pixel is made one
 };
 
 // Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.

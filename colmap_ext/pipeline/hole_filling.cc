@@ -51,7 +51,7 @@ void HoleFilling::FindMeasuredMaps() {
       phi::LogWarning(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
       has_map_[j] = 1;
-      jobs_[j].keeps_measured = !MeasuredMapIsOurs(job);
+      jobs_[j].keeps_measured = !MapsAreOurs(job, kMeasured);
     } else if (GeometricMapIsOurs(job)) {
       runner_.Fail(
           job, std::string(kMeasured),
@@ -70,17 +70,15 @@ void HoleFilling::FindMeasuredMaps() {
   }
 }
 
-// Else it is another program's. The mask tells where phimvs.json was lost.
-bool HoleFilling::GeometricMapIsOurs(int job) const {
-  const int image = jobs_[job].image;
-  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kGeometric));
-  if (record == nullptr) return fs::exists(workspace_.FilledMaskPath(image));
-  return runner_.store().MapsAreOurs(image, std::string(kGeometric), *record);
+bool HoleFilling::MapsAreOurs(int job, std::string_view kind) const {
+  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kind));
+  return record != nullptr && runner_.store().MapsAreOurs(jobs_[job].image, std::string(kind), *record);
 }
 
-bool HoleFilling::MeasuredMapIsOurs(int job) const {
-  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kMeasured));
-  return record != nullptr && runner_.store().MapsAreOurs(jobs_[job].image, std::string(kMeasured), *record);
+// Else it is another program's. The mask tells where phimvs.json was lost.
+bool HoleFilling::GeometricMapIsOurs(int job) const {
+  const bool is_recorded = runner_.record().Find(NameOf(job), std::string(kGeometric)) != nullptr;
+  return is_recorded ? MapsAreOurs(job, kGeometric) : fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.

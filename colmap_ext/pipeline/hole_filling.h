@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "colmap_ext/pipeline/stage_runner.h"
@@ -25,8 +26,8 @@ class HoleFilling {
 
  private:
   void FindMeasuredMaps();
+  bool MapsAreOurs(int job, std::string_view kind) const;
   bool GeometricMapIsOurs(int job) const;
-  bool MeasuredMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
   void SaveNoMarks(int job) const;
   std::vector<StagePlan> Plan() const;

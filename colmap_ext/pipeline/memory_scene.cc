@@ -25,6 +25,15 @@ std::shared_ptr<const phi::Mask> InferredMask(const phi::MeasurementMap& map) {
       map.states, [](phi::PixelState s) { return static_cast<std::uint8_t>(phi::IsInferred(s) ? 255 : 0); }));
 }
 
+// Maps that are given stay as they are.
+std::vector<ImageJob> MakeJobs(const Workspace& workspace, const phi::SparseScene& scene,
+                               const std::vector<std::vector<int>>& sources, const phi::ViewSelectionOptions& options,
+                               bool maps_are_given) {
+  std::vector<ImageJob> jobs = MakeMemoryJobs(workspace, scene, sources, options);
+  for (ImageJob& job : jobs) job.keeps_measured = maps_are_given;
+  return jobs;
+}
+
 // One run through the stages.
 class MemoryRun {
  public:
@@ -34,7 +43,7 @@ class MemoryRun {
         stages_(std::move(stages)),
         scene_(MakeSparseScene(workspace.model())),
         sparse_depth_(workspace.views(), scene_, options.stereo.rules),
-        jobs_(MakeMemoryJobs(workspace, scene_, sources, options.view_selection)),
+        jobs_(MakeJobs(workspace, scene_, sources, options.view_selection, stages_.front().kind != StageKind::kEstimate)),
         options_(options),
         loop_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, backends,
               kNoLimit),
@@ -161,8 +170,7 @@ std::vector<SceneMaps> EstimateScene(const Workspace& workspace, const std::vect
 
 std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<std::vector<int>>& sources,
                                  const std::vector<std::shared_ptr<const phi::PlaneMap>>& measured,
-                                 PipelineOptions options, const Backends& backends) {
-  options.inference.rules.Set(phi::Rule::kEdgeDepths, 0);  // what was given stays
+                                 const PipelineOptions& options, const Backends& backends) {
   MemoryRun run(workspace, sources, options, backends, BuildFillingStages(options));
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const auto map = std::make_shared<const phi::MeasurementMap>(phi::AllMeasured(*measured[i]));

@@ -32,7 +32,7 @@ std::vector<SceneMaps> EstimateScene(const Workspace& workspace, const std::vect
 // Fills the holes of maps that are there; `measured` is parallel to workspace.views(), each of its view's size.
 std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<std::vector<int>>& sources,
                                  const std::vector<std::shared_ptr<const phi::PlaneMap>>& measured,
-                                 PipelineOptions options, const Backends& backends);
+                                 const PipelineOptions& options, const Backends& backends);
 
 // Points in the order of the command's cloud, block after block; their views are indices into workspace.views().
 struct SceneCloud {

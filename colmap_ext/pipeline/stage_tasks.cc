@@ -172,9 +172,8 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   input.source_regions = SourceRegions(job, used, input);
-  phi::InferenceOptions options = options_.inference;
-  if (job.keeps_measured) options.rules.Set(phi::Rule::kEdgeDepths, 0);
-  phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options);
+  input.keeps_measured = job.keeps_measured;
+  phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};
 }

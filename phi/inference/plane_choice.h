@@ -28,9 +28,9 @@ struct PlaneChoiceLimits {
 // What is known of a region.
 struct RegionEvidence {
   std::vector<AnchorCell> cells;           // of its anchors
-  std::span<const Spot> spots;             // of its pixels without one
+  std::span<const Spot> spots = {};        // of its pixels without one
   const SpotViews* views = nullptr;        // null: brightness is not asked
-  std::span<const SourceRegions> sources;  // of the source views
+  std::span<const SourceRegions> sources = {};  // of the source views
 };
 
 // A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it: surfaces

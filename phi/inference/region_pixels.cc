@@ -37,8 +37,9 @@ void SetNormal(const RegionPlanes& planes, const RayModel& rays, int x, int y, P
 
 }  // namespace
 
-void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, const Rules& rules, MeasurementMap* map) {
-  const bool corrects = rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
+void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, bool keeps_measured, const Rules& rules,
+                        MeasurementMap* map) {
+  const bool corrects = !keeps_measured && rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
       if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, x, y, map);

@@ -12,7 +12,9 @@ namespace phi {
 //
 // Before that, measured pixels off their region's planes, by more than an anchor on them may be, become inferred ones on the nearest of
 // them, which other views have still to confirm (`edge_depths`): on a plain wall beside a shelf a window's only contrast is the shelf's
-// edge, so that it matches at the shelf's depth, in every view alike. Regions without a plane keep what was measured.
-void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, const Rules& rules, MeasurementMap* map);
+// edge, so that it matches at the shelf's depth, in every view alike. Regions without a plane keep what was measured,
+// and a map that `keeps_measured` all of it.
+void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, bool keeps_measured, const Rules& rules,
+                        MeasurementMap* map);
 
 }  // namespace phi

@@ -27,10 +27,10 @@ namespace phi {
 
 // What planes rest on beside the image's own anchors.
 struct PlaneEvidence {
-  std::vector<PooledAnchor> pooled;
-  std::vector<ImagePlane> scene;
-  std::optional<SpotViews> views;
-  std::vector<SourceRegions> sources;
+  std::vector<PooledAnchor> pooled = {};
+  std::vector<ImagePlane> scene = {};
+  std::optional<SpotViews> views = {};
+  std::vector<SourceRegions> sources = {};
   DepthPrecision precision;  // of the image's view
 };
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -65,6 +66,23 @@ TEST_F(HoleFillingTest, AnImageGoesOnWhenWhatItReadsIsThere) {
   for (int i = 0; i < kNumImages; ++i)
     EXPECT_GT(order.Place("filter", names_[i]), order.Place("infer", names_[i == 0 ? 1 : i - 1]));
   EXPECT_LT(order.Place("filter", names_[0]), order.Place("infer", names_[kNumImages - 1]));
+}
+
+TEST_F(HoleFillingTest, OnlyAnotherProgramsMapsKeepAllThatWasMeasured) {
+  std::atomic<int> num_kept = 0;
+  calls_.on_infer = [&](const phi::InferenceInput& input) { num_kept += input.keeps_measured; };
+  EXPECT_TRUE(Fill().failures.empty());
+  EXPECT_EQ(calls_.inferences, kNumImages);
+  EXPECT_EQ(num_kept, 0);
+  // Without our records, masks and measured maps the geometric maps are anybody's.
+  std::filesystem::remove(folder_.path() / "stereo/phimvs.json");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path() / "stereo")) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && !name.ends_with(".geometric.bin") && !name.ends_with(".cfg")) std::filesystem::remove(entry.path());
+  }
+  options_.overwrite = true;
+  EXPECT_TRUE(Fill().failures.empty());
+  EXPECT_EQ(num_kept, kNumImages);
 }
 
 TEST_F(HoleFillingTest, BytesDependNeitherOnWorkersNorOnMemory) {

@@ -154,6 +154,7 @@ TEST_F(MemorySceneTest, AnImageThatCannotBeDoneIsToldAndTheOthersGoOn) {
 
 TEST_F(MemorySceneTest, FillingStartsFromMapsThatAreThere) {
   const Workspace workspace = InMemory();
+  calls_.on_infer = [](const phi::InferenceInput& input) { EXPECT_TRUE(input.keeps_measured); };
   const std::vector<SceneMaps> maps = FillScene(workspace, Sources(), MapsWithAHole(), options_, backends_);
   EXPECT_EQ(calls_.estimates, 0);
   EXPECT_EQ(calls_.filters, static_cast<int>(names_.size()));

@@ -25,7 +25,7 @@ float Measured(int x, int y) {
 struct Finished {
   MeasurementMap map{PlaneMap(kWidth, kHeight), StateMap(kWidth, kHeight)};
 
-  explicit Finished(const Rules& rules = {}, int region_edge = kWidth) {
+  explicit Finished(const Rules& rules = {}, int region_edge = kWidth, bool keeps_measured = false) {
     GrayImage image(kWidth, kHeight, 120);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = region_edge; x < kWidth; ++x) image(x, y) = (x / 6 + y / 6) % 2 == 0 ? 20 : 220;
@@ -39,7 +39,7 @@ struct Finished {
         map.states(x, y) = PixelState::kMeasured;
       }
     }
-    FinishRegionPixels(RegionPlanes(image, std::as_const(anchors).view(), 3), kRays, rules, &map);
+    FinishRegionPixels(RegionPlanes(image, std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
   }
 
   // Inverse depth there over the wall's.
@@ -60,6 +60,12 @@ TEST(RegionPixels, AMeasurementOffTheRegionsPlaneTakesIt) {
 
 TEST(RegionPixels, OutsideARegionWhatWasMeasuredStays) {
   const Finished finished({}, 0);
+  EXPECT_EQ(finished.map.states(10, 2), PixelState::kMeasured);
+  EXPECT_FLOAT_EQ(finished.Ratio(10, 2), 1.25f);
+}
+
+TEST(RegionPixels, WhatAnotherProgramMeasuredStays) {
+  const Finished finished({}, kWidth, true);
   EXPECT_EQ(finished.map.states(10, 2), PixelState::kMeasured);
   EXPECT_FLOAT_EQ(finished.Ratio(10, 2), 1.25f);
 }
