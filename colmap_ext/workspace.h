@@ -45,8 +45,8 @@ std::filesystem::path FindWorkspaceFolder(const std::filesystem::path& path);
 struct MemoryImage {
   phi::Pose pose;
   std::shared_ptr<const phi::GrayImage> gray;
-  std::shared_ptr<const ColorImage> color;     // null: gray
-  std::shared_ptr<const phi::ImageMask> mask;  // null: all of it is used
+  std::shared_ptr<const ColorImage> color = {};     // null: gray
+  std::shared_ptr<const phi::ImageMask> mask = {};  // null: all of it is used
 };
 
 // Reads the sparse model at construction; images and maps on request. Safe for concurrent const calls.

@@ -63,7 +63,9 @@ class LostDeviceTest : public ::testing::Test {
     if (dying) backends.push_back(std::move(dying));
     backends.push_back(std::make_unique<FakeBackend>(&calls_, 1));
     const RunSummary summary = test_support::RunPipeline({.path = path}, options, backends);
-    if (backends.size() == 2) EXPECT_TRUE(static_cast<const DyingBackend&>(*backends.front()).is_dead());
+    if (backends.size() == 2) {
+      EXPECT_TRUE(static_cast<const DyingBackend&>(*backends.front()).is_dead());
+    }
     return summary;
   }
 

@@ -87,7 +87,9 @@ TEST_F(MemorySceneTest, RunsEachStageOverEachImage) {
     for (std::size_t i = 0; i < map.map->size(); ++i) {
       const bool is_inferred = map.inferred->data()[i] != 0;
       num_inferred += is_inferred;
-      if (is_inferred) EXPECT_GT(map.map->data()[i].depth, 0);
+      if (is_inferred) {
+        EXPECT_GT(map.map->data()[i].depth, 0);
+      }
     }
     EXPECT_GT(num_inferred, 0);
   }
