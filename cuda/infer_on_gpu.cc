@@ -198,8 +198,7 @@ FieldStatistics Statistics(const std::int64_t* totals) {
           .lower_bound = totals[kLowerBound] * kNats,
           .min_cost_energy = totals[kMinCostEnergy] * kNats,
           .num_unlike_min_cost = totals[kUnlikeMinCost],
-          .num_without_hypothesis = totals[kWithoutHypothesis],
-          .num_seen_through = totals[kSeenThrough]};
+          .num_without_hypothesis = totals[kWithoutHypothesis]};
 }
 
 }  // namespace

@@ -105,12 +105,9 @@ __global__ void NodeKernel(const __grid_constant__ InferenceLaunch launch,
   const std::int64_t index = NodeIndex(field.view, i, j);
   const FieldNode node =
       MakeFieldNode(GpuInferenceContext(launch, state), field.view.potentials, field.evidence, i, j);
-  field.allowed[index] = node.hypotheses.allowed;
+  field.allowed[index] = node.hypotheses.offered;
   field.chosen(i, j) = node.unlabelled;
-  if (!(field.evidence(i, j) > 0)) {
-    if (node.hypotheses.offered == 0) CountOne(field, kWithoutHypothesis);
-    if (node.hypotheses.AllSeenThrough()) CountOne(field, kSeenThrough);
-  }
+  if (!(field.evidence(i, j) > 0) && node.hypotheses.offered == 0) CountOne(field, kWithoutHypothesis);
   for (int k = 0; k < kNumDirections; ++k) {
     field.inverse_depth[kMaxLabels * index + k] = node.inverse_depth[k];
     field.unary[kMaxLabels * index + k] = node.unary[k];
@@ -137,7 +134,7 @@ __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch,
                            const __grid_constant__ HypothesisState state) {
   const int x = ThreadX(), y = ThreadY();
   if (launch.inferred.Contains(x, y))
-    launch.states(x, y) = JudgeInferred(GpuInferenceContext(launch, state), x, y, &launch.inferred(x, y));
+    launch.states(x, y) = StateAfterInference(GpuInferenceContext(launch, state), x, y, launch.inferred(x, y));
 }
 
 __global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {

@@ -60,7 +60,6 @@ enum FieldTotal {
   kIsBetter,
   kUnlikeMinCost,
   kWithoutHypothesis,
-  kSeenThrough,
   kNumFieldTotals
 };
 

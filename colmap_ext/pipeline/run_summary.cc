@@ -36,9 +36,8 @@ void AddInferenceLines(const InferenceSummary& s, std::vector<std::string>* line
              Percent(s.num_alone, s.num_holes), Percent(s.num_kept, s.num_holes)));
   const phi::FieldStatistics& f = s.field;
   if (f.num_nodes == 0) return;
-  const std::int64_t num_sites = f.num_nodes + f.num_without_hypothesis + f.num_seen_through;
-  lines->push_back(Format("holes refused: %.1f %% have no hypothesis, %.1f %% are seen through",
-                          Percent(f.num_without_hypothesis, num_sites), Percent(f.num_seen_through, num_sites)));
+  lines->push_back(Format("%.1f %% of the holes have no hypothesis",
+                          Percent(f.num_without_hypothesis, f.num_nodes + f.num_without_hypothesis)));
   lines->push_back(Format(
       "field: energy %.0f, lower bound %.0f, of cheapest hypotheses %.0f; %.1f %% of %lld nodes differ "
       "from the cheapest",
@@ -55,7 +54,6 @@ nlohmann::ordered_json InferenceJson(const InferenceSummary& s) {
           {"nodes", f.num_nodes},
           {"nodes_unlike_min_cost", f.num_unlike_min_cost},
           {"holes_without_hypothesis", f.num_without_hypothesis},
-          {"holes_seen_through", f.num_seen_through},
           {"energy", f.energy},
           {"lower_bound", f.lower_bound},
           {"min_cost_energy", f.min_cost_energy}};

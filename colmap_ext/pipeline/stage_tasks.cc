@@ -197,7 +197,6 @@ void StageTasks::CountInference(const phi::MeasurementMap& measured, const phi::
   sum.min_cost_energy += one.min_cost_energy;
   sum.num_unlike_min_cost += one.num_unlike_min_cost;
   sum.num_without_hypothesis += one.num_without_hypothesis;
-  sum.num_seen_through += one.num_seen_through;
 }
 
 InferenceSummary StageTasks::Inference() const {

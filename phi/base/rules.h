@@ -45,7 +45,6 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
   X(kEdgeDepths, "edge_depths", kInference, kOff)                   \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
-  X(kFreeSpace, "free_space", kInference, kOffAndScale)             \
   X(kRegionsFirst, "regions_first", kInference, kOffAndScale)       \
   X(kRegionNormals, "region_normals", kInference, kOff)             \
   X(kRayAgreement, "ray_agreement", kFusion, kOffAndScale)          \

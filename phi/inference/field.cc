@@ -23,29 +23,25 @@ Field::Field(const HypothesisMatcher& matcher, const InferenceOptions& options) 
   for (int j = 0; j < height_; ++j) {
     for (int i = 0; i < width_; ++i) evidence(i, j) = full(kFieldStride * i, kFieldStride * j);
   }
-  std::atomic<std::int64_t> num_without{0}, num_seen_through{0};
+  std::atomic<std::int64_t> num_without{0};
   tbb::parallel_for(0, height_, [&](int j) {
     const HypothesisMatcher::Context context(matcher);
-    std::int64_t without = 0, seen_through = 0;
+    std::int64_t without = 0;
     for (int i = 0; i < width_; ++i) {
       const FieldNode node = MakeFieldNode(context, potentials_.view(), std::as_const(evidence).view(), i, j);
       SetNode(i, j, node);
-      if (evidence(i, j) > 0) continue;
-      without += node.hypotheses.offered == 0;
-      seen_through += node.hypotheses.AllSeenThrough();
+      without += !(evidence(i, j) > 0) && node.hypotheses.offered == 0;
     }
     num_without += without;
-    num_seen_through += seen_through;
   });
   counts_.num_nodes = static_cast<std::int64_t>(n) - std::count(allowed_.begin(), allowed_.end(), 0);
   counts_.num_without_hypothesis = num_without;
-  counts_.num_seen_through = num_seen_through;
 }
 
 void Field::SetNode(int i, int j, const FieldNode& node) {
   const std::size_t index = static_cast<std::size_t>(j) * width_ + i;
   unlabelled_(i, j) = node.unlabelled;
-  allowed_[index] = node.hypotheses.allowed;
+  allowed_[index] = node.hypotheses.offered;
   std::copy_n(node.inverse_depth, kNumDirections, &inverse_depth_[kMaxLabels * index]);
   std::copy_n(node.unary, kNumDirections, &unary_[kMaxLabels * index]);
 }

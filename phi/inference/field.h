@@ -19,8 +19,7 @@ class Field {
   FieldView view() const;
   // The counts of nodes and of holes that are none.
   const FieldStatistics& counts() const { return counts_; }
-  // Per node the inverse depth of its label; measured pixels keep theirs; kRefusedNode where all hypotheses were refused;
-  // 0 where there was none.
+  // Per node the inverse depth of its label; measured pixels keep theirs; 0 where there was no hypothesis.
   Array2D<float> ChosenInverseDepth(const std::vector<std::uint8_t>& labels) const;
 
  private:

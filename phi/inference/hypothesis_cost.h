@@ -3,7 +3,7 @@
 #pragma once
 
 #include "phi/geometry/device_camera.h"
-#include "phi/inference/free_space.h"
+#include "phi/inference/confirmation.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/matching/window_level.h"
@@ -54,14 +54,12 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source,
 struct PixelHypotheses {
   float cost[kNumDirections] = {kMaxCost, kMaxCost, kMaxCost, kMaxCost};
   std::uint8_t offered = 0;  // there is a hypothesis
-  std::uint8_t allowed = 0;  // of these: no other view sees through it
 
-  PHI_HD bool AllSeenThrough() const { return offered != 0 && allowed == 0; }
-  // The allowed one of lowest cost, ties to the lowest index; -1 = none.
+  // The one of lowest cost, ties to the lowest index; -1 = none.
   PHI_HD int Cheapest() const {
     int best = -1;
     for (int k = 0; k < kNumDirections; ++k) {
-      if ((allowed >> k & 1) && (best < 0 || cost[k] < cost[best])) best = k;
+      if ((offered >> k & 1) && (best < 0 || cost[k] < cost[best])) best = k;
     }
     return best;
   }

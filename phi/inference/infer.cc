@@ -61,19 +61,18 @@ InverseDepthMap ChooseByField(const HypothesisMatcher& matcher, const InferenceO
   return Upsample(matcher, field.ChosenInverseDepth(solution.labels));
 }
 
-// The measured map's evidence and the inferred depths, with their normals and states. Drops the depths that other views see
-// through.
+// The measured map's evidence and the inferred depths, with their normals and states.
 MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matcher,
-                       InverseDepthMap* inferred) {
+                       const InverseDepthMap& inferred) {
   MeasurementMap result;
   result.states = ForPixels<PixelState>(matcher, [&](const auto& context, int x, int y) {
-    return JudgeInferred(context, x, y, &(*inferred)(x, y));
+    return StateAfterInference(context, x, y, inferred(x, y));
   });
   const InverseDepthMap all = ForPixels<float>(matcher, [&](const auto& context, int x, int y) {
-    return context.state.IsHole(x, y) ? (*inferred)(x, y) : context.state.evidence(x, y);
+    return context.state.IsHole(x, y) ? inferred(x, y) : context.state.evidence(x, y);
   });
   result.planes = ForPixels<PlaneHypothesis>(matcher, [&](const auto& context, int x, int y) {
-    return ComposedPlane(context.parameters, measured(x, y), !context.state.IsHole(x, y), (*inferred)(x, y),
+    return ComposedPlane(context.parameters, measured(x, y), !context.state.IsHole(x, y), inferred(x, y),
                          all.view(), x, y);
   });
   return result;
@@ -107,11 +106,11 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   ThrowIfCancelled();
   const HypothesisMatcher matcher(input, hypotheses, stereo, method);
   InferenceResult result;
-  InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
+  const InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
                                  ? ChooseMinCost(matcher)
                                  : ChooseByField(matcher, options, &result.statistics);
   ThrowIfCancelled();
-  result.map = Compose(measured.planes, matcher, &inferred);
+  result.map = Compose(measured.planes, matcher, inferred);
   if (hypotheses.region_planes() != nullptr) {
     FinishRegionPixels(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
                        input.keeps_measured, options.rules, &result.map);

@@ -14,7 +14,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
-#include "phi/inference/free_space.h"
+#include "phi/inference/confirmation.h"
 #include "phi/inference/hypothesis_cost.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/mrf_potentials.h"
@@ -77,35 +77,27 @@ PHI_HD std::uint8_t PutRegionPlanes(const float (&planes)[kPlanesPerRegion], flo
   return from_region;
 }
 
-// What the source views measured where the pixel's point at inverse depth w would be.
+// Whether any source view measured the pixel's point at inverse depth w.
 template <class Context>
-PHI_HD DepthEvidence EvidenceOfViews(const Context& context, int x, int y, float w) {
-  DepthEvidence evidence;
+PHI_HD bool IsConfirmed(const Context& context, int x, int y, float w) {
   for (int j = 0; j < context.parameters.num_views; ++j) {
-    AddEvidence(context.View(j), context.Depths(j), x + 0.5f, y + 0.5f, w, &evidence,
-                context.parameters.rules.Scale(Rule::kFreeSpace));
+    if (Confirms(context.View(j), context.Depths(j), x + 0.5f, y + 0.5f, w)) return true;
   }
-  if (!context.parameters.rules.IsOn(Rule::kFreeSpace)) evidence.num_seeing_through = 0;
-  return evidence;
+  return false;
 }
 
-// The cost of each of the pixel's hypotheses, and which of them may be chosen; the others' costs mean nothing.
+// The pixel's hypotheses and their costs; those of what is no hypothesis mean nothing.
 template <class Context>
 PHI_HD PixelHypotheses JudgeHypotheses(const Context& context, int x, int y) {
   const InferenceParameters& p = context.parameters;
   PixelHypotheses result;
   for (int k = 0; k < kNumDirections; ++k) {
-    const float w = context.state.maps.inverse_depth[k](x, y);
-    if (!(w > 0)) continue;
-    const auto bit = static_cast<std::uint8_t>(1 << k);
-    result.offered |= bit;
-    if (p.formulas == Formulas::kRobust && EvidenceOfViews(context, x, y, w).SeenThrough()) continue;
-    result.allowed |= bit;
+    if (context.state.maps.inverse_depth[k](x, y) > 0) result.offered |= static_cast<std::uint8_t>(1 << k);
   }
-  if (result.allowed == 0) return result;
+  if (result.offered == 0) return result;
   const auto patch = context.LoadPatch(x, y);
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(result.allowed >> k & 1)) continue;
+    if (!(result.offered >> k & 1)) continue;
     float costs[kMaxSourceViews];
     context.Costs(patch, x, y, k, costs);
     result.cost[k] = HarmonicMeanCost(costs, p.num_views);
@@ -127,9 +119,8 @@ PHI_HD float CheapestInverseDepth(const Context& context, int x, int y) {
 // A node of the field before its neighbours are asked.
 struct FieldNode {
   PixelHypotheses hypotheses;  // of a hole; of evidence: none
-  // What the pixel holds while no label is chosen: its evidence, kRefusedNode or 0.
-  float unlabelled = 0;
-  float inverse_depth[kNumDirections] = {};  // of the allowed hypotheses
+  float unlabelled = 0;  // what the pixel holds while no label is chosen: its evidence or 0
+  float inverse_depth[kNumDirections] = {};
   std::int32_t unary[kNumDirections] = {};
 };
 
@@ -144,9 +135,8 @@ PHI_HD FieldNode MakeFieldNode(const Context& context, const PotentialView& pote
   if (evidence(i, j) > 0) return node;
   const int x = kFieldStride * i, y = kFieldStride * j;
   node.hypotheses = JudgeHypotheses(context, x, y);
-  if (node.hypotheses.AllSeenThrough()) node.unlabelled = kRefusedNode;
   for (int k = 0; k < kNumDirections; ++k) {
-    if (!(node.hypotheses.allowed >> k & 1)) continue;
+    if (!(node.hypotheses.offered >> k & 1)) continue;
     const float w = context.state.maps.inverse_depth[k](x, y);
     std::int32_t energy = UnaryEnergy(potentials, node.hypotheses.cost[k]);
     for (const auto& offset : kOffsets) {
@@ -169,14 +159,12 @@ PHI_HD float UpsampledInverseDepth(const HypothesisState& state, ArrayView2D<con
   return k >= 0 ? state.maps.inverse_depth[k](x, y) : 0.0f;
 }
 
-// The pixel's state in the new map. Takes an inferred inverse depth away that other views see through.
+// The pixel's state in the new map.
 template <class Context>
-PHI_HD PixelState JudgeInferred(const Context& context, int x, int y, float* inferred) {
-  if (!(*inferred > 0)) return context.state.IsHole(x, y) ? PixelState::kNone : PixelState::kMeasured;
-  if (context.parameters.formulas == Formulas::kPaper) return PixelState::kInferredConfirmed;
-  const PixelState state = EvidenceOfViews(context, x, y, *inferred).State();
-  if (state == PixelState::kNone) *inferred = 0;
-  return state;
+PHI_HD PixelState StateAfterInference(const Context& context, int x, int y, float inferred) {
+  if (!(inferred > 0)) return context.state.IsHole(x, y) ? PixelState::kNone : PixelState::kMeasured;
+  const bool asks_views = context.parameters.formulas == Formulas::kRobust;
+  return !asks_views || IsConfirmed(context, x, y, inferred) ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 
 // The pixel's plane in the new map. `inferred`: its inverse depth, 0: not inferred; `all`: evidence and what was inferred.

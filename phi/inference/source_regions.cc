@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "phi/geometry/camera.h"
-#include "phi/inference/free_space.h"
+#include "phi/inference/confirmation.h"
 
 namespace phi {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "phi/geometry/depth_agreement.h"
-#include "phi/inference/free_space.h"
+#include "phi/inference/confirmation.h"
 #include "phi/inference/pooled_anchors.h"
 
 namespace phi {

@@ -20,9 +20,6 @@ struct HypothesisMaps {
 // Node (i, j) of the field is pixel (2 i, 2 j).
 inline constexpr int kFieldStride = 2;
 
-// Among the chosen inverse depths: a hole all of whose hypotheses were refused.
-inline constexpr float kRefusedNode = -1;
-
 // The index of the pixel's hypothesis nearest to `reference` (inverse depth; paper: nearest in depth), ties to the lowest;
 // -1 = it has none.
 PHI_HD int NearestHypothesis(const HypothesisMaps& maps, Formulas formulas, int x, int y, float reference) {
@@ -42,10 +39,9 @@ PHI_HD int NearestHypothesis(const HypothesisMaps& maps, Formulas formulas, int 
 }
 
 // The index of pixel (x, y)'s hypothesis, from the chosen inverse depths of the field's nodes (0 = none); -1 = stays a
-// hole. The pixel's own node speaks first, then, unless it was refused, the other nodes around it.
+// hole. The pixel's own node speaks first, then the other nodes around it.
 PHI_HD int UpsampleHypothesis(const HypothesisMaps& maps, ArrayView2D<const float> chosen, Formulas formulas,
                               int x, int y) {
-  if (chosen(x / kFieldStride, y / kFieldStride) == kRefusedNode) return -1;
   for (int neighbour = 0; neighbour < 4; ++neighbour) {
     const int i = x / kFieldStride + (neighbour & 1), j = y / kFieldStride + (neighbour >> 1);
     if (!chosen.Contains(i, j) || !(chosen(i, j) > 0)) continue;

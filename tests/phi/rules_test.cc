@@ -41,26 +41,26 @@ TEST(Rules, AreAllAsTheyAre) {
 }
 
 TEST(Rules, AreOffOrScaled) {
-  const Rules rules = Assigned("own_texture=0,free_space=0.7");
+  const Rules rules = Assigned("own_texture=0,depth_edges=0.7");
   EXPECT_FALSE(rules.IsOn(Rule::kOwnTexture));
   EXPECT_EQ(rules.Scale(Rule::kOwnTexture), 1);
-  EXPECT_EQ(rules.Factor(Rule::kFreeSpace), 0.7f);
-  EXPECT_EQ(rules.Scale(Rule::kFreeSpace), 0.7f);
+  EXPECT_EQ(rules.Factor(Rule::kDepthEdges), 0.7f);
+  EXPECT_EQ(rules.Scale(Rule::kDepthEdges), 0.7f);
   EXPECT_EQ(rules.Factor(Rule::kClues), 1);
-  EXPECT_EQ(rules.Count(Rule::kFreeSpace, 3), 2);
+  EXPECT_EQ(rules.Count(Rule::kDepthEdges, 3), 2);
   EXPECT_EQ(rules.Count(Rule::kOwnTexture, 3), 3);
 }
 
 TEST(Rules, ReadBackAsTheSameText) {
-  const std::string text = "own_texture=0,free_space=0.7";
-  EXPECT_EQ(Assigned("free_space=0.7,own_texture=0").Text(RuleStage::kSourceViews, RuleStage::kFusion), text);
+  const std::string text = "own_texture=0,depth_edges=0.7";
+  EXPECT_EQ(Assigned("depth_edges=0.7,own_texture=0").Text(RuleStage::kSourceViews, RuleStage::kFusion), text);
   EXPECT_EQ(Assigned("own_texture=1").Text(RuleStage::kSourceViews, RuleStage::kFusion), "");
 }
 
 TEST(Rules, AStagesKeyHoldsItsOwn) {
-  const Rules rules = Assigned("own_texture=0,free_space=0.7");
+  const Rules rules = Assigned("own_texture=0,depth_edges=0.7");
   EXPECT_EQ(rules.KeyText(RuleStage::kFilter), " rules=own_texture=0");
-  EXPECT_EQ(rules.KeyText(RuleStage::kInference), " rules=free_space=0.7");
+  EXPECT_EQ(rules.KeyText(RuleStage::kInference), " rules=depth_edges=0.7");
   EXPECT_EQ(rules.KeyText(RuleStage::kEstimation), "");
 }
 
@@ -75,7 +75,7 @@ TEST(Rules, WhatIsNoSettingIsRefused) {
 
 TEST(Rules, ARefusedTextChangesNothing) {
   Rules rules = Assigned("own_texture=0");
-  EXPECT_THROW(rules.Assign("free_space=0.7,no_such=0", RuleStage::kSourceViews, RuleStage::kInference),
+  EXPECT_THROW(rules.Assign("depth_edges=0.7,no_such=0", RuleStage::kSourceViews, RuleStage::kInference),
                std::invalid_argument);
   EXPECT_EQ(rules.Text(RuleStage::kSourceViews, RuleStage::kFusion), "own_texture=0");
 }
