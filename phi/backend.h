@@ -86,9 +86,7 @@ struct FieldStatistics {
   std::int64_t num_nodes = 0;
   double energy = 0, lower_bound = 0, min_cost_energy = 0;
   std::int64_t num_unlike_min_cost = 0;  // nodes whose label is not the one of lowest unary energy
-  // Pixels on the nodes' grid that are holes and no nodes, by the reason that left them no hypothesis: none was there,
-  // or other views see through all of them.
-  std::int64_t num_without_hypothesis = 0;
+  std::int64_t num_without_hypothesis = 0;  // pixels on the nodes' grid that are holes and no nodes
 };
 
 struct InferenceResult {

@@ -1,6 +1,5 @@
 // From the half-size field to full size: each pixel takes the one of its own hypotheses that is nearest to what the
-// field chose beside it. Depths are never blended, so nothing lies between two surfaces. Where other views see through
-// all hypotheses of a pixel's own node, no other node speaks for it.
+// field chose beside it. Depths are never blended, so nothing lies between two surfaces.
 #pragma once
 
 #include <cmath>
