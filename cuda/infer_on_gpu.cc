@@ -85,8 +85,9 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->states = scratch->states.View(width, height);
   // Needed after the measured states were read, until the field is set up; the new states come last.
   static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
-  if (launch->parameters.formulas == Formulas::kRobust)
-    launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
+  if (launch->parameters.formulas != Formulas::kRobust) return;
+  launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
+  if (launch->parameters.rules.IsOn(Rule::kEvenLines)) launch->even = launch->from_region;
 }
 
 // By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
@@ -103,23 +104,34 @@ void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task
 // Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
 struct RegionBuffers {
   float *anchors, *planes;
+  std::uint8_t* even;
 
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
-      : anchors(reinterpret_cast<float*>(scratch->host_plane.data())), planes(anchors + num_pixels) {
+      : anchors(reinterpret_cast<float*>(scratch->host_plane.data())),
+        planes(anchors + num_pixels),
+        even(reinterpret_cast<std::uint8_t*>(scratch->host_states.data())) {
     static_assert(sizeof(PlaneHypothesis) >= (1 + kPlanesPerRegion) * sizeof(float));
   }
 };
 
-// Regions are found on the host; the scanlines run meanwhile, and the anchors while evidence is gathered.
-RegionPlanes AddRegionPlanes(const InferenceInput& input, Scratch* scratch, const InferenceLaunch& launch,
-                             const Event& anchors_ready, const Task& task) {
+void UploadEven(const ImageRegions& regions, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
+  if (launch.even.data == nullptr) return;
+  const Mask even = EvenPixels(regions);
+  std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(even.size())).even;
+  CopyAll(even.data(), even.size(), host);
+  Check(cudaMemcpyAsync(launch.even.data, host, even.size(), cudaMemcpyHostToDevice, scratch->stream.get()),
+        "cudaMemcpyAsync to the device", task);
+}
+
+// Planes are found on the host; the scanlines run meanwhile.
+RegionPlanes AddRegionPlanes(const InferenceInput& input, ImageRegions regions, Scratch* scratch,
+                             const InferenceLaunch& launch, const Task& task) {
   const int width = launch.carrying.width, height = launch.carrying.height;
   const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
   const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.rules);
-  anchors_ready.Wait(task);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(*RegionImage(input), {host_buffers.anchors, width, height},
+  RegionPlanes planes(std::move(regions), {host_buffers.anchors, width, height},
                       input.reference.view->image_id, evidence, launch.parameters.rules);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
@@ -154,8 +166,11 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
   const Event anchors_ready(Event::Timing::kOff, task);
   CopyToHost(launch.carrying, RegionBuffers(scratch, launch.carrying.size()).anchors, stream, task);
   anchors_ready.Record(stream, task);
+  ImageRegions regions = FindRegions(*RegionImage(input), launch.parameters.rules);
+  anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free
+  UploadEven(regions, scratch, launch, task);
   LaunchScanlines(launch, stream, task);
-  return AddRegionPlanes(input, scratch, launch, anchors_ready, task);
+  return AddRegionPlanes(input, std::move(regions), scratch, launch, task);
 }
 
 FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables,

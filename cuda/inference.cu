@@ -61,7 +61,7 @@ __global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, L
   const int direction = blockIdx.y, width = launch.carrying.width, height = launch.carrying.height;
   const int index = ThreadX();
   if (index >= NumScanlines(direction, width, height)) return;
-  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, options,
+  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, launch.even, options,
                launch.hypotheses[direction]);
 }
 

@@ -34,6 +34,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kFilterTolerances, "filter_tolerances", kFilter, kOffAndScale)  \
   X(kFewViews, "few_views", kFilter, kOffAndScale)                  \
   X(kOwnTexture, "own_texture", kFilter, kOffAndScale)              \
+  X(kPlainPatches, "plain_patches", kFilter, kOffAndScale)          \
   X(kClues, "clues", kFilter, kOffAndScale)                         \
   X(kDepthEdges, "depth_edges", kInference, kOffAndScale)           \
   X(kEvenRegions, "even_regions", kInference, kScale)               \
@@ -43,8 +44,10 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
   X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
+  X(kSky, "sky", kInference, kOffAndScale)                          \
   X(kEdgeDepths, "edge_depths", kInference, kOff)                   \
   X(kOverexposed, "overexposed", kInference, kOff)                  \
+  X(kEvenLines, "even_lines", kInference, kOff)                     \
   X(kRegionsFirst, "regions_first", kInference, kOffAndScale)       \
   X(kRegionNormals, "region_normals", kInference, kOff)             \
   X(kRayAgreement, "ray_agreement", kFusion, kOffAndScale)          \

@@ -9,7 +9,8 @@ namespace phi {
 
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision,
                        const PlaneMap& estimate, MeasurementMap* map, const Rules& rules) {
-  const OwnTexture texture = FindOwnTexture(image, noise, rules.Scale(Rule::kOwnTexture));
+  const int plain_reach = rules.IsOn(Rule::kPlainPatches) ? rules.Count(Rule::kPlainPatches, kPlainReach) : 0;
+  const OwnTexture texture = FindOwnTexture(image, noise, rules.Scale(Rule::kOwnTexture), plain_reach);
   const Array2D<Testimonies> testimonies = std::exchange(map->testimonies, {});
   if (rules.IsOn(Rule::kOwnTexture)) DropPlainPixels(texture, map);
   if (!rules.IsOn(Rule::kClues)) return;

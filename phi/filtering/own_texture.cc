@@ -8,6 +8,7 @@
 
 #include "phi/base/box_sums.h"
 #include "phi/base/image_noise.h"
+#include "phi/base/join_squares.h"
 #include "phi/base/whole_array.h"
 
 namespace phi {
@@ -62,7 +63,7 @@ double NoiseVariance(const GrayImage& image, const Array2D<float>& variance, dou
 
 }  // namespace
 
-OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
+OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, int plain_reach) {
   OwnTexture texture{Array2D<float>(image.width(), image.height()), {}};
   if (image.width() < kSide || image.height() < kSide) {
     texture.is_plain = Mask(image.width(), image.height());
@@ -77,7 +78,12 @@ OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale) {
   });
   const auto least =
       static_cast<float>(scale * std::max(kMinOwnVariance, NoiseVariance(image, texture.variance, noise)));
-  texture.is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });
+  const Mask is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });
+  texture.is_plain = Mask::Uninitialized(image.width(), image.height());
+  tbb::parallel_for(0, image.height(), [&](int y) {
+    const auto either = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a | b; };
+    JoinSquares(is_plain, plain_reach, y, either, &texture.is_plain(0, y));
+  });
   return texture;
 }
 

@@ -21,16 +21,20 @@ inline constexpr double kMinOwnVariance = 0.125;
 // in a hundred have more than the whole ninth, so that much is granted to noise.
 inline constexpr double kShareAboutPlane = 0.467;
 
+// Contrast that only touches the surroundings is another surface's: pixels so far around the middle of a plain patch of 5 x 5 are
+// plain as well.
+inline constexpr int kPlainReach = 1;
+
 // Of each pixel; images smaller than the surroundings have no variance, and nothing in them is plain.
 struct OwnTexture {
   Array2D<float> variance;  // squared grey levels
-  Mask is_plain;            // not 0: less than kMinOwnVariance, or than noise makes
+  Mask is_plain;            // not 0: less than kMinOwnVariance, or than noise makes, here or up to `plain_reach` pixels away
 };
 
 // `noise`: NoiseDeviation, grey levels, which judges noise by how it differs from pixel to pixel. What cameras and JPEG leave of it is
 // smooth, and survives the smoothing. How much does is seen in the image's quietest tenth: there may be faint texture too, so that it
-// counts up to noise that loses nothing. scale: of the limits below which a pixel is plain.
-OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale = 1);
+// counts up to noise that loses nothing. scale: of the limits below which a pixel is plain; plain_reach: pixels.
+OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale = 1, int plain_reach = kPlainReach);
 
 // Drops the plain pixels. The map has the image's size.
 void DropPlainPixels(const OwnTexture& texture, MeasurementMap* map);

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/whole_array.h"
+#include "phi/inference/image_regions.h"
 
 namespace phi {
 namespace {
@@ -26,22 +27,30 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image,
                        std::uint32_t image_id, const PlaneEvidence& evidence)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
-  const int width = measured.width(), height = measured.height();
   const Formulas formulas = method.formulas;
-  const LineOptions options = MakeLineOptions(method);
-  const Array2D<float> carrying = InverseDepth(
+  const Array2D<float> anchors = InverseDepth(
       measured, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
-  const ArrayView2D<const float> anchors = carrying.view();
+  if (image == nullptr || formulas == Formulas::kPaper) {
+    FillScanlines(anchors, {}, method);
+    return;
+  }
+  ImageRegions regions = FindRegions(*image, method.rules);
+  const Mask even = EvenPixels(regions);
+  FillScanlines(anchors, method.rules.IsOn(Rule::kEvenLines) ? even.view() : ArrayView2D<const std::uint8_t>{}, method);
+  region_planes_.emplace(std::move(regions), anchors.view(), image_id, evidence, method.rules);
+  AddRegionPlanes(*image, method.rules);
+}
+
+void Hypotheses::FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> even,
+                               const Method& method) {
+  const int width = anchors.width(), height = anchors.height();
+  const LineOptions options = MakeLineOptions(method);
   for (int direction = 0; direction < kNumDirections; ++direction) {
-    inverse_depth_[direction] = Transformed(carrying, [](float w) { return w; });
+    inverse_depth_[direction] = Transformed(anchors, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
-      FillScanline(MakeScanline(direction, index, width, height), anchors, options,
+      FillScanline(MakeScanline(direction, index, width, height), anchors.view(), even, options,
                    inverse_depth_[direction].view());
     });
-  }
-  if (image != nullptr && formulas == Formulas::kRobust) {
-    region_planes_.emplace(*image, anchors, image_id, evidence, method.rules);
-    AddRegionPlanes(*image, method.rules);
   }
 }
 

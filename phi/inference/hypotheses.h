@@ -13,9 +13,9 @@ namespace phi {
 
 class Hypotheses {
  public:
-  // With an image (robust only): planes of its evenly coloured regions take the diagonals' places where there are any;
-  // overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
-  // `evidence`: what else the planes rest on.
+  // With an image (robust only): in its evenly coloured regions lines go between two sides only, and planes take the diagonals'
+  // places where there are any; overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky
+  // are a surface. `evidence`: what else the planes rest on.
   Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image = nullptr,
              std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
 
@@ -25,6 +25,7 @@ class Hypotheses {
   const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
 
  private:
+  void FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> even, const Method& method);
   void AddRegionPlanes(const GrayImage& image, const Rules& rules);
 
   Array2D<float> evidence_;  // inverse depth

@@ -11,6 +11,8 @@
 
 #include "phi/base/box_sums.h"
 #include "phi/base/image_noise.h"
+#include "phi/base/join_squares.h"
+#include "phi/base/whole_array.h"
 
 namespace phi {
 namespace {
@@ -40,24 +42,6 @@ void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* eve
   };
   for (int x = 1; x + 1 < width; ++x) find(x, x - 1, x + 1);
   for (const int x : {0, width - 1}) find(x, std::max(x - 1, 0), std::min(x + 1, width - 1));
-}
-
-// One row of a mask, each pixel joined with its neighbours up to `radius` away along both axes: columns first, then rows,
-// in loops that become vector instructions. Rows and not whole masks: fresh memory of an image's size costs more than the
-// work.
-template <class Join>
-void JoinSquares(const Mask& mask, int radius, int y, const Join& join, std::uint8_t* joined) {
-  const int width = mask.width();
-  std::vector<std::uint8_t> columns(&mask(0, y), &mask(0, y) + width);
-  for (int v = std::max(y - radius, 0); v <= std::min(y + radius, mask.height() - 1); ++v) {
-    const std::uint8_t* row = &mask(0, v);
-    for (int x = 0; x < width; ++x) columns[x] = join(columns[x], row[x]);
-  }
-  std::copy(columns.begin(), columns.end(), joined);
-  for (int u = -radius; u <= radius; ++u) {
-    const int end = std::min(width, width - u);
-    for (int x = std::max(0, -u); x < end; ++x) joined[x] = join(joined[x], columns[x + u]);
-  }
 }
 
 // Where all pixels up to `margin` away are even.
@@ -229,6 +213,8 @@ std::vector<std::uint16_t> MostAlike(const BrightnessSums& sums, const Brightnes
 }  // namespace
 
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
+  if (!rules.IsOn(Rule::kRegionPlanes))
+    return {Array2D<std::int32_t>(image.width(), image.height(), kNoRegion), 0};
   const int margin = rules.Count(Rule::kEvenRegions, kMargin),
             reach = rules.Count(Rule::kEvenRegions, kReachPixels);
   const BrightnessSums sums = SumBoxes3x3Twice(image.view());
@@ -250,6 +236,10 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
     }
   });
   return regions;
+}
+
+Mask EvenPixels(const ImageRegions& regions) {
+  return Transformed(regions.region, [](std::int32_t region) -> std::uint8_t { return region >= 0 ? 255 : 0; });
 }
 
 }  // namespace phi

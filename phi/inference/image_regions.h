@@ -17,7 +17,10 @@ struct ImageRegions {
   std::int32_t num_regions = 0;
 };
 
-// The same for any number of threads.
+// The same for any number of threads. None without the rule of their planes.
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules = {});
+
+// Where the image has a region.
+Mask EvenPixels(const ImageRegions& regions);
 
 }  // namespace phi

@@ -3,6 +3,9 @@
 //
 // Along any scanline of a plane inverse depth is affine, so lines are fitted in inverse depth (robust) and are exact on
 // planes of any slant. The paper fits depth, without bounds.
+//
+// A line of one side alone says where a surface goes on, not where it ends. Where the image is even, nothing there contradicts
+// it: the sky above a roof would take the roof's depth. There a line goes between two sides only.
 #pragma once
 
 #include <cmath>
@@ -24,9 +27,8 @@ enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3
 
 struct LineOptions {
   Formulas formulas = Formulas::kRobust;  // paper: lines in depth, no bounds
-  // Pixels that a line reaches beyond its outermost anchor where only one side has any.
-  int max_extrapolation = 12;
-  int max_reach = 16;           // pixels from the gap within which a side's anchors are looked for
+  // Pixels from the gap within which a side's anchors are looked for, and that a line of one side alone reaches beyond them.
+  int max_reach = 16;
   float max_jump = kDepthEdge;  // relative: a gap whose two sides differ by more is a depth edge
   float max_change = 2;         // an extrapolated line never changes the depth of what it rests on by this factor
 };
@@ -38,10 +40,9 @@ inline LineOptions MakeLineOptions(const Method& method) {
   if (rules.IsOn(Rule::kDepthEdges)) {
     options.max_jump *= rules.Factor(Rule::kDepthEdges);
     options.max_change *= rules.Factor(Rule::kDepthEdges);
-    options.max_extrapolation = rules.Count(Rule::kDepthEdges, options.max_extrapolation);
+    options.max_reach = rules.Count(Rule::kDepthEdges, options.max_reach);
   } else {
     options.max_jump = options.max_change = std::numeric_limits<float>::infinity();
-    options.max_extrapolation = std::numeric_limits<int>::max();
   }
   return options;
 }
@@ -173,14 +174,15 @@ PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const float> anchors, c
   return model;
 }
 
-// Value at position t of the gap, relative to its first pixel; 0 = no hypothesis.
-PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t) {
+// Value at position t of the gap, relative to its first pixel; 0 = no hypothesis. is_even: the image, there.
+PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t, bool is_even) {
   if (model.across) return model.line.At(t);
+  if (is_even) return 0;
   const float from_before = model.has_before ? t - model.begin : 1e9f;
   const float from_after = model.has_after ? model.end - t : 1e9f;
   const float distance = fminf(from_before, from_after);
   if (distance >= 1e9f) return 0;
-  const bool is_far = distance > static_cast<float>(options.max_extrapolation);
+  const bool is_far = distance > static_cast<float>(options.max_reach);
   if (options.formulas == Formulas::kRobust && is_far) return 0;
   const float value = from_before <= from_after ? model.before.At(t) : model.after.At(t);
   if (options.formulas == Formulas::kPaper) return value > 0 ? value : 0;
@@ -189,8 +191,10 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
 }
 
 // Fills the gaps between one scanline's anchors (inverse depths, 0 = none). `hypothesis` holds the anchors on entry and 0 elsewhere;
-// only zeros are written. One call per scanline may run in parallel within a direction.
-PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
+// only zeros are written. `even`: not 0 where the image is; no data: nowhere. One call per scanline may run in parallel within
+// a direction.
+PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
+                         ArrayView2D<const std::uint8_t> even, const LineOptions& options,
                          ArrayView2D<float> hypothesis) {
   int t = 0;
   while (t < line.length) {
@@ -203,9 +207,11 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
     if (begin == 0 && t == line.length) return;
     const GapModel model = FitGap(line, anchors, options, begin, t);
     for (int s = begin; s < t; ++s) {
-      float& target = hypothesis(line.x0 + s * line.dx, line.y0 + s * line.dy);
+      const int x = line.x0 + s * line.dx, y = line.y0 + s * line.dy;
+      float& target = hypothesis(x, y);
       if (target > 0) continue;
-      const float value = GapValue(model, options, static_cast<float>(s - begin));
+      const bool is_even = even.data != nullptr && even(x, y) != 0;
+      const float value = GapValue(model, options, static_cast<float>(s - begin), is_even);
       target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
     }
   }

@@ -69,7 +69,10 @@ class PlaneChoice {
     if (!(limits.unlike_weight > 0)) region_.views = nullptr;
     enough_ =
         std::max<double>(limits.min_cells, limits.min_share * static_cast<double>(region_.cells.size()));
-    for (const Spot& spot : region_.spots) box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
+    for (const Spot& spot : region_.spots) {
+      box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
+      unlike_sky_.push_back(region_.views != nullptr ? region_.views->Unlike(spot, 0) : 1);
+    }
   }
 
   const std::vector<AnchorCell>& cells() const { return region_.cells; }
@@ -101,7 +104,7 @@ class PlaneChoice {
       if (best != nullptr && score <= best_score) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
-      if (is_first && SurroundedShare(plane) < limits_.min_surrounded) continue;
+      if (is_first && MayBeSky(plane)) continue;
       best = &plane;
       best_score = score;
     }
@@ -184,21 +187,25 @@ class PlaneChoice {
   }
 
   // Of the surface that the region's spots would be on the plane, the part between the cells on it, by area. A wall goes on between
-  // its corners and the skirting, a floor to the camera's feet; the sky begins where the cells of a roof end.
-  double SurroundedShare(const ImagePlane& plane) const {
+  // its corners and the skirting, a floor to the camera's feet; the sky begins where the cells of a roof end. What lies outside is
+  // no sky where it moves from view to view: there other views show something else in the same direction.
+  bool MayBeSky(const ImagePlane& plane) const {
     std::vector<Place> places;
     for (const AnchorCell& cell : CellsOn(plane)) places.push_back({cell.x, cell.y});
-    if (places.empty() || region_.spots.empty()) return 1;
+    if (places.empty() || region_.spots.empty()) return false;
     const std::vector<Place> hull = ConvexHull(std::move(places));
-    double inside = 0, all = 0;
-    for (const Spot& spot : region_.spots) {
+    double surrounded = 0, unlike_sky = 0, all = 0;
+    for (std::size_t i = 0; i < region_.spots.size(); ++i) {
+      const Spot& spot = region_.spots[i];
       const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return 0;  // it goes on without end
+      if (!(w > 0)) return limits_.min_surrounded > 0;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
-      if (IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)})) inside += area;
+      const bool is_inside = IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
+      if (is_inside) surrounded += area;
+      unlike_sky += area * (is_inside ? 1 : unlike_sky_[i]);
     }
-    return inside / all;
+    return surrounded < limits_.min_surrounded * all || unlike_sky < limits_.min_unlike_sky * all;
   }
 
   double Unlike(const ImagePlane& plane, const Spot& spot) const {
@@ -234,6 +241,7 @@ class PlaneChoice {
   PlaneChoiceLimits limits_;
   SpotBox box_;  // of the spots
   double enough_;
+  std::vector<double> unlike_sky_;  // of each spot, SpotViews::Unlike infinitely far away
   std::vector<double> open_;  // of each spot, how little the planes so far explain it
 };
 

@@ -38,7 +38,7 @@ constexpr double kReachDeviations = 5;
 // are mostly what other views mistook on plain walls.
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
-constexpr double kMinSurrounded = 0.25;  // of the region's spots
+constexpr double kMinSurrounded = 0.25, kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 
 // The same, scaled.
 struct Limits {
@@ -63,7 +63,7 @@ struct Limits {
   PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
     return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
             reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-            rules.Factor(Rule::kSurrounded) * kMinSurrounded};
+            rules.Factor(Rule::kSurrounded) * kMinSurrounded, rules.Factor(Rule::kSky) * kMinUnlikeSky};
   }
 };
 
@@ -314,7 +314,7 @@ ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths
   });
   PlaneEvidence own;
   own.precision = precision;
-  return RegionPlanes(image, std::as_const(anchors).view(), image_id, own, rules).Tell();
+  return RegionPlanes(FindRegions(image, rules), std::as_const(anchors).view(), image_id, own, rules).Tell();
 }
 
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
@@ -322,22 +322,17 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
   return std::make_shared<const GrayImage>(CutOutMask(*input.reference.image, *input.mask));
 }
 
-RegionPlanes::RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
+RegionPlanes::RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                            const PlaneEvidence& evidence, const Rules& rules)
     : tolerance_(Limits(rules).Tolerance(evidence.precision)) {
-  if (!rules.IsOn(Rule::kRegionPlanes)) {
-    region_ = Array2D<std::int32_t>(image.width(), image.height(), -1);
-    return;
-  }
   const Limits limits(rules);
   const AnchorTolerance& tolerance = tolerance_;
   const std::vector<PooledAnchor>& pooled = evidence.pooled;
-  const float side = CellSide(image.width());
+  const float side = CellSide(anchors.width);
   const PlaneChoiceLimits choice = limits.Choice(side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
   const bool chooses = !evidence.scene.empty() || !evidence.sources.empty();
   const int min_anchors = chooses ? choice.min_cells * min_cell_points : limits.min_anchors;
-  ImageRegions regions = FindRegions(image, rules);
   std::int64_t num_places = 0;
   std::vector<AnchoredRegion> anchored =
       ListAnchored(CountAnchors(regions, anchors, pooled), min_anchors, &num_places);

@@ -16,6 +16,7 @@
 #include "phi/backend.h"
 #include "phi/geometry/depth_precision.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/image_regions.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_plane.h"
@@ -47,7 +48,7 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
 
 class RegionPlanes {
  public:
-  RegionPlanes(const GrayImage& image, ArrayView2D<const float> anchors, std::uint32_t image_id,
+  RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                const PlaneEvidence& evidence = {}, const Rules& rules = {});
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.

@@ -21,7 +21,7 @@ SpotViews::SpotViews(const InferenceInput& input, std::span<const float> gains)
 }
 
 double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
-  if (!(inverse_depth > 0)) return 1;
+  if (!(inverse_depth >= 0)) return 1;
   const auto w = static_cast<float>(inverse_depth);
   const float own = (*reference_)(spot.x, spot.y);
   int num_like = 0, num_unlike = 0;

@@ -18,7 +18,7 @@ class SpotViews {
 
   // Of the source views that show the spot's point at inverse depth w, the share with another brightness there; 0: none shows
   // it. A view that measured something else at the place tells nothing: the point is hidden there, or the measurement is wrong.
-  // 1 where w is no depth.
+  // w = 0: infinitely far, as the sky is. 1 below, which is no depth.
   double Unlike(const Spot& spot, double w) const;
 
  private:

@@ -131,18 +131,23 @@ TEST(Infer, CluesCarryTheWallAndAreInferred) {
   ExpectTheWholeWall(measured);
 }
 
-// Itself, and 12 pixels in each of eight directions.
+// Itself, and 16 pixels in each of eight directions; where the image is even, as here, a line of one side says nothing.
 TEST(Infer, AClueAloneCarriesShortLines) {
   PlaneMap planes(kWidth, kHeight);
   planes(80, 60) = {{0, 0, -1}, 3};
   MeasurementMap measured = AllMeasured(planes);
   measured.states(80, 60) = PixelState::kClue;
-  const InferenceResult result =
+  const InferenceResult even =
       InferPlanes(PlainScene().Input(measured), StereoOptions(), InferenceOptions());
+  EXPECT_EQ(even.map.planes(80, 60).depth, 3);
+  EXPECT_EQ(NumFilled(even), 1);
+  InferenceOptions options;
+  options.rules.Set(Rule::kEvenLines, 0);
+  const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
   EXPECT_EQ(result.map.planes(80, 60).depth, 3);
-  EXPECT_EQ(result.map.planes(92, 48).depth, 3);
-  EXPECT_EQ(result.map.planes(93, 60).depth, 0);
-  EXPECT_EQ(NumFilled(result), 1 + 8 * 12);
+  EXPECT_EQ(result.map.planes(96, 44).depth, 3);
+  EXPECT_EQ(result.map.planes(97, 60).depth, 0);
+  EXPECT_EQ(NumFilled(result), 1 + 8 * 16);
 }
 
 // In the paper's form they are holes.

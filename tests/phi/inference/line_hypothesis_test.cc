@@ -82,7 +82,7 @@ TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
   // A wall at 2 m on the left, one at 3 m on the right, nothing measured between x = 30 and x = 90.
   const PlaneMap map = MakeMap([](int x, int) { return x < 30 ? 0.5f : x >= 90 ? 1 / 3.0f : 0.0f; });
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
-  const int reach = LineOptions().max_extrapolation;
+  const int reach = LineOptions().max_reach;
   for (int x = 30; x < 90; ++x) {
     const float w = hypotheses.state().maps.inverse_depth[kHorizontal](x, 45);
     if (x - 29 <= reach) {
@@ -98,7 +98,7 @@ TEST(LineHypothesis, DoesNotFillAcrossADepthEdge) {
 TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
   const PlaneMap map = MakeMap([](int x, int y) { return x >= 60 ? ObliquePlane(x, y) : 0.0f; });
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust);
-  const int reach = LineOptions().max_extrapolation;
+  const int reach = LineOptions().max_reach;
   for (int x = 0; x < 60; ++x) {
     const float w = hypotheses.state().maps.inverse_depth[kHorizontal](x, 45);
     if (60 - x <= reach) {
@@ -107,6 +107,38 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
       EXPECT_EQ(w, 0) << x;
     }
   }
+}
+
+// A step of brightness at x = 80 alone is not even; a measured wall on the left, and on the right in some rows.
+TEST(LineHypothesis, WhereTheImageIsEvenALineGoesBetweenTwoSidesOnly) {
+  GrayImage image(kWidth, kHeight, 90);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 80; x < kWidth; ++x) image(x, y) = 200;
+  }
+  // Too few anchors for a plane of the region.
+  const PlaneMap map = MakeMap([](int x, int y) {
+    return (y == 45 && (x == 40 || x == 60)) || (y == 20 && x == 70) || (y == 70 && x == 81) ? 0.5f : 0.0f;
+  });
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
+  const auto horizontal = [&](int x, int y) { return hypotheses.state().maps.inverse_depth[kHorizontal](x, y); };
+  EXPECT_FLOAT_EQ(horizontal(50, 45), 0.5f) << "between two sides";
+  EXPECT_EQ(horizontal(39, 45), 0) << "one side, even";
+  EXPECT_EQ(horizontal(61, 45), 0);
+  EXPECT_EQ(horizontal(71, 20), 0);
+  Rules rules;
+  rules.Set(Rule::kEvenLines, 0);
+  const Hypotheses without(AllMeasured(map), Method(Formulas::kRobust, rules), &image);
+  EXPECT_FLOAT_EQ(without.state().maps.inverse_depth[kHorizontal](39, 45), 0.5f);
+}
+
+TEST(LineHypothesis, BesideTextureALineOfOneSideGoesOn) {
+  GrayImage image(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<float>((x / 4 * 3 + y / 4 * 5) % 7 * 30);
+  }
+  const PlaneMap map = MakeMap([](int x, int y) { return y == 45 && x == 60 ? 0.5f : 0.0f; });
+  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
+  EXPECT_FLOAT_EQ(hypotheses.state().maps.inverse_depth[kHorizontal](59, 45), 0.5f);
 }
 
 TEST(LineHypothesis, SingleSideUsesSixPixels) {

@@ -183,6 +183,67 @@ TEST(PlaneChoice, WhatIsSurroundedIsCountedBySurface) {
   EXPECT_FALSE(taken(near, 9, 110, 15));
 }
 
+// The image above a roof, all of one brightness. Two source cameras, half a metre to the left and to the right, face as the
+// reference does, so that they show the sky where the reference shows it. What they show at columns 0 to 79 decides.
+struct AboveARoof {
+  SceneView reference = test_support::CenteredView(1, 160, 120, 150);
+  std::array<SceneView, 2> sources = {test_support::CenteredView(2, 160, 120, 150), test_support::CenteredView(3, 160, 120, 150)};
+  InferenceInput input;
+  std::vector<AnchorCell> roof = CellsOn(kWall, 0, 160, 60, 120);
+  std::vector<Spot> spots;  // two of five rows lie on the roof
+
+  AboveARoof(std::uint8_t first_left, std::uint8_t second_left) {
+    const auto image = [](std::uint8_t left) {
+      auto plain = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
+      for (int y = 0; y < 120; ++y) std::fill(&(*plain)(0, y), &(*plain)(0, y) + 80, left);
+      return plain;
+    };
+    input.reference = {&reference, image(100)};
+    for (int j = 0; j < 2; ++j) {
+      sources[j].camera.pose.translation = {j == 0 ? -0.5 : 0.5, 0, 0};
+      input.sources.push_back({&sources[j], image(j == 0 ? first_left : second_left)});
+      input.source_depths.push_back(std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(160, 120))));
+    }
+    for (int x = 15; x < 145; x += 10) {
+      for (const int y : {5, 15, 25, 75, 85}) spots.push_back({x, y});
+    }
+  }
+
+  // Whether the roof's plane is taken for the region.
+  bool IsTaken(double min_unlike_sky) const {
+    PlaneChoiceLimits limits = kLimits;
+    limits.min_surrounded = 0.25;
+    limits.min_unlike_sky = min_unlike_sky;
+    limits.unlike_weight = 1e-6;
+    const SpotViews views(input, std::array{1.0f, 1.0f});
+    return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits)[0].IsThere();
+  }
+};
+
+// The wall's slant is across the columns, so that each row of spots has the same surface: two of five lie on the roof.
+TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
+  EXPECT_FALSE(AboveARoof(100, 100).IsTaken(0.6));
+  EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0.4 - 1e-9)) << "as much as is surrounded";
+  EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
+}
+
+// The sources show the sky's left half with another brightness: both, or one of the two.
+TEST(PlaneChoice, WhatMovesFromViewToViewIsNoSky) {
+  double left = 0, all = 0;
+  for (int x = 15; x < 145; x += 10) {
+    const double area = std::pow(kWall.InverseDepth(x, 0), -3);
+    all += area;
+    if (x < 80) left += area;
+  }
+  const double both = 0.4 + 0.6 * left / all, one = 0.4 + 0.3 * left / all;
+  EXPECT_TRUE(AboveARoof(60, 60).IsTaken(both - 1e-9));
+  EXPECT_FALSE(AboveARoof(60, 60).IsTaken(both + 1e-9));
+  EXPECT_TRUE(AboveARoof(60, 100).IsTaken(one - 1e-9));
+  EXPECT_FALSE(AboveARoof(60, 100).IsTaken(one + 1e-9));
+  EXPECT_TRUE(AboveARoof(106, 106).IsTaken(0.4 - 1e-9));
+  EXPECT_FALSE(AboveARoof(106, 106).IsTaken(0.6)) << "six grey levels are no other brightness";
+}
+
 TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
   SeenAgain scene;
   for (Spot& spot : scene.spots) spot.x += 200;  // beside the image
@@ -221,7 +282,7 @@ TEST(RegionPlanes, APlaneThatOtherViewsShowWithAnotherBrightnessLoses) {
     evidence.views.emplace(input, std::vector<float>{1});
     Rules rules;
     rules.Set(Rule::kSpotBrightness, factor);
-    return RegionPlanes(*input.reference.image, std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
+    return RegionPlanes(FindRegions(*input.reference.image, rules), std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
   };
   ExpectIs(plane(1), wall);
   ExpectIs(plane(0), before);
@@ -235,7 +296,7 @@ TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
     anchors(x, y) = static_cast<float>(kWall.InverseDepth(x, y));
   }
   const auto planes = [&](std::vector<ImagePlane> scene) {
-    return RegionPlanes(GrayImage(160, 120, 120), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .views = {}, .sources = {}, .precision = {}});
+    return RegionPlanes(FindRegions(GrayImage(160, 120, 120)), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .views = {}, .sources = {}, .precision = {}});
   };
   EXPECT_FALSE(planes({}).At(20, 20)[0].IsThere());
   EXPECT_TRUE(planes({kShelf, kWall}).At(20, 20)[0].IsThere());

@@ -73,7 +73,7 @@ struct WallScene {
     for (std::size_t i = 0; i < anchors.size(); ++i) {
       if (measured->data()[i].depth > 0) anchors.data()[i] = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(*reference_image, std::as_const(anchors).view(), 7,
+    return RegionPlanes(FindRegions(*reference_image), std::as_const(anchors).view(), 7,
                         {.pooled = std::move(pooled), .scene = {}, .views = {}, .sources = {}, .precision = {}});
   }
 

@@ -39,7 +39,7 @@ struct Finished {
         map.states(x, y) = PixelState::kMeasured;
       }
     }
-    FinishRegionPixels(RegionPlanes(image, std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
+    FinishRegionPixels(RegionPlanes(FindRegions(image), std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
   }
 
   // Inverse depth there over the wall's.

@@ -48,7 +48,7 @@ RegionPlanes PlanesThrough(const InverseDepth& inverse_depth, const DepthPrecisi
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) anchors(x, y) = inverse_depth(x, y);
   }
-  return RegionPlanes(GrayImage(kWidth, kHeight, 120), std::as_const(anchors).view(), 3,
+  return RegionPlanes(FindRegions(GrayImage(kWidth, kHeight, 120)), std::as_const(anchors).view(), 3,
                       {.pooled = {}, .scene = {}, .precision = precision});
 }
 
@@ -125,8 +125,7 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
   }
   const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
-  const int reach = LineOptions().max_extrapolation + 8;  // lines may go on from the rims above and below
-  for (int x = 80 + reach; x < kWidth; ++x) {
+  for (int x = 84; x < kWidth; ++x) {  // a region reaches three pixels beyond its inside
     for (int k = 0; k < kNumDirections; ++k)
       EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](x, 60), 0) << x;
   }
@@ -174,9 +173,9 @@ TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
     }
   }
   const GrayImage plain(width, height, 120);
-  const RegionPlanes many(plain, std::as_const(anchors).view(), 3);
+  const RegionPlanes many(FindRegions(plain), std::as_const(anchors).view(), 3);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const RegionPlanes alone(plain, std::as_const(anchors).view(), 3);
+  const RegionPlanes alone(FindRegions(plain), std::as_const(anchors).view(), 3);
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; x += 7) {
       const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
@@ -193,10 +192,8 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
   const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Formulas::kRobust, &image);
-  for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
-    EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
-  }
+  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
+  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](40, 60), 0);
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
   const Hypotheses filled(AllMeasured(RimOf(flat)), {Formulas::kRobust, rules}, &image);
