@@ -198,7 +198,7 @@ class PlaneChoice {
     for (std::size_t i = 0; i < region_.spots.size(); ++i) {
       const Spot& spot = region_.spots[i];
       const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return limits_.min_surrounded > 0;  // it goes on without end
+      if (!(w > 0)) return limits_.min_surrounded > 0 || limits_.min_unlike_sky > 0;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
       const bool is_inside = IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
