@@ -66,13 +66,9 @@ class PlaneChoice {
   PlaneChoice(RegionEvidence region, const PlaneChoiceLimits& limits)
       : region_(std::move(region)), limits_(limits), open_(region_.spots.size(), 1) {
     if (region_.spots.size() < kFewSpots || !(limits.source_weight > 0)) region_.sources = {};
-    if (!(limits.unlike_weight > 0)) region_.views = nullptr;
     enough_ =
         std::max<double>(limits.min_cells, limits.min_share * static_cast<double>(region_.cells.size()));
-    for (const Spot& spot : region_.spots) {
-      box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
-      unlike_sky_.push_back(region_.views != nullptr ? region_.views->Unlike(spot, 0) : 1);
-    }
+    for (const Spot& spot : region_.spots) box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
   }
 
   const std::vector<AnchorCell>& cells() const { return region_.cells; }
@@ -136,7 +132,7 @@ class PlaneChoice {
 
   // What the plane explains is no matter of the next one's.
   void TakeAway(const ImagePlane& plane) {
-    if (region_.views != nullptr) {
+    if (AsksBrightness()) {
       for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = Unlike(plane, region_.spots[i]);
     }
     std::erase_if(region_.cells, [&](const AnchorCell& cell) { return IsOn(plane, cell); });
@@ -195,25 +191,26 @@ class PlaneChoice {
     if (places.empty() || region_.spots.empty()) return false;
     const std::vector<Place> hull = ConvexHull(std::move(places));
     double surrounded = 0, unlike_sky = 0, all = 0;
-    for (std::size_t i = 0; i < region_.spots.size(); ++i) {
-      const Spot& spot = region_.spots[i];
+    for (const Spot& spot : region_.spots) {
       const double w = plane.InverseDepth(spot.x, spot.y);
       if (!(w > 0)) return limits_.min_surrounded > 0 || limits_.min_unlike_sky > 0;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
       const bool is_inside = IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
       if (is_inside) surrounded += area;
-      unlike_sky += area * (is_inside ? 1 : unlike_sky_[i]);
+      unlike_sky += area * (is_inside || region_.views == nullptr ? 1 : region_.views->Unlike(spot, 0));
     }
     return surrounded < limits_.min_surrounded * all || unlike_sky < limits_.min_unlike_sky * all;
   }
+
+  bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }
 
   double Unlike(const ImagePlane& plane, const Spot& spot) const {
     return region_.views->Unlike(spot, plane.InverseDepth(spot.x, spot.y));
   }
 
   double UnlikeShare(const ImagePlane& plane) const {
-    if (region_.views == nullptr || region_.spots.empty()) return 0;
+    if (!AsksBrightness() || region_.spots.empty()) return 0;
     double sum = 0;
     for (std::size_t i = 0; i < open_.size(); ++i) {
       if (open_[i] > 0) sum += open_[i] * Unlike(plane, region_.spots[i]);
@@ -241,7 +238,6 @@ class PlaneChoice {
   PlaneChoiceLimits limits_;
   SpotBox box_;  // of the spots
   double enough_;
-  std::vector<double> unlike_sky_;  // of each spot, SpotViews::Unlike infinitely far away
   std::vector<double> open_;  // of each spot, how little the planes so far explain it
 };
 

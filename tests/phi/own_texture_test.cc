@@ -42,25 +42,6 @@ TEST(OwnTexture, NeedsAnEighthOfASquaredGreyLevel) {
   EXPECT_EQ(KeptShare(Stripes(131)), 1);
 }
 
-// A step of 100 between columns 19 and 20. Smoothed, columns 19 and 20 are a third and two thirds up, so that the 5 x 5 pixels around
-// columns 17 to 22 see it: around 17 they see the third in their last column alone, and around 16 and 23 nothing.
-TEST(OwnTexture, AnEdgeThatOnlyTouchesTheSurroundingsIsAnothers) {
-  GrayImage image(kSide, kSide, 50);
-  for (int y = 0; y < kSide; ++y) std::fill(&image(20, y), &image(0, y) + kSide, std::uint8_t{150});
-  const auto plain = [&](int plain_reach) {
-    std::vector<int> columns;
-    const OwnTexture texture = FindOwnTexture(image, 0, 1, plain_reach);
-    for (int x = 10; x < 30; ++x) {
-      if (texture.is_plain(x, 20) == 0) columns.push_back(x);
-    }
-    return columns;
-  };
-  EXPECT_EQ(plain(0), (std::vector{17, 18, 19, 20, 21, 22}));
-  EXPECT_EQ(plain(1), (std::vector{18, 19, 20, 21})) << "those beside a plain patch's middle are plain as well";
-  EXPECT_EQ(plain(2), (std::vector{19, 20}));
-  EXPECT_TRUE(FindOwnTexture(image, 0).is_plain(17, 20)) << "by default";
-}
-
 // Variance 18 in 5 x 5 pixels, along either axis and across, but nothing that tells one place from the next.
 TEST(OwnTexture, ShadingIsNone) {
   GrayImage across(kSide, kSide), down(kSide, kSide), both(kSide, kSide);
@@ -151,6 +132,28 @@ TEST(OwnTexture, TextureStaysWhereNoiseIs) {
     for (int x = 100; x < 200; ++x) EXPECT_GT(map.planes(x, y).depth, 0) << x << ", " << y;
   }
   EXPECT_LT(num_plain, 0.3 * 95 * 200);
+}
+
+// An edge counts for the pixels within 3 of it (2, and 1 of the smoothing) and no farther, however strong it is; without those
+// beside a plain patch's middle, for one less.
+TEST(OwnTexture, AnEdgeBelongsToThePixelsBesideIt) {
+  GrayImage image(kSide, kSide, 0);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 20; x < kSide; ++x) image(x, y) = 255;
+  }
+  const auto kept = [&](int plain_reach) {
+    MeasurementMap map = AllMeasured(PlaneMap(kSide, kSide, {{0, 0, -1}, 3}));
+    DropPlainPixels(FindOwnTexture(image, NoiseDeviation(image.view()), 1, plain_reach), &map);
+    std::vector<int> columns;
+    for (int x = 0; x < kSide; ++x) {
+      if (map.planes(x, 7).depth > 0) columns.push_back(x);
+    }
+    return columns;
+  };
+  EXPECT_EQ(kept(0), (std::vector{17, 18, 19, 20, 21, 22}));
+  EXPECT_EQ(kept(1), (std::vector{18, 19, 20, 21}));
+  EXPECT_EQ(kept(2), (std::vector{19, 20}));
+  EXPECT_EQ(kept(kPlainReach), kept(1));
 }
 
 TEST(OwnTexture, DropsDepthAndNormalOfPlainPixelsOnly) {

@@ -214,7 +214,6 @@ struct AboveARoof {
     PlaneChoiceLimits limits = kLimits;
     limits.min_surrounded = 0.25;
     limits.min_unlike_sky = min_unlike_sky;
-    limits.unlike_weight = 1e-6;
     const SpotViews views(input, std::array{1.0f, 1.0f});
     return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits)[0].IsThere();
   }
@@ -282,6 +281,7 @@ TEST(RegionPlanes, APlaneThatOtherViewsShowWithAnotherBrightnessLoses) {
     evidence.views.emplace(input, std::vector<float>{1});
     Rules rules;
     rules.Set(Rule::kSpotBrightness, factor);
+    rules.Set(Rule::kSky, 0);  // which asks about the same views' brightness
     return RegionPlanes(FindRegions(*input.reference.image, rules), std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
   };
   ExpectIs(plane(1), wall);

@@ -192,8 +192,10 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
   const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Formulas::kRobust, &image);
-  for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
-  EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](40, 60), 0);
+  for (int k = 0; k < kNumDirections; ++k) {
+    EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
+    EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
+  }
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
   const Hypotheses filled(AllMeasured(RimOf(flat)), {Formulas::kRobust, rules}, &image);
