@@ -13,9 +13,9 @@ struct PixelPosition {
 
 // A warp covers one colour of 8 x 8 pixels and a texture unit's group of four threads one of 4 x 2, so that fetches
 // fall near each other.
-// first_row: of the rows that the grid covers, a multiple of kTileSide.
-__device__ __forceinline__ PixelPosition CheckerboardPixel(int colour, int first_row) {
-  const int lane = threadIdx.x & 31, warp = threadIdx.x >> 5;
+// thread: of the block; first_row: of the rows that the grid covers, a multiple of kTileSide.
+__device__ __forceinline__ PixelPosition CheckerboardPixel(int thread, int colour, int first_row) {
+  const int lane = thread & 31, warp = thread >> 5;
   const int packed_column = (lane & 1) | ((lane >> 1) & 2);
   const int row = ((lane >> 1) & 1) | ((lane >> 2) & 6);
   const int y = first_row + blockIdx.y * kTileSide + (warp >> 1) * 8 + row;

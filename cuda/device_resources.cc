@@ -18,20 +18,15 @@ std::int64_t LessReserve(std::int64_t free) {
   return std::max<std::int64_t>(free - std::max(free / kShare, kLeast), 0);
 }
 
-DeviceCache<GrayImage, GrayPyramid>::Upload UploadAs(ImageForm form) {
-  return [form](const GrayImage& image, cudaStream_t stream) {
-    const Task task{"image upload", "", image.width(), image.height()};
-    return std::make_shared<const GrayPyramid>(image, form, stream, task);
-  };
-}
-
 }  // namespace
 
 DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_bytes)
     : properties(p),
       budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
-      images(UploadAs(ImageForm::kQuads)),
-      compact_images(UploadAs(ImageForm::kCompact)),
+      images([](const GrayImage& image, cudaStream_t stream) {
+        const Task task{"image upload", "", image.width(), image.height()};
+        return std::make_shared<const GrayPyramid>(image, stream, task);
+      }),
       maps([](const PlaneMap& map, cudaStream_t stream) {
         const Task task{"map upload", "", map.width(), map.height()};
         return std::make_shared<const DeviceMap>(map, stream, task);
@@ -67,7 +62,6 @@ void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSiz
       if (size > 0) cache->KeepAtMost(size);
     };
     keep(&images, sizes.images);
-    keep(&compact_images, sizes.compact_images);
     keep(&maps, sizes.maps);
     keep(&depths, sizes.depths);
     keep(&measured, sizes.measured);
@@ -81,7 +75,6 @@ void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSiz
 
 void DeviceResources::KeepOnly(const CacheSizes& sizes) {
   images.KeepAtMost(sizes.images);
-  compact_images.KeepAtMost(sizes.compact_images);
   maps.KeepAtMost(sizes.maps);
   depths.KeepAtMost(sizes.depths);
   measured.KeepAtMost(sizes.measured);

@@ -22,7 +22,7 @@ namespace phi::gpu {
 
 // How many entries each cache keeps.
 struct CacheSizes {
-  std::size_t images = 0, compact_images = 0, maps = 0, depths = 0, measured = 0;
+  std::size_t images = 0, maps = 0, depths = 0, measured = 0;
 };
 
 enum class CallKind { kEstimation, kFilter, kInference };
@@ -49,7 +49,7 @@ struct DeviceResources {
   DeviceProperties properties;
   MemoryBudget budget;
   std::atomic<std::int64_t> peak_bytes = 0;
-  DeviceCache<GrayImage, GrayPyramid> images, compact_images;
+  DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
   DeviceCache<DepthMap, DeviceDepths> depths;                  // of estimates, for guidance
   DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference

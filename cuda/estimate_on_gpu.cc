@@ -17,11 +17,10 @@ namespace {
 using ImageHandle = std::shared_ptr<const GrayPyramid>;
 
 // The reference, then the sources; the handles keep them alive until the call ends.
-std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input, ImageForm form,
+std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input,
                                       cudaStream_t stream, const Task& task) {
-  auto& images = form == ImageForm::kQuads ? device->images : device->compact_images;
-  std::vector<ImageHandle> handles = {images.Get(input.reference.image, stream, task)};
-  for (const ViewImage& source : input.sources) handles.push_back(images.Get(source.image, stream, task));
+  std::vector<ImageHandle> handles = {device->images.Get(input.reference.image, stream, task)};
+  for (const ViewImage& source : input.sources) handles.push_back(device->images.Get(source.image, stream, task));
   return handles;
 }
 
@@ -31,9 +30,8 @@ void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput&
   images[0]->CopyTextures(level, launch->reference);
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   for (std::size_t j = 0; j < views.size(); ++j) {
-    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
+    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
     images[j + 1]->CopyTextures(level, launch->sources[j].textures);
-    images[j + 1]->CopyQuads(level, launch->sources[j].quads);
   }
 }
 
@@ -41,9 +39,7 @@ void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput&
 void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPlan& plan,
                    std::size_t num_sources) {
   const std::size_t num_calls = device->NumCallsAtOnce(plan.bytes);
-  CacheSizes sizes;
-  (plan.form == ImageForm::kQuads ? sizes.images : sizes.compact_images) = num_calls * (num_sources + 1);
-  sizes.depths = num_calls * num_sources;
+  const CacheSizes sizes = {.images = num_calls * (num_sources + 1), .depths = num_calls * num_sources};
   device->MakeRoom(CallKind::kEstimation, plan.bytes, sizes, scratch);
 }
 
@@ -52,6 +48,7 @@ void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
   scratch->estimation.window_scales.Reserve(num_pixels, task);
   scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
+  scratch->estimation.notes.Reserve(NumHalfPassNotes(task.width, plan.band_rows > 0 ? plan.band_rows : task.height), task);
   if (plan.band_rows > 0) return;
   scratch->plane.Reserve(num_pixels, task);
   scratch->cost.Reserve(num_pixels, task);
@@ -59,6 +56,7 @@ void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task
 
 void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaunch* launch) {
   const int width = launch->parameters.reference.width, height = launch->parameters.reference.height;
+  launch->notes = scratch.estimation.notes.data();
   launch->window_scales = scratch.estimation.window_scales.View(width, height);
   launch->state = {scratch.plane.View(width, height),
                    scratch.cost.View(width, height),
@@ -121,9 +119,8 @@ class PartsOnGpu {
   void Upload(DeviceResources* device) {
     ReserveState(scratch_, plan_, task_);
     ResetCounter(scratch_, task_);
-    launch_.form = plan_.form;
     launch_.num_samples = scratch_->estimation.num_samples.data();
-    images_ = UploadImages(device, input_, plan_.form, scratch_->stream.get(), task_);
+    images_ = UploadImages(device, input_, scratch_->stream.get(), task_);
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
     guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
   }

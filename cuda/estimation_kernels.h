@@ -21,7 +21,6 @@ struct SourceView {
   Vec3f b;
   int width = 0, height = 0;  // of level 0
   TextureSampler textures[kMaxPyramidLevels];
-  TexelQuads quads[kMaxPyramidLevels];
 };
 
 // Depths of a source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
@@ -44,16 +43,30 @@ PHI_HD WindowScale UnpackWindowScale(std::uint8_t packed) {
           static_cast<std::uint8_t>(packed >> kRangeStepShift & kMaxRangeStep)};
 }
 
+// What the kernels of a ranked half-pass tell each other of a pixel.
+struct HalfPassNote {
+  std::int8_t dx[kNumFinalists] = {}, dy[kNumFinalists] = {};  // where the candidates come from; 0, 0: there is none
+  std::uint8_t promising = 0;                                  // variant
+
+  PHI_HD bool HasFinalist(int i) const { return dx[i] != 0 || dy[i] != 0; }
+};
+
+// Room for those of so many rows: all threads of their tiles have one.
+PHI_HD std::int64_t NumHalfPassNotes(std::int64_t width, std::int64_t num_rows) {
+  constexpr int kPerTile = kTileSide * kTileSide / 2;
+  return (width + kTileSide - 1) / kTileSide * ((num_rows + kTileSide - 1) / kTileSide) * kPerTile;
+}
+
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
 struct EstimationLaunch {
   EstimationParameters parameters;
   EstimationState state;           // of all rows; only first_row to end_row and what those read need be there
   int first_row = 0, end_row = 0;  // the rows to work on; first_row is a multiple of kTileSide
-  ImageForm form = ImageForm::kQuads;         // of the sources
   unsigned long long* num_samples = nullptr;  // counts the source samples that were read, on the device
   TextureSampler reference[kMaxPyramidLevels];
   ArrayView2D<std::uint8_t>
       window_scales;  // of each pixel, see PackWindowScale; LaunchWindowScales writes it
+  HalfPassNote* notes = nullptr;  // NumHalfPassNotes of the rows to work on, on the device; for half-passes that rank
   const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
 };
@@ -72,6 +85,10 @@ void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& i
 // One colour of the checkerboard, 0 and then 1 in each iteration.
 void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, cudaStream_t stream,
                     const Task& task);
+
+// The same where sparse samples rank.
+void LaunchRankedHalfPass(const EstimationLaunch& launch, int iteration, int colour, cudaStream_t stream,
+                          const Task& task);
 
 // The cost of each pixel's hypothesis in each source view: costs[view][pixel]. For tests.
 void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cuda/buffer.h"
 #include "cuda/device.h"
 #include "cuda/gray_texture.h"
 #include "cuda/stream.h"
@@ -40,7 +41,7 @@ double MeasureFetchRate() {
                    kSamples = 1.0 * kBlocks * kBlock * kWindow * kWindow * kWindowsPerThread;
   const Task task{.stage = "measurement of the fetch rate"};
   const Stream stream(task);
-  const GrayTexture image(GrayImage(kSide, kSide, 100), ImageForm::kCompact, stream.get(), task);
+  const GrayTexture image(GrayImage(kSide, kSide, 100), stream.get(), task);
   const DeviceBuffer<float> sums(kBlocks * kBlock, task);
   const Event begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task);
   double best = 0, total = 0;

@@ -14,32 +14,22 @@ int Attribute(cudaDeviceAttr attribute, const Task& task) {
   return value;
 }
 
-TextureLimits DeviceTextureLimits(ImageForm form, const Task& task) {
-  if (form == ImageForm::kCompact) {
-    return {Attribute(cudaDevAttrMaxTexture2DGatherWidth, task),
-            Attribute(cudaDevAttrMaxTexture2DGatherHeight, task)};
-  }
+TextureLimits DeviceTextureLimits(const Task& task) {
   return {Attribute(cudaDevAttrMaxTexture2DWidth, task), Attribute(cudaDevAttrMaxTexture2DHeight, task)};
 }
 
 }  // namespace
 
-GrayTexture::GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task)
-    : width_(image.width()) {
-  RequireTextureSize(image.width(), image.height(), DeviceTextureLimits(form, task), task.Describe());
-  if (form == ImageForm::kQuads) quads_.Reserve(NumQuads(image.width(), image.height()), task);
+GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  RequireTextureSize(image.width(), image.height(), DeviceTextureLimits(task), task.Describe());
   const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
-  const unsigned flags = form == ImageForm::kCompact ? cudaArrayTextureGather : cudaArrayDefault;
-  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height(), flags), "cudaMallocArray",
+  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray",
                   image.size(), task);
   try {
     Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
                                    cudaMemcpyHostToDevice, stream),
           "cudaMemcpy2DToArrayAsync", task);
-    MakeTextures(task);
-    if (form == ImageForm::kQuads) {
-      LaunchTexelQuads(texture_, image.width(), image.height(), quads_.data(), stream, task);
-    }
+    MakeTexture(task);
     // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
   } catch (...) {
@@ -48,7 +38,7 @@ GrayTexture::GrayTexture(const GrayImage& image, ImageForm form, cudaStream_t st
   }
 }
 
-void GrayTexture::MakeTextures(const Task& task) {
+void GrayTexture::MakeTexture(const Task& task) {
   cudaResourceDesc resource = {};
   resource.resType = cudaResourceTypeArray;
   resource.res.array.array = array_;
@@ -57,30 +47,21 @@ void GrayTexture::MakeTextures(const Task& task) {
   texture.filterMode = cudaFilterModeLinear;
   texture.readMode = cudaReadModeNormalizedFloat;
   Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
-  if (quads_.data() != nullptr) return;
-  texture.filterMode = cudaFilterModePoint;
-  texture.readMode = cudaReadModeElementType;
-  Check(cudaCreateTextureObject(&gather_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
 }
 
 void GrayTexture::Destroy() {
   cudaFreeArray(array_);  // waits for kernels that an error left under way
   if (texture_ != 0) cudaDestroyTextureObject(texture_);
-  if (gather_ != 0) cudaDestroyTextureObject(gather_);
 }
 
 GrayTexture::~GrayTexture() { Destroy(); }
 
-std::size_t GrayTexture::Bytes(int width, int height, ImageForm form) {
-  const std::size_t texels = static_cast<std::size_t>(width) * height;
-  const std::size_t quads = static_cast<std::size_t>(NumQuads(width, height)) * sizeof(std::uint32_t);
-  return texels + (form == ImageForm::kQuads ? quads : 0);
-}
+std::size_t GrayTexture::Bytes(int width, int height) { return static_cast<std::size_t>(width) * height; }
 
-GrayPyramid::GrayPyramid(const GrayImage& image, ImageForm form, cudaStream_t stream, const Task& task) {
-  levels_.push_back(std::make_unique<GrayTexture>(image, form, stream, task));
+GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  levels_.push_back(std::make_unique<GrayTexture>(image, stream, task));
   for (const GrayImage& level : BuildPyramid(image, kMaxPyramidLevels)) {
-    levels_.push_back(std::make_unique<GrayTexture>(level, form, stream, task));
+    levels_.push_back(std::make_unique<GrayTexture>(level, stream, task));
   }
 }
 
@@ -90,16 +71,10 @@ void GrayPyramid::CopyTextures(int first_level, TextureSampler* textures) const 
   }
 }
 
-void GrayPyramid::CopyQuads(int first_level, TexelQuads* quads) const {
-  for (std::size_t level = first_level; level < levels_.size(); ++level) {
-    quads[level - first_level] = levels_[level]->quads();
-  }
-}
-
-std::size_t GrayPyramid::Bytes(int width, int height, ImageForm form) {
+std::size_t GrayPyramid::Bytes(int width, int height) {
   std::size_t sum = 0;
   for (int level = 0; level < kMaxPyramidLevels; ++level) {
-    sum += GrayTexture::Bytes(width, height, form);
+    sum += GrayTexture::Bytes(width, height);
     width = (width + 1) / 2;
     height = (height + 1) / 2;
   }

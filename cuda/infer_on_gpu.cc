@@ -42,13 +42,13 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
                           const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   SourceHandles handles;
-  handles.textures.push_back(device->compact_images.Get(input.reference.image, stream, task));
+  handles.textures.push_back(device->images.Get(input.reference.image, stream, task));
   launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
   const std::size_t num_sources = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_sources; ++j) {
     const ViewImage& source = input.sources[j];
-    handles.textures.push_back(device->compact_images.Get(source.image, stream, task));
+    handles.textures.push_back(device->images.Get(source.image, stream, task));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
     if (launch->parameters.formulas == Formulas::kPaper) continue;
@@ -230,7 +230,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   ScratchPool::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
-  device->MakeRoom(CallKind::kInference, bytes, {.compact_images = num_images, .measured = num_images}, scratch.get());
+  device->MakeRoom(CallKind::kInference, bytes, {.images = num_images, .measured = num_images}, scratch.get());
   InferenceLaunch launch;
   launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                        .window = MakeMatchingWindow(stereo),

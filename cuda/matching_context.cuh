@@ -1,19 +1,16 @@
 // The view policy of phi/matching/estimate_pixel.h on the GPU, with a hand-tuned matching cost.
 //
 // phi/matching/zncc.h holds the readable form; tests/cuda compares the two. What differs here:
-//  - the reference window is read once per pixel for all hypotheses and views, and kept in shared memory as
+//  - the reference window is read once per pixel and kernel for all hypotheses and views, and kept in shared memory as
 //    half-precision differences from the window's centre (small where texture is faint: so is their rounding);
 //  - the homography is centred on the window: a sample costs three multiply-adds, one approximate reciprocal, two
 //    products, one read of the source and one approximate power of two for the sample's weight;
-//  - texture fetches alone would bound the kernel, so every other sample is read as a texel quad by a plain load and
-//    interpolated in integers;
 //  - sums over the reference are made once.
 #pragma once
 
 #include <cuda_fp16.h>
 
 #include "cuda/estimation_kernels.h"
-#include "cuda/texel_quads.h"
 
 namespace phi::gpu {
 
@@ -34,52 +31,6 @@ __device__ __forceinline__ float FastExp2(float x) {
 // Pixels along a side of a pyramid level (phi::HalveImage rounds up).
 __device__ __forceinline__ int LevelSize(int size, int level) { return (size + (1 << level) - 1) >> level; }
 
-// The texel quad of cell (column, row). The cell's corner lies in the middle of its four texels, so rounding cannot make
-// the texture unit take others.
-__device__ __forceinline__ std::uint32_t GatherQuad(cudaTextureObject_t texels, std::uint32_t column,
-                                                    std::uint32_t row) {
-  const uchar4 t = tex2Dgather<uchar4>(texels, __uint2float_rn(column),
-                                       __uint2float_rn(row));  // from low left, to the right
-  const std::uint32_t top = t.w | static_cast<std::uint32_t>(t.z) << 8;
-  const std::uint32_t low = t.x | static_cast<std::uint32_t>(t.y) << 8;
-  return top | low << 16;
-}
-
-// Grey level at (u, v) = (x, y) / w in K's coordinates, with fractions of 7 bits, less `shift`. Inside the image only.
-template <ImageForm kForm>
-__device__ __forceinline__ float ReadQuad(const TexelQuads& quads, float x, float y, float inverse_w,
-                                          float shift) {
-  // Adding 1.5 * 2^16 leaves a fixed-point number of 7 fractional bits in the mantissa; 0.5 more for the cell's index.
-  constexpr float kMagic = 98304.5f;
-  constexpr std::uint32_t kMagicCell = 0x47C00000u >> 7;
-  const std::uint32_t u = __float_as_uint(fmaf(x, inverse_w, kMagic));
-  const std::uint32_t v = __float_as_uint(fmaf(y, inverse_w, kMagic));
-  std::uint32_t texels;
-  if constexpr (kForm == ImageForm::kCompact) {
-    texels = GatherQuad(quads.gather, (u >> 7) - kMagicCell, (v >> 7) - kMagicCell);
-  } else {
-    const std::uint32_t pitch = static_cast<std::uint32_t>(quads.pitch);
-    const std::uint32_t row = (v >> 7) * pitch - (kMagicCell * pitch + kMagicCell);  // modulo 2^32
-    texels = __ldg(quads.data + (row + (u >> 7)));
-  }
-  const std::uint32_t fraction_u = u & 127, fraction_v = v & 127;
-  // Two 16-bit weights in a word: left in the lower half, right in the upper one.
-  const std::uint32_t weights = fraction_u * 65535u + 128u;
-  const std::uint32_t top = weights * (128u - fraction_v), bottom = weights * 128u - top;
-  // The weights add up to 2^14. Starting at the bits of 2^23 makes the sum the mantissa of 2^23 + sum.
-  const std::uint32_t sum = __dp2a_lo(top, texels, __dp2a_hi(bottom, texels, 0x4B000000u));
-  return fmaf(__uint_as_float(sum), 1.0f / 16384.0f, -(512.0f + shift));
-}
-
-// One level of a source image, read both ways.
-struct SourceLevel {
-  const TextureSampler& texture;
-  TexelQuads quads;
-
-  __device__ __forceinline__ SourceLevel(const SourceView& view, int level)
-      : texture(view.textures[level]), quads(view.quads[level]) {}
-};
-
 // The window's centre in a source image in homogeneous pixels, and its change per sample to the right and down.
 struct WindowWarp {
   Vec3f centre, right, down;
@@ -97,120 +48,109 @@ struct WindowWarp {
     return {scale * p.x, scale * p.y, p.z};
   }
 
-  // phi::WindowIsInside without divisions.
+  // phi::WindowIsInside without divisions or corners: what is linear in the place is least at a corner, by the sizes of its changes
+  // to the right and down less than in the middle.
   __device__ __forceinline__ bool IsInside(float samples_per_side, const SourceView& view, int level) const {
     const float right_limit = LevelSize(view.width, level) - 0.5f,
                 low_limit = LevelSize(view.height, level) - 0.5f;
-    bool inside = true;
-#pragma unroll
-    for (int corner = 0; corner < 4; ++corner) {
-      const Vec3f p = centre + (corner & 1 ? samples_per_side : -samples_per_side) * right +
-                      (corner & 2 ? samples_per_side : -samples_per_side) * down;
-      inside = inside && p.z > 0 && p.x >= 0.5f * p.z && p.y >= 0.5f * p.z && p.x <= right_limit * p.z &&
-               p.y <= low_limit * p.z;
-    }
-    return inside;
+    const auto least = [&](auto linear) {
+      return linear(centre) - samples_per_side * (fabsf(linear(right)) + fabsf(linear(down)));
+    };
+    const float depth = least([](Vec3f p) { return p.z; });
+    const float margin = fminf(fminf(least([](Vec3f p) { return p.x - 0.5f * p.z; }),
+                                     least([](Vec3f p) { return p.y - 0.5f * p.z; })),
+                               fminf(least([&](Vec3f p) { return right_limit * p.z - p.x; }),
+                                     least([&](Vec3f p) { return low_limit * p.z - p.y; })));
+    return depth > 0 && margin >= 0;
   }
 };
 
-// Reference samples of each thread's window. kSide: samples on a side of the window, odd; or 0 for any window, whose
-// samples are then read again for each hypothesis and view.
-template <int kSide, ImageForm kForm>
+// Reference samples of the windows of a block's pixels, one a thread; any thread may ask for the cost of any of them. kSide: samples on
+// a side of the window, odd; or 0 for any window, whose samples are then read again for each hypothesis and view.
+template <int kSide, Samples kSamples>
 class ReferenceWindow {
- public:
-  static constexpr int kPairs = (kSide + 1) / 2;  // of samples in a row
-  // Row and column of the first sparse sample: even offsets from the centre.
-  static constexpr int kFirstSparse = kSide / 2 % 2;
-  static constexpr int kSharedBytes = kSide * kPairs * kThreads * static_cast<int>(sizeof(__half2));
+  static constexpr bool kIsSparse = kSamples == Samples::kSparse;
+  static constexpr int kStride = kIsSparse ? 2 : 1;
+  static constexpr int kFirst = kIsSparse ? kSide / 2 % 2 : 0;  // row and column of the first sample: even from the centre
+  static constexpr int kCount = (kSide - kFirst + kStride - 1) / kStride;  // on a side
+  static constexpr int kPairs = (kCount + 1) / 2;                          // of samples in a row
 
+ public:
+  static constexpr int kSharedBytes = kCount * kPairs * kThreads * static_cast<int>(sizeof(__half2));
+
+  // Of the thread's own pixel.
   __device__ __forceinline__ void Load(TextureSampler texture, const MatchingWindow& window, float u,
                                        float v) {
+    slot_ = threadIdx.x;
     shift_ = texture(u, v);
     weight_decay_ = window.weight_decay;
+    float total_weight = 0, sum = 0, squares = 0;
 #pragma unroll 1
-    for (int row = 0; row < kSide; ++row) {
-      const float y = v + (row - kSide / 2) * window.step;
+    for (int row = 0; row < kCount; ++row) {
+      const float y = v + Offset(row) * window.step;
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
-        const int column = 2 * pair - kSide / 2;
-        const float r0 = texture(u + column * window.step, y) - shift_;
-        const float r1 = 2 * pair + 1 < kSide ? texture(u + (column + 1) * window.step, y) - shift_ : 0.0f;
+        const bool has_second = 2 * pair + 1 < kCount;
+        const float r0 = texture(u + Offset(2 * pair) * window.step, y) - shift_;
+        const float r1 = has_second ? texture(u + Offset(2 * pair + 1) * window.step, y) - shift_ : 0.0f;
         const __half2 packed = __floats2half2_rn(r0, r1);
         const float2 r = __half22float2(packed);
-        const float w0 = Weight(r.x), w1 = 2 * pair + 1 < kSide ? Weight(r.y) : 0.0f;
-        total_weight_ += w0 + w1;
-        sums_.r += w0 * r.x + w1 * r.y;
-        sums_.rr = fmaf(w0 * r.x, r.x, fmaf(w1 * r.y, r.y, sums_.rr));
-        if (row % 2 == kFirstSparse) {
-          const float w_sparse = kFirstSparse ? w1 : w0, r_sparse = kFirstSparse ? r.y : r.x;
-          sparse_weight_ += w_sparse;
-          sparse_sums_.r += w_sparse * r_sparse;
-          sparse_sums_.rr = fmaf(w_sparse * r_sparse, r_sparse, sparse_sums_.rr);
-        }
+        const float w0 = Weight(r.x), w1 = has_second ? Weight(r.y) : 0.0f;
+        total_weight += w0 + w1;
+        sum += w0 * r.x + w1 * r.y;
+        squares = fmaf(w0 * r.x, r.x, fmaf(w1 * r.y, r.y, squares));
         SharedSamples()[(row * kPairs + pair) * kThreads] = packed;
       }
     }
+    inverse_weight_ = 1.0f / total_weight;
+    mean_ = sum * inverse_weight_;
+    const float variance = fmaf(-sum, mean_, squares) * inverse_weight_;
+    inverse_deviation_ = variance >= kMinVariance ? rsqrtf(variance) : 0.0f;
   }
 
-  __device__ __forceinline__ float Cost(const SourceLevel& source, const WindowWarp& warp, Samples samples) const {
-    return samples == Samples::kSparse ? SparseSums(source, warp).Cost(sparse_weight_)
-                                       : Sums(source, warp).Cost(total_weight_);
-  }
-
- private:
-  __device__ __forceinline__ ZnccSums Sums(const SourceLevel& source, const WindowWarp& warp) const {
-    ZnccSums sums = sums_;
-    const float half = static_cast<float>(kSide / 2);
-    Vec3f middle = warp.centre - half * warp.down;
+  __device__ __forceinline__ float Cost(TextureSampler source, const WindowWarp& warp) const {
+    SourceSums sums;
+    Vec3f middle = warp.centre + static_cast<float>(Offset(0)) * warp.down;
 #pragma unroll 1
-    for (int row = 0; row < kSide; ++row) {
+    for (int row = 0; row < kCount; ++row) {
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
         const float2 r = __half22float2(SharedSamples()[(row * kPairs + pair) * kThreads]);
-        Add<false>(source, warp, middle, static_cast<float>(2 * pair - kSide / 2), r.x, &sums);
-        if (2 * pair + 1 < kSide) {
-          Add<true>(source, warp, middle, static_cast<float>(2 * pair + 1 - kSide / 2), r.y, &sums);
-        }
+        Add(source, warp, middle, static_cast<float>(Offset(2 * pair)), r.x, &sums);
+        if (2 * pair + 1 < kCount) Add(source, warp, middle, static_cast<float>(Offset(2 * pair + 1)), r.y, &sums);
       }
-      middle = middle + warp.down;
+      middle = middle + static_cast<float>(kStride) * warp.down;
     }
-    return sums;
+    return CostOf(sums);
   }
 
-  __device__ __forceinline__ ZnccSums SparseSums(const SourceLevel& source, const WindowWarp& warp) const {
-    ZnccSums sums = sparse_sums_;
-    Vec3f middle = warp.centre - static_cast<float>(kSide / 2 - kFirstSparse) * warp.down;
-#pragma unroll 1
-    for (int row = kFirstSparse; row < kSide; row += 2) {
-#pragma unroll
-      for (int pair = 0; 2 * pair + kFirstSparse < kSide; ++pair) {
-        const __half2 packed = SharedSamples()[(row * kPairs + pair) * kThreads];
-        const float r = kFirstSparse ? __high2float(packed) : __low2float(packed);
-        const float column = static_cast<float>(2 * pair + kFirstSparse - kSide / 2);
-        if (pair % 2 == 0) {
-          Add<false>(source, warp, middle, column, r, &sums);
-        } else {
-          Add<true>(source, warp, middle, column, r, &sums);
-        }
-      }
-      middle = middle + 2.0f * warp.down;
-    }
-    return sums;
+ private:
+  struct SourceSums {
+    float s = 0, ss = 0, rs = 0;
+  };
+
+  // ZnccSums::Cost, what depends on the reference alone worked out before.
+  __device__ __forceinline__ float CostOf(const SourceSums& sums) const {
+    const float variance = fmaf(-sums.s * inverse_weight_, sums.s, sums.ss) * inverse_weight_;
+    if (!(inverse_deviation_ > 0) || !(variance >= kMinVariance)) return kMaxCost;
+    const float covariance = fmaf(-mean_, sums.s, sums.rs) * inverse_weight_;
+    return Clamp(1.0f - covariance * inverse_deviation_ * rsqrtf(variance), 0.0f, kMaxCost);
   }
 
-  __device__ __forceinline__ static __half2* SharedSamples() {
+  // Of row or column i from the centre, in samples of the whole window.
+  __device__ __forceinline__ static constexpr int Offset(int i) { return kFirst + i * kStride - kSide / 2; }
+
+  // Of a window, one a thread: threads of a warp read different banks, whichever windows they work on.
+  __device__ __forceinline__ __half2* SharedSamples() const {
     extern __shared__ __half2 reference_samples[];
-    return reference_samples + threadIdx.x;
+    return reference_samples + slot_;
   }
 
-  template <bool kByTexture>
-  __device__ __forceinline__ void Add(const SourceLevel& source, const WindowWarp& warp, Vec3f middle,
-                                      float column, float r, ZnccSums* sums) const {
+  __device__ __forceinline__ void Add(TextureSampler source, const WindowWarp& warp, Vec3f middle, float column, float r,
+                                      SourceSums* sums) const {
     const float x = fmaf(column, warp.right.x, middle.x), y = fmaf(column, warp.right.y, middle.y);
     const float inverse_w = FastReciprocal(fmaf(column, warp.right.z, middle.z));
-    const float s =
-        kByTexture ? fmaf(255.0f, tex2D<float>(source.texture.texture, x * inverse_w, y * inverse_w), -shift_)
-                   : ReadQuad<kForm>(source.quads, x, y, inverse_w, shift_);
+    const float s = fmaf(255.0f, tex2D<float>(source.texture, x * inverse_w, y * inverse_w), -shift_);
     const float weighted = Weight(r) * s;
     sums->s += weighted;
     sums->ss = fmaf(weighted, s, sums->ss);
@@ -222,15 +162,13 @@ class ReferenceWindow {
     return FastExp2(-weight_decay_ * difference * difference);
   }
 
-  float shift_ = 0;
-  float weight_decay_ = 0, total_weight_ = 0;
-  ZnccSums sums_;  // of the reference; those of the source are zero
-  float sparse_weight_ = 0;
-  ZnccSums sparse_sums_;
+  int slot_;
+  float shift_, weight_decay_;
+  float inverse_weight_, mean_, inverse_deviation_;  // of the reference's samples; 0: they have no texture
 };
 
-template <ImageForm kForm>
-class ReferenceWindow<0, kForm> {
+template <Samples kSamples>
+class ReferenceWindow<0, kSamples> {
  public:
   static constexpr int kSharedBytes = 0;
 
@@ -243,20 +181,20 @@ class ReferenceWindow<0, kForm> {
     shift_ = texture(u, v);
   }
 
-  __device__ __forceinline__ float Cost(const SourceLevel& source, const WindowWarp& warp, Samples samples) const {
+  __device__ __forceinline__ float Cost(TextureSampler source, const WindowWarp& warp) const {
     ZnccSums sums;
     float total_weight = 0;
-    const int step = samples == Samples::kSparse ? 2 : 1;
-    const int n = window_.samples_per_side / step * step;
+    constexpr int kStep = kSamples == Samples::kSparse ? 2 : 1;
+    const int n = window_.samples_per_side / kStep * kStep;
 #pragma unroll 1
-    for (int row = -n; row <= n; row += step) {
+    for (int row = -n; row <= n; row += kStep) {
 #pragma unroll 4
-      for (int column = -n; column <= n; column += step) {
+      for (int column = -n; column <= n; column += kStep) {
         const Vec3f p =
             warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
         const float inverse_w = FastReciprocal(p.z);
         const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
-        const float s = source.texture(p.x * inverse_w, p.y * inverse_w) - shift_;
+        const float s = source(p.x * inverse_w, p.y * inverse_w) - shift_;
         const float w = window_.Weight(r), weighted = w * s;
         total_weight += w;
         sums.r += w * r;
@@ -272,10 +210,11 @@ class ReferenceWindow<0, kForm> {
  private:
   TextureSampler texture_;
   MatchingWindow window_;
-  float u_ = 0, v_ = 0, shift_ = 0;
+  float u_, v_, shift_;
 };
 
-template <int kSide, ImageForm kForm>
+// kSamples: those that its costs are made of.
+template <int kSide, Samples kSamples>
 struct GpuContext {
   const EstimationLaunch& launch;
   const EstimationParameters& parameters;
@@ -283,7 +222,7 @@ struct GpuContext {
   mutable std::uint32_t num_samples = 0;  // of the sources, that this thread read
 
   struct Patch {
-    ReferenceWindow<kSide, kForm> window;
+    ReferenceWindow<kSide, kSamples> window;
     float step;          // between the window's samples, pixels of its level
     unsigned level_bit;  // 1 << level of the pyramids, see phi/matching/window_level.h
   };
@@ -304,19 +243,19 @@ struct GpuContext {
     return patch;
   }
 
-  __device__ __forceinline__ float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
+  __device__ __forceinline__ float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples = kSamples) const {
     HarmonicMean mean;
-    ForEachView(patch, x, y, h, samples, [&](int, float cost) { mean.Add(cost); });
+    ForEachView(patch, x, y, h, [&](int, float cost) { mean.Add(cost); });
     return mean.Value();
   }
 
   // Calls function(view, cost) for each source view in turn.
   template <class Function>
-  __device__ __forceinline__ void ForEachView(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
+  __device__ __forceinline__ void ForEachView(const Patch& patch, int x, int y, const PlaneHypothesis& h,
                                               const Function& function) const {
     const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
     ForLevel(patch.level_bit, [&](int level) {
-      ForEachViewOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, samples, function);
+      ForEachViewOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, function);
     });
   }
 
@@ -341,10 +280,10 @@ struct GpuContext {
 
   template <class Function>
   __device__ __forceinline__ void ForEachViewOnLevel(const Patch& patch, int level, float u, float v,
-                                                     const PlaneHypothesis& h, Vec3f q, Samples samples,
+                                                     const PlaneHypothesis& h, Vec3f q,
                                                      const Function& function) const {
     const MatchingWindow& form = parameters.window;
-    const int num_window_samples = samples == Samples::kSparse ? form.NumSparseSamples() : form.NumSamples();
+    const int num_window_samples = kSamples == Samples::kSparse ? form.NumSparseSamples() : form.NumSamples();
     const float inverse_depth = 1.0f / h.depth;
     const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1
@@ -354,7 +293,7 @@ struct GpuContext {
       const bool is_inside =
           warp.IsInside(static_cast<float>(form.samples_per_side), view, level);
       num_samples += is_inside ? num_window_samples : 0;
-      float cost = is_inside ? patch.window.Cost(SourceLevel(view, level), warp, samples) : kMaxCost;
+      float cost = is_inside ? patch.window.Cost(view.textures[level], warp) : kMaxCost;
       if (launch.guidance != nullptr) {
         const GuidanceSource& source = launch.guidance[j];
         cost = fminf(cost + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth),

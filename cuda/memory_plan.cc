@@ -13,9 +13,9 @@ namespace {
 // The cache frees an image or map that is no longer used after it has uploaded the next one.
 constexpr int kInTransit = 1;
 
-std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>& sources, ImageForm form) {
-  const auto bytes = [form](const ViewImage& view) {
-    return static_cast<std::int64_t>(GrayPyramid::Bytes(view.image->width(), view.image->height(), form));
+std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>& sources) {
+  const auto bytes = [](const ViewImage& view) {
+    return static_cast<std::int64_t>(GrayPyramid::Bytes(view.image->width(), view.image->height()));
   };
   std::int64_t sum = bytes(reference), largest = sum;
   for (const ViewImage& source : sources) {
@@ -28,11 +28,13 @@ std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>
 // Bytes of an estimation beside the images: what is there for all rows, and per row of the state.
 struct EstimationSizes {
   std::int64_t fixed = 0;
+  std::int64_t width = 0;
   std::int64_t row = 0;           // the pixels' state
   std::int64_t coarse_width = 0;   // pixels on two rows that a coarser part had; 0: there is none
 
   EstimationSizes(const EstimationInput& input, bool coarse_start) {
-    const std::int64_t width = input.reference.image->width(), height = input.reference.image->height();
+    width = input.reference.image->width();
+    const std::int64_t height = input.reference.image->height();
     if (coarse_start) coarse_width = (width + 1) / 2;
     fixed = width * height * sizeof(std::uint8_t);  // scales of the windows
     for (const auto& depths : input.source_depths) {
@@ -43,11 +45,12 @@ struct EstimationSizes {
 
   std::int64_t CoarsePixels(std::int64_t rows) const { return coarse_width * ((rows + 1) / 2); }
   std::int64_t CoarseBytes(std::int64_t rows) const { return CoarsePixels(rows) * sizeof(PlaneHypothesis); }
+  std::int64_t NoteBytes(std::int64_t rows) const { return NumHalfPassNotes(width, rows) * sizeof(HalfPassNote); }
   std::int64_t Whole(std::int64_t rows) const {
-    return fixed + rows * row + CoarseBytes(rows);
+    return fixed + rows * row + CoarseBytes(rows) + NoteBytes(rows);
   }
   std::int64_t InBands(std::int64_t rows) const {
-    return fixed + (rows + 2 * kPropagationReach) * row + CoarseBytes(rows);
+    return fixed + (rows + 2 * kPropagationReach) * row + CoarseBytes(rows) + NoteBytes(rows);
   }
 };
 
@@ -57,8 +60,8 @@ int RoundUpToTiles(std::int64_t rows) {
 
 }  // namespace
 
-std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form, bool coarse_start) {
-  return ImageBytes(input.reference, input.sources, form) +
+std::int64_t EstimationBytes(const EstimationInput& input, bool coarse_start) {
+  return ImageBytes(input.reference, input.sources) +
          EstimationSizes(input, coarse_start).Whole(input.reference.image->height());
 }
 
@@ -66,17 +69,15 @@ EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget,
                               bool coarse_start) {
   const EstimationSizes sizes(input, coarse_start);
   const std::int64_t height = input.reference.image->height();
-  for (const ImageForm form : {ImageForm::kQuads, ImageForm::kCompact}) {
-    const std::int64_t bytes = EstimationBytes(input, form, coarse_start);
-    if (bytes <= budget) return {form, 0, sizes.CoarsePixels(height), bytes};
-  }
-  const std::int64_t images = ImageBytes(input.reference, input.sources, ImageForm::kCompact);
+  const std::int64_t whole = EstimationBytes(input, coarse_start);
+  if (whole <= budget) return {0, sizes.CoarsePixels(height), whole};
+  const std::int64_t images = ImageBytes(input.reference, input.sources);
   const std::int64_t none = images + sizes.InBands(0), tile = images + sizes.InBands(kTileSide) - none;
   if (none + tile > budget) ThrowTooLittleMemory(none + tile, budget, task);
   const std::int64_t most_rows = (budget - none) / tile * kTileSide;
   const std::int64_t num_bands = (height + most_rows - 1) / most_rows;
   const int rows = RoundUpToTiles((height + num_bands - 1) / num_bands);
-  return {ImageForm::kCompact, rows, sizes.CoarsePixels(rows), images + sizes.InBands(rows)};
+  return {rows, sizes.CoarsePixels(rows), images + sizes.InBands(rows)};
 }
 
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
@@ -115,7 +116,7 @@ std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, con
   }
   const std::int64_t bytes = depth_bytes + width * height * InferenceScratch::kPixelBytes +
                              nodes * InferenceScratch::kNodeBytes +
-                             ImageBytes(input.reference, input.sources, ImageForm::kCompact);
+                             ImageBytes(input.reference, input.sources);
   if (bytes > budget) ThrowTooLittleMemory(bytes, budget, task);
   return bytes;
 }

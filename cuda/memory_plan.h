@@ -1,8 +1,7 @@
 // The device memory of each kind of call, worked out before anything is allocated; and how a call is done in parts where
 // the whole needs more than the budget. The parts give the bytes of the whole: no part is blind for its surroundings.
 //
-//   estimation  first the source images are kept in compact form (1.3 instead of 6.7 bytes a pixel, pyramid included); then the
-//               state of the pixels stays in host memory, and each half-pass goes over bands of rows, which come with the
+//   estimation  the state of the pixels stays in host memory, and each half-pass goes over bands of rows, which come with the
 //               rows around them that propagation reads
 //   filter      the source maps take turns; the count of confirming views is carried on
 //   inference   not done in parts
@@ -11,13 +10,11 @@
 #include <cstdint>
 
 #include "cuda/error.h"
-#include "cuda/gray_texture.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
 
 struct EstimationPlan {
-  ImageForm form = ImageForm::kQuads;
   int band_rows = 0;                   // a multiple of kTileSide; 0: the whole state is on the device
   std::int64_t num_coarse_pixels = 0;  // room for those that a finer part starts from
   std::int64_t bytes = 0;              // of device memory
@@ -36,6 +33,6 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
 std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task);
 
 // Bytes of an estimation that keeps the whole state on the device.
-std::int64_t EstimationBytes(const EstimationInput& input, ImageForm form, bool coarse_start = false);
+std::int64_t EstimationBytes(const EstimationInput& input, bool coarse_start = false);
 
 }  // namespace phi::gpu

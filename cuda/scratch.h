@@ -45,6 +45,7 @@ struct InferenceScratch {
 struct EstimationScratch {
   DeviceBuffer<std::uint8_t> window_scales;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
+  DeviceBuffer<HalfPassNote> notes;
   DeviceBuffer<DepthRange> ranges;
   DeviceBuffer<GuidanceSource> guidance;
   DeviceBuffer<unsigned long long> num_samples;
@@ -53,6 +54,7 @@ struct EstimationScratch {
   void FreeDeviceMaps() {
     window_scales.Free();
     coarse_plane.Free();
+    notes.Free();
   }
 };
 

@@ -11,7 +11,7 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
       matching_window_(parameters.window),
       window_(parameters.window),
       near_window_(parameters.window.Near()),
-      ranks_(parameters.num_finalists > 0) {
+      ranks_(parameters.ranks) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
   window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);

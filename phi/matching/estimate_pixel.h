@@ -36,7 +36,7 @@ struct EstimationParameters {
   int num_iterations = 8;                      // of all parts of the estimation
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
-  int num_finalists = 0;  // candidates, best by sparse samples, that are scored by all of them; 0: all are scored so
+  bool ranks = false;                          // by sparse samples what is scored by all
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};
 
@@ -119,39 +119,29 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   return -1;
 }
 
-// What a pixel may become in an iteration. The first is its own hypothesis, with its cost of all samples.
+// What a pixel may become in an iteration beside what it is: each region's best hypothesis, moved to the pixel.
 struct Candidates {
-  int num = 1;
-  std::uint32_t repeated = 0;  // bit k: the same plane as an earlier one
-  PlaneHypothesis planes[kNumRegions + 1];
-  float costs[kNumRegions + 1];
+  std::uint32_t offered = 0;  // bit k: region k has one that is neither the pixel's own plane nor an earlier region's
+  PixelOffset offsets[kNumRegions];
+  PlaneHypothesis planes[kNumRegions];
 };
 
-// Of sparse samples where these rank the candidates.
-template <class Context>
-PHI_HD void GatherCandidates(const Context& context, const typename Context::Patch& patch, int x, int y,
-                             Candidates* candidates) {
-  const EstimationParameters& p = context.parameters;
-  const EstimationState& state = context.state;
-  const Samples samples = p.num_finalists > 0 ? Samples::kSparse : Samples::kAll;
-  candidates->planes[0] = state.plane(x, y);
-  candidates->costs[0] = state.cost(x, y);
-  int num = 1;
+PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const EstimationState& state, int x, int y) {
+  Candidates candidates;
+  PlaneHypothesis met[kNumRegions + 1];
+  met[0] = state.plane(x, y);
+  int num_met = 1;
   for (int region = 0; region < kNumRegions; ++region) {
     PixelOffset offset;
     if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
-    const int same = FindSame(p, candidates->planes, num, moved);
-    if (same >= 0) {
-      candidates->costs[num] = candidates->costs[same];
-      candidates->repeated |= 1u << num;
-    } else {
-      candidates->costs[num] = context.Cost(patch, x, y, moved, samples);
-    }
-    candidates->planes[num++] = moved;
+    if (FindSame(p, met, num_met, moved) < 0) candidates.offered |= 1u << region;
+    candidates.offsets[region] = offset;
+    candidates.planes[region] = moved;
+    met[num_met++] = moved;
   }
-  candidates->num = num;
+  return candidates;
 }
 
 inline constexpr float kUnknownCost = -1;
@@ -163,46 +153,62 @@ struct ScoredHypothesis {
   float sparse_cost = kUnknownCost;  // the same of sparse samples
 };
 
-// All candidates were scored by all samples: the best of them.
-PHI_HD ScoredHypothesis BestCandidate(const Candidates& candidates) {
-  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0]};
-  for (int k = 1; k < candidates.num; ++k) {
-    if (candidates.costs[k] < best.cost) best = {candidates.planes[k], candidates.costs[k]};
+// Sparse samples rank the candidates, and so many of them are scored by all samples. With one of them raw depths lose half a
+// point. The pixel's own hypothesis needs no ranking: where it is better than these, it stays.
+inline constexpr int kNumFinalists = 2;
+
+// The cheapest of those in `left` (bit k: number k), the first one on ties; -1: there is none.
+PHI_HD int Cheapest(std::uint32_t left, const float (&costs)[kNumRegions]) {
+  int cheapest = -1;
+  for (int k = 0; k < kNumRegions; ++k) {
+    if ((left >> k & 1u) != 0 && (cheapest < 0 || costs[k] < costs[cheapest])) cheapest = k;
   }
-  return best;
+  return cheapest;
 }
 
-// Of the candidates the sparse samples' favourites are scored by all samples. The pixel's own hypothesis needs no ranking: where
-// it is better than these, it stays.
-template <class Context>
-PHI_HD ScoredHypothesis BestFinalist(const Context& context, const typename Context::Patch& patch, int x, int y,
-                                     const Candidates& candidates) {
-  ScoredHypothesis best = {candidates.planes[0], candidates.costs[0]};
-  std::uint32_t done = candidates.repeated;
-  for (int i = 0; i < context.parameters.num_finalists; ++i) {
-    int next = 0;
-    for (int k = 1; k < candidates.num; ++k) {
-      if ((done >> k & 1u) == 0 && (next == 0 || candidates.costs[k] < candidates.costs[next])) next = k;
-    }
-    if (next == 0) break;
-    done |= 1u << next;
-    const float cost = context.Cost(patch, x, y, candidates.planes[next], Samples::kAll);
-    if (cost < best.cost) best = {candidates.planes[next], cost, candidates.costs[next]};
-  }
-  return best;
-}
-
-// Refinement: (d_new, n_old), (d_old, n_new), (d_new, n_new).
+// Refinement: (d_new, n_old), (d_old, n_new), (d_new, n_new); 0 is the hypothesis itself.
 inline constexpr int kNumVariants = 3;
 PHI_HD PlaneHypothesis RefinementVariant(const PlaneHypothesis& old, const PlaneHypothesis& disturbed,
                                          int variant) {
   return {variant & 2 ? disturbed.normal : old.normal, variant & 1 ? disturbed.depth : old.depth};
 }
 
-// The variant that sparse samples like best; 0 where they like the hypothesis itself best.
+PHI_HD PlaneHypothesis Disturbed(const EstimationParameters& p, const EstimationState& state,
+                                 const PlaneHypothesis& h, int x, int y, int iteration) {
+  const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
+  const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
+  const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
+  // Only the paper's range depends on the pixel.
+  const DepthRange near = p.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
+  return DisturbHypothesis(h, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
+}
+
+// One propagation and refinement of the pixel in which sparse samples rank (kSparseRanking). On a GPU each of its four steps is a kernel.
 template <class Context>
-PHI_HD int PromisingVariant(const Context& context, const typename Context::Patch& patch, int x, int y,
-                            const ScoredHypothesis& current, const PlaneHypothesis& disturbed) {
+PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration) {
+  const EstimationParameters& p = context.parameters;
+  const EstimationState& state = context.state;
+  const auto patch = context.LoadPatch(x, y);
+
+  const Candidates candidates = GatherCandidates(p, state, x, y);
+  float ranks[kNumRegions];
+  for (int k = 0; k < kNumRegions; ++k) {
+    if ((candidates.offered >> k & 1u) != 0) {
+      ranks[k] = context.Cost(patch, x, y, candidates.planes[k], Samples::kSparse);
+    }
+  }
+
+  ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
+  std::uint32_t left = candidates.offered;
+  for (int i = 0; i < kNumFinalists; ++i) {
+    const int k = Cheapest(left, ranks);
+    if (k < 0) break;
+    left &= ~(1u << k);
+    const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);
+    if (cost < current.cost) current = {candidates.planes[k], cost, ranks[k]};
+  }
+
+  const PlaneHypothesis disturbed = Disturbed(p, state, current.plane, x, y, iteration);
   int promising = 0;
   float lowest = current.sparse_cost;
   for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
@@ -212,41 +218,47 @@ PHI_HD int PromisingVariant(const Context& context, const typename Context::Patc
     lowest = cost;
     promising = variant;
   }
-  return promising;
+
+  if (promising > 0) {
+    const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, promising);
+    const float cost = context.Cost(patch, x, y, h, Samples::kAll);
+    if (cost < current.cost) current = {h, cost};
+  }
+  WriteState(state, x, y, current.plane, current.cost);
 }
 
-// One propagation and refinement of the pixel, for `iteration` counted from 0.
+// The same where everything is scored by all samples.
 template <class Context>
-PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
+PHI_HD void UpdateByAllSamples(const Context& context, int x, int y, int iteration) {
   const EstimationParameters& p = context.parameters;
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
 
-  Candidates candidates;
-  GatherCandidates(context, patch, x, y, &candidates);
-  ScoredHypothesis current = p.num_finalists > 0 ? BestFinalist(context, patch, x, y, candidates)
-                                                 : BestCandidate(candidates);
-
-  const std::uint64_t pixel = static_cast<std::uint64_t>(y) * state.plane.width + x;
-  const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
-  const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
-  // Only the paper's range depends on the pixel.
-  const DepthRange near = p.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
-  const PlaneHypothesis old = current.plane;
-  const PlaneHypothesis disturbed =
-      DisturbHypothesis(old, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
-  // The promising one alone, or all. Not all with a test of each: threads of a warp score their variants together.
-  int first = 1, last = kNumVariants;
-  if (p.num_finalists > 0) {
-    last = PromisingVariant(context, patch, x, y, current, disturbed);
-    if (last > 0) first = last;
+  ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
+  const Candidates candidates = GatherCandidates(p, state, x, y);
+  for (int k = 0; k < kNumRegions; ++k) {
+    if ((candidates.offered >> k & 1u) == 0) continue;
+    const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);
+    if (cost < current.cost) current = {candidates.planes[k], cost};
   }
-  for (int variant = first; variant <= last; ++variant) {
+
+  // Not all with a test of each: threads of a warp score their variants together.
+  const PlaneHypothesis old = current.plane, disturbed = Disturbed(p, state, old, x, y, iteration);
+  for (int variant = 1; variant <= kNumVariants; ++variant) {
     const PlaneHypothesis h = RefinementVariant(old, disturbed, variant);
     const float cost = context.Cost(patch, x, y, h, Samples::kAll);
     if (cost < current.cost) current = {h, cost};
   }
   WriteState(state, x, y, current.plane, current.cost);
+}
+
+template <class Context>
+PHI_HD void UpdatePixel(const Context& context, int x, int y, int iteration) {
+  if (context.parameters.ranks) {
+    UpdateByRanking(context, x, y, iteration);
+  } else {
+    UpdateByAllSamples(context, x, y, iteration);
+  }
 }
 
 }  // namespace phi

@@ -12,9 +12,7 @@
 namespace phi {
 namespace {
 
-// Candidates that sparse samples rank are worth a score by all. With one of them raw depths lose half a point; a window whose
-// sparse samples are fewer than 25 ranks noise.
-constexpr int kNumFinalists = 2, kMinSparseSamples = 25;
+constexpr int kMinSparseSamples = 25;  // a window that has fewer ranks noise
 constexpr float kNearStep = 1.0f;  // pixels between the samples of a narrow window
 
 // The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is
@@ -104,9 +102,8 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
   p.formulas = options.formulas;
   p.rules = options.rules;
-  const bool ranks = options.formulas == Formulas::kRobust && p.window.NumSparseSamples() >= kMinSparseSamples;
-  const bool is_on = p.rules.IsOn(Rule::kSparseRanking);
-  p.num_finalists = ranks && is_on ? p.rules.Count(Rule::kSparseRanking, kNumFinalists) : 0;
+  p.ranks = options.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kSparseRanking) &&
+            p.window.NumSparseSamples() >= kMinSparseSamples;
   return p;
 }
 

@@ -118,14 +118,9 @@ void RunEstimation(benchmark::State* state, std::int64_t budget_bytes) {
 void BM_Estimation(benchmark::State& state) { RunEstimation(&state, 0); }
 BENCHMARK(BM_Estimation)->Arg(1)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
 
-// Too little memory for texel quads, and for the whole state as well.
-void BM_EstimationCompact(benchmark::State& state) {
-  RunEstimation(&state, EstimationBytes(WallInput(), ImageForm::kCompact));
-}
-BENCHMARK(BM_EstimationCompact)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
-
+// Too little memory for the whole state.
 void BM_EstimationInBands(benchmark::State& state) {
-  RunEstimation(&state, EstimationBytes(WallInput(), ImageForm::kCompact) / 2);
+  RunEstimation(&state, EstimationBytes(WallInput()) / 2);
 }
 BENCHMARK(BM_EstimationInBands)->Arg(8)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
 
@@ -169,7 +164,10 @@ void BM_Inference(benchmark::State& state) {
     }
   }
   const auto measured = std::make_shared<const MeasurementMap>(AllMeasured(holes));
-  const InferenceInput input = {{&wall.views[0], wall.images[0]}, wall.Sources(), measured, {}};
+  InferenceInput input;
+  input.reference = {&wall.views[0], wall.images[0]};
+  input.sources = wall.Sources();
+  input.measured = measured;
   Measure(&state, device.get(), DeviceTimes::kInference,
           [&] { InferOnGpu(device.get(), input, StereoOptions(), InferenceOptions()); });
 }

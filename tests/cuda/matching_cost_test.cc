@@ -42,15 +42,13 @@ class MatchingCostTest : public CudaTest {
 
   // costs[view][pixel]
   std::vector<float> CostsOnGpu(const EstimationInput& input, const EstimationParameters& parameters,
-                                const PlaneMap& map, Samples samples = Samples::kAll,
-                                ImageForm form = ImageForm::kQuads) {
+                                const PlaneMap& map, Samples samples = Samples::kAll) {
     const Task task{"test"};
     const Stream stream(task);
     EstimationLaunch launch;
     launch.parameters = parameters;
     launch.end_row = map.height();
-    launch.form = form;
-    const GrayPyramid reference(*input.reference.image, form, stream.get(), task);
+    const GrayPyramid reference(*input.reference.image, stream.get(), task);
     reference.CopyTextures(0, launch.reference);
     const DeviceBuffer<std::uint8_t> window_scales(static_cast<std::int64_t>(map.size()), task);
     launch.window_scales = window_scales.View(map.width(), map.height());
@@ -58,10 +56,9 @@ class MatchingCostTest : public CudaTest {
     std::vector<std::unique_ptr<GrayPyramid>> textures;
     const std::vector<RelativeView> views = MakeRelativeViews(input);
     for (std::size_t j = 0; j < views.size(); ++j) {
-      textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, form, stream.get(), task));
-      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}, {}};
+      textures.push_back(std::make_unique<GrayPyramid>(*input.sources[j].image, stream.get(), task));
+      launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
       textures.back()->CopyTextures(0, launch.sources[j].textures);
-      textures.back()->CopyQuads(0, launch.sources[j].quads);
     }
     const DeviceMap hypotheses(map, stream.get(), task);
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());
@@ -123,21 +120,6 @@ class MatchingCostTest : public CudaTest {
 TEST_F(MatchingCostTest, AgreesNearTheSurface) { ExpectSameCosts(StereoOptions(), 0.01f); }
 
 TEST_F(MatchingCostTest, AgreesForWildHypotheses) { ExpectSameCosts(StereoOptions(), 0.3f); }
-
-TEST_F(MatchingCostTest, CompactImagesGiveTheSameBits) {
-  const EstimationInput input = MakeInput(scene_, 0, 1, 20);
-  const EstimationParameters parameters = MakeEstimationParameters(input, StereoOptions());
-  for (const float disturbance : {0.01f, 0.3f}) {
-    const PlaneMap map = Hypotheses(disturbance);
-    for (const Samples samples : {Samples::kAll, Samples::kSparse}) {
-      const std::vector<float> quads = CostsOnGpu(input, parameters, map, samples, ImageForm::kQuads),
-                               compact = CostsOnGpu(input, parameters, map, samples, ImageForm::kCompact);
-      std::size_t num_different = 0;
-      for (std::size_t i = 0; i < quads.size(); ++i) num_different += quads[i] != compact[i];
-      EXPECT_EQ(num_different, 0u) << "of " << quads.size();
-    }
-  }
-}
 
 TEST_F(MatchingCostTest, AgreesForAWindowThatIsNotCompiledIn) {
   StereoOptions options;

@@ -52,7 +52,7 @@ const Task& TestTask() {
 
 // The largest budget that cuts the state into the smallest bands.
 std::int64_t SmallestBandsBudget(const EstimationInput& input, bool coarse_start = false) {
-  std::int64_t budget = EstimationBytes(input, ImageForm::kCompact, coarse_start) - 1;
+  std::int64_t budget = EstimationBytes(input, coarse_start) - 1;
   while (PlanEstimation(input, budget, TestTask(), coarse_start).band_rows > kTileSide) budget -= 64;
   return budget;
 }
@@ -63,35 +63,30 @@ TEST(MemoryPlan, CountsStateAndImages) {
   ASSERT_EQ(input.sources.size(), std::size_t{kNumSources});
   // Plane 16, cost 4, window level 1.
   const std::int64_t state = 96 * 160 * (16 + 4 + 1);
+  // Five bytes for each pixel of one colour, 128 in a tile of 16 x 16.
+  const std::int64_t notes = 6 * 10 * 128 * 5;
   // A byte a pixel on four levels: 96x160, 48x80, 24x40, 12x20.
-  const std::int64_t compact = 15360 + 3840 + 960 + 240;
-  // Four bytes a cell, rows of a multiple of 32 cells, one more than pixels each way.
-  const std::int64_t quads = 4 * (128 * 161 + 64 * 81 + 32 * 41 + 32 * 21);
+  const std::int64_t image = 15360 + 3840 + 960 + 240;
   const std::int64_t num_images = 1 + kNumSources + 1;  // one that is about to go
-  EXPECT_EQ(EstimationBytes(input, ImageForm::kCompact), state + num_images * compact);
-  EXPECT_EQ(EstimationBytes(input, ImageForm::kQuads), state + num_images * (compact + quads));
+  EXPECT_EQ(EstimationBytes(input), state + notes + num_images * image);
 }
 
 TEST(MemoryPlan, CountsTheCoarseStart) {
   const RenderedScene scene = TallScene();
   const EstimationInput input = InputOf(scene);
-  const std::int64_t whole = EstimationBytes(input, ImageForm::kCompact);
-  EXPECT_EQ(EstimationBytes(input, ImageForm::kCompact, true), whole + 48 * 80 * 16);
+  EXPECT_EQ(EstimationBytes(input, true), EstimationBytes(input) + 48 * 80 * 16);
   const EstimationPlan bands =
       PlanEstimation(input, SmallestBandsBudget(input) + 48 * 8 * 16, TestTask(), true);
   EXPECT_EQ(bands.band_rows, kTileSide);
   EXPECT_EQ(bands.num_coarse_pixels, 48 * 8);
 }
 
-TEST(MemoryPlan, TakesTheFastestFormThatFits) {
+TEST(MemoryPlan, TakesTheWholeWhereItFits) {
   const RenderedScene scene = TallScene();
   const EstimationInput input = InputOf(scene);
-  const std::int64_t quads = EstimationBytes(input, ImageForm::kQuads),
-                     compact = EstimationBytes(input, ImageForm::kCompact);
-  EXPECT_EQ(PlanEstimation(input, quads, TestTask()).form, ImageForm::kQuads);
-  EXPECT_EQ(PlanEstimation(input, quads - 1, TestTask()).form, ImageForm::kCompact);
-  EXPECT_EQ(PlanEstimation(input, compact, TestTask()).band_rows, 0);
-  for (std::int64_t budget = compact - 1; budget >= SmallestBandsBudget(input); budget -= 1000) {
+  const std::int64_t whole = EstimationBytes(input);
+  EXPECT_EQ(PlanEstimation(input, whole, TestTask()).band_rows, 0);
+  for (std::int64_t budget = whole - 1; budget >= SmallestBandsBudget(input); budget -= 1000) {
     const EstimationPlan plan = PlanEstimation(input, budget, TestTask());
     EXPECT_GT(plan.band_rows, 0);
     EXPECT_EQ(plan.band_rows % kTileSide, 0);
@@ -101,8 +96,8 @@ TEST(MemoryPlan, TakesTheFastestFormThatFits) {
 
 TEST(MemoryPlan, RefusesWithTheBytesNeededAndAvailable) {
   const RenderedScene scene = TallScene();
-  // Compact images as above, levels of the windows, and 16 rows with 23 on each side.
-  const std::int64_t needed = 6 * 20400 + 96 * 160 + 96 * (16 + 2 * 23) * (16 + 4);
+  // Images as above, levels of the windows, notes of a row of tiles, and 16 rows with 23 on each side.
+  const std::int64_t needed = 6 * 20400 + 96 * 160 + 6 * 128 * 5 + 96 * (16 + 2 * 23) * (16 + 4);
   EXPECT_NO_THROW(PlanEstimation(InputOf(scene), needed, TestTask()));
   try {
     PlanEstimation(InputOf(scene), needed - 1, TestTask());
@@ -157,13 +152,13 @@ class SplitTest : public CudaTest {
     return run;
   }
 
-  static void ExpectSameBytesInAllForms(const EstimationInput& input, Quality quality = Quality::kStandard) {
+  static void ExpectSameBytesInBands(const EstimationInput& input, Quality quality = Quality::kStandard) {
     StereoOptions options;
     options.quality = quality;
     const bool coarse_start = EstimationParts(input, options).size() > 1;
-    const Run whole = Estimate(input, EstimationBytes(input, ImageForm::kQuads, coarse_start), quality);
-    const std::int64_t compact = EstimationBytes(input, ImageForm::kCompact, coarse_start);
-    for (const std::int64_t budget : {compact, compact - 1, SmallestBandsBudget(input, coarse_start)}) {
+    const std::int64_t bytes = EstimationBytes(input, coarse_start);
+    const Run whole = Estimate(input, bytes, quality);
+    for (const std::int64_t budget : {bytes - 1, SmallestBandsBudget(input, coarse_start)}) {
       const Run parts = Estimate(input, budget, quality);
       const int band_rows = PlanEstimation(input, budget, TestTask(), coarse_start).band_rows;
       EXPECT_EQ(std::memcmp(whole.result.map.data(), parts.result.map.data(), whole.result.map.bytes()), 0)
@@ -177,12 +172,12 @@ class SplitTest : public CudaTest {
 
 TEST_F(SplitTest, AnEstimationInPartsGivesTheBytesOfTheWhole) {
   const RenderedScene scene = TallScene();
-  ExpectSameBytesInAllForms(InputOf(scene));
+  ExpectSameBytesInBands(InputOf(scene));
 }
 
 TEST_F(SplitTest, AGuidedEstimationInPartsGivesTheBytesOfTheWhole) {
   const RenderedScene scene = TallScene();
-  ExpectSameBytesInAllForms(GuidedInputOf(scene));
+  ExpectSameBytesInBands(GuidedInputOf(scene));
 }
 
 // Two coarser parts, odd sizes, and bands that do not end with the image.
@@ -196,7 +191,7 @@ TEST_F(SplitTest, ACoarseStartInPartsGivesTheBytesOfTheWhole) {
   StereoOptions fast;
   fast.quality = Quality::kFast;
   ASSERT_EQ(EstimationParts(input, fast).size(), 3u);
-  ExpectSameBytesInAllForms(input, Quality::kFast);
+  ExpectSameBytesInBands(input, Quality::kFast);
 }
 
 TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {
@@ -207,7 +202,7 @@ TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {
     input.sources.insert(input.sources.end(), sources.begin(), sources.end());
   }
   ASSERT_EQ(input.sources.size(), 20u);
-  ExpectSameBytesInAllForms(input);
+  ExpectSameBytesInBands(input);
 }
 
 TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
