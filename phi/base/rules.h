@@ -43,7 +43,6 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
-  X(kSurrounded, "surrounded", kInference, kOffAndScale)            \
   X(kSky, "sky", kInference, kOffAndScale)                          \
   X(kEdgeDepths, "edge_depths", kInference, kOff)                   \
   X(kOverexposed, "overexposed", kInference, kOff)                  \

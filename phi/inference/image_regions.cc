@@ -22,7 +22,9 @@ namespace {
 constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
 constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
-constexpr int kReachPixels = 3;      // pixels beyond its inside to which a region goes on
+// Pixels beyond its inside to which a region goes on: a sharp edge leaves four on either side outside, two by smoothing, one by the
+// step to the next, one by the margin.
+constexpr int kReachPixels = 4;
 constexpr int kBandRows = 64;  // done by one thread
 constexpr std::int32_t kNoRegion = -1;
 

@@ -1,7 +1,7 @@
 // Evenly coloured regions of an image: connected pixels (four neighbours) whose smoothed brightness changes slowly, in
-// all four directions and around each of their eight neighbours, and the pixels up to two beyond those. Whatever is next
-// to a step of brightness joins nothing, so that two walls do not become one region where the edge between them fades for
-// a few pixels.
+// all four directions and around each of their eight neighbours. Whatever is next to a step of brightness connects nothing, so that
+// two walls do not become one region where the edge between them fades for a few pixels. Then each region goes on by the
+// four pixels that a sharp edge spoils, so that two of them meet at it.
 #pragma once
 
 #include <cstdint>

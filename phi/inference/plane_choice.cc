@@ -182,25 +182,24 @@ class PlaneChoice {
     return sum;
   }
 
-  // Of the surface that the region's spots would be on the plane, the part between the cells on it, by area. A wall goes on between
-  // its corners and the skirting, a floor to the camera's feet; the sky begins where the cells of a roof end. What lies outside is
-  // no sky where it moves from view to view: there other views show something else in the same direction.
+  // Of the surface that the region's spots would be on the plane, the part, by area, that lies between the cells on it or moves from
+  // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
+  // skirting; the sky begins where the cells of a roof end.
   bool MayBeSky(const ImagePlane& plane) const {
     std::vector<Place> places;
     for (const AnchorCell& cell : CellsOn(plane)) places.push_back({cell.x, cell.y});
     if (places.empty() || region_.spots.empty()) return false;
     const std::vector<Place> hull = ConvexHull(std::move(places));
-    double surrounded = 0, unlike_sky = 0, all = 0;
+    double unlike_sky = 0, all = 0;
     for (const Spot& spot : region_.spots) {
       const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return limits_.min_surrounded > 0 || limits_.min_unlike_sky > 0;  // it goes on without end
+      if (!(w > 0)) return limits_.min_unlike_sky > 0;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
       const bool is_inside = IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
-      if (is_inside) surrounded += area;
       unlike_sky += area * (is_inside || region_.views == nullptr ? 1 : region_.views->Unlike(spot, 0));
     }
-    return surrounded < limits_.min_surrounded * all || unlike_sky < limits_.min_unlike_sky * all;
+    return unlike_sky < limits_.min_unlike_sky * all;
   }
 
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }

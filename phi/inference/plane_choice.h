@@ -22,8 +22,8 @@ struct PlaneChoiceLimits {
   double min_deviation;      // of a cell's place, pixels
   double unlike_weight = 0;  // of spots that other views show unlike, against the share of cells on the plane
   double source_weight = 0;  // of the other views' cells
-  double min_surrounded = 0;  // share of the spots' surface that lies between cells on the plane
-  double min_unlike_sky = 0;  // share that does, or that other views would show unlike if it were infinitely far
+  // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far.
+  double min_unlike_sky = 0;
 };
 
 // What is known of a region.

@@ -38,7 +38,7 @@ constexpr double kReachDeviations = 5;
 // are mostly what other views mistook on plain walls.
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
-constexpr double kMinSurrounded = 0.25, kMinUnlikeSky = 0.6;  // of the surface of the region's spots
+constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 
 // The same, scaled.
 struct Limits {
@@ -63,7 +63,7 @@ struct Limits {
   PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
     return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
             reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-            rules.Factor(Rule::kSurrounded) * kMinSurrounded, rules.Factor(Rule::kSky) * kMinUnlikeSky};
+            rules.Factor(Rule::kSky) * kMinUnlikeSky};
   }
 };
 

@@ -30,7 +30,7 @@ const std::set<std::string> kTestedElsewhere = {
     "view_coverage",  "camera_evidence", "weak_views",  // view_selection_test.cc
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "overexposed",     // region_planes_test.cc
-    "spot_brightness", "surrounded", "sky",  // plane_choice_test.cc
+    "spot_brightness", "sky",  // plane_choice_test.cc
     "map_noise",        // scene_fusion_test.cc
 };
 

@@ -142,47 +142,6 @@ TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
     EXPECT_NEAR(chosen.InverseDepth(x, y), kWall.InverseDepth(x, y), 1e-6);
 }
 
-// A roof's cells below the sky: its spots begin where they end.
-TEST(PlaneChoice, APlaneWhoseCellsLieOnOneSideIsNotTaken) {
-  PlaneChoiceLimits limits = kLimits;
-  limits.min_surrounded = 0.25;
-  const std::vector<AnchorCell> roof = CellsOn(kWall, 0, 160, 90, 120);
-  // Of ten rows of spots so many lie below y = 90.
-  const auto taken = [&](int num_rows_between) {
-    std::vector<Spot> spots;
-    for (int x = 15; x < 145; x += 10) {
-      for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows_between ? 95 : 5 * row});
-    }
-    return ChoosePlanes({roof, spots}, Planes{}, std::array{kWall}, limits)[0].IsThere();
-  };
-  EXPECT_FALSE(taken(0));
-  EXPECT_FALSE(taken(2));
-  EXPECT_TRUE(taken(3));
-}
-
-// A floor with the horizon at y = 20: what lies at 110 is a third as far as what lies at 50, and a spot there a 27th of the surface.
-TEST(PlaneChoice, WhatIsSurroundedIsCountedBySurface) {
-  const ImagePlane floor{-0.2, 0, 0.01};
-  PlaneChoiceLimits limits = kLimits;
-  limits.min_surrounded = 0.25;
-  // Of ten rows of spots so many are at `y`, the others at `other`.
-  const auto taken = [&](const std::vector<AnchorCell>& cells, int num_rows, int y, int other) {
-    std::vector<Spot> spots;
-    for (int x = 15; x < 145; x += 10) {
-      for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows ? y : other});
-    }
-    return ChoosePlanes({cells, spots}, Planes{}, std::array{floor}, limits)[0].IsThere();
-  };
-  // Before cells that are far away lies little floor, though it fills most of the image: 1 of 1 + 9 / 27.
-  const std::vector<AnchorCell> far = CellsOn(floor, 0, 160, 40, 70);
-  EXPECT_TRUE(taken(far, 1, 50, 110));
-  // Behind near ones lies much: 4 of 4 + 6 * 27.
-  const std::vector<AnchorCell> near = CellsOn(floor, 0, 160, 90, 130);
-  EXPECT_FALSE(taken(near, 4, 110, 50));
-  // Above the horizon it has no end.
-  EXPECT_FALSE(taken(near, 9, 110, 15));
-}
-
 // The image above a roof, all of one brightness. Two source cameras, half a metre to the left and to the right, face as the
 // reference does, so that they show the sky where the reference shows it. What they show at columns 0 to 79 decides.
 struct AboveARoof {
@@ -212,17 +171,41 @@ struct AboveARoof {
   // Whether the roof's plane is taken for the region.
   bool IsTaken(double min_unlike_sky) const {
     PlaneChoiceLimits limits = kLimits;
-    limits.min_surrounded = 0.25;
     limits.min_unlike_sky = min_unlike_sky;
     const SpotViews views(input, std::array{1.0f, 1.0f});
     return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits)[0].IsThere();
   }
 };
 
+// A floor with the horizon at y = 20: what lies at 110 is a third as far as what lies at 50, and a spot there a 27th of the surface.
+TEST(PlaneChoice, WhatMayBeSkyIsCountedBySurface) {
+  const ImagePlane floor{-0.2, 0, 0.01};
+  PlaneChoiceLimits limits = kLimits;
+  limits.min_unlike_sky = 0.25;
+  const AboveARoof plain(100, 100);
+  const SpotViews views(plain.input, std::array{1.0f, 1.0f});
+  // Of ten rows of spots so many are at `y`, the others at `other`.
+  const auto taken = [&](const std::vector<AnchorCell>& cells, int num_rows, int y, int other) {
+    std::vector<Spot> spots;
+    for (int x = 15; x < 145; x += 10) {
+      for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows ? y : other});
+    }
+    return ChoosePlanes({cells, spots, &views}, Planes{}, std::array{floor}, limits)[0].IsThere();
+  };
+  // Before cells that are far away lies little floor, though it fills most of the image: 1 of 1 + 9 / 27.
+  const std::vector<AnchorCell> far = CellsOn(floor, 0, 160, 40, 70);
+  EXPECT_TRUE(taken(far, 1, 50, 110));
+  // Behind near ones lies much: 4 of 4 + 6 * 27.
+  const std::vector<AnchorCell> near = CellsOn(floor, 0, 160, 90, 130);
+  EXPECT_FALSE(taken(near, 4, 110, 50));
+  // Above the horizon it has no end.
+  EXPECT_FALSE(taken(near, 9, 110, 15));
+}
+
 // The wall's slant is across the columns, so that each row of spots has the same surface: two of five lie on the roof.
 TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
   EXPECT_FALSE(AboveARoof(100, 100).IsTaken(0.6));
-  EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0.4 - 1e-9)) << "as much as is surrounded";
+  EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0.4 - 1e-9)) << "as much as lies between cells";
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
 }
 
