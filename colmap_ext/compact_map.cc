@@ -111,6 +111,9 @@ struct NormalCode {
 
 float SignOf(float v) { return v >= 0 ? 1.0f : -1.0f; }
 
+// As std::lround, without a call.
+int Rounded(float v) { return static_cast<int>(static_cast<double>(v) + (v >= 0 ? 0.5 : -0.5)); }
+
 NormalCode CodeOf(phi::Vec3f n) {
   const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
   if (!(sum > 0) || !std::isfinite(sum)) return {};
@@ -120,7 +123,7 @@ NormalCode CodeOf(phi::Vec3f n) {
     y = (1 - std::abs(x)) * SignOf(y);
     x = folded;
   }
-  int column = static_cast<int>(std::lround(x * kHalf)), row = static_cast<int>(std::lround(y * kHalf));
+  int column = Rounded(x * kHalf), row = Rounded(y * kHalf);
   // Each point of the square's rim has a twin that is the same direction.
   if (std::abs(row) == kHalf) column = std::abs(column);
   if (std::abs(column) == kHalf) row = std::abs(row);

@@ -27,19 +27,19 @@ void SetViewTerms(const Testimonies& t, ConfidenceTerms* terms) {
 
 }  // namespace
 
-void ForConfidenceTerms(const ConfidenceInput& input,
+void ForConfidenceTerms(const ConfidenceInput& input, const std::function<bool(int x, int y)>& is_wanted,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function) {
   const auto smoothed_noise = static_cast<float>(0.02 + input.noise * input.noise / 9);
   ForNeighborCounts(
-      input.rays, input.estimate, input.deviations, kNeighborSpacing, [&](int y, const NeighborCounts& counts) {
+      input.rays, input.estimate, input.deviations, kNeighborSpacing, [&](int y, const std::vector<std::int32_t>& num_agreeing) {
         for (int x = 0; x < input.estimate.width(); ++x) {
           const PlaneHypothesis& h = input.estimate(x, y);
-          if (!(h.depth > 0)) continue;
+          if (!(h.depth > 0) || !is_wanted(x, y)) continue;
           const Vec3f ray = input.rays.Ray(x + 0.5f, y + 0.5f);
           const float own_variance = input.own_variance(x, y);
           ConfidenceTerms terms;
           SetViewTerms(input.testimonies(x, y), &terms);
-          terms[kAgreeingShare] = static_cast<float>(counts.agreeing[x]) / static_cast<float>(kNumNeighbors);
+          terms[kAgreeingShare] = static_cast<float>(num_agreeing[x]) / static_cast<float>(kNumNeighbors);
           terms[kOwnTexture] = std::log2(0.02f + own_variance);
           terms[kOwnTextureOverNoise] = std::log2(0.05f + own_variance / smoothed_noise);
           terms[kFacing] = -Dot(h.normal, ray) / Norm(ray);

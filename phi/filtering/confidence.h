@@ -42,8 +42,8 @@ struct ConfidenceInput {
   double noise = 0;                    // of the photo: NoiseDeviation, grey levels
 };
 
-// Calls function(x, y, terms) for each pixel of the estimate with a depth, from several threads.
-void ForConfidenceTerms(const ConfidenceInput& input,
+// Calls function(x, y, terms) for each pixel of the estimate with a depth that is wanted, from several threads.
+void ForConfidenceTerms(const ConfidenceInput& input, const std::function<bool(int x, int y)>& is_wanted,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function);
 
 // The model's logarithm of the odds that the depth is right.

@@ -17,11 +17,11 @@ void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecisio
   const Array2D<float> deviations = precision.RelativeDeviations(estimate);
   const float clue_log_odds = rules.Factor(Rule::kClues) * kClueLogOdds;
   ForConfidenceTerms({precision.reference(), estimate, testimonies, deviations, texture.variance, noise},
+                     [&](int x, int y) { return map->states(x, y) == PixelState::kNone; },
                      [&](int x, int y, const ConfidenceTerms& terms) {
-                       PixelState& state = map->states(x, y);
-                       if (state != PixelState::kNone || !(ConfidenceLogOdds(terms) >= clue_log_odds)) return;
+                       if (!(ConfidenceLogOdds(terms) >= clue_log_odds)) return;
                        map->planes(x, y) = estimate(x, y);
-                       state = PixelState::kClue;
+                       map->states(x, y) = PixelState::kClue;
                      });
 }
 

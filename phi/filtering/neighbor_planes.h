@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -52,32 +51,12 @@ struct PlaneRow {
   }
 };
 
-// Neighbours of the pixels of one row.
-struct NeighborCounts {
-  std::vector<std::int32_t> asked, agreeing;
+// Adds to each pixel's count whether the neighbour `shift` columns to the right in the row `planes` agrees. A plane meets a pixel's
+// ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
+void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, std::vector<std::int32_t>* counts);
 
-  // The pixel itself is no neighbour, and always agrees.
-  explicit NeighborCounts(int width) : asked(width, -1), agreeing(width, -1) {}
-
-  // Adds the neighbours `shift` columns to the right in the row `planes`. A plane meets a pixel's ray at offset / (n . ray),
-  // the pixel's depth where offset = depth (n . ray).
-  void Add(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift) {
-    const int width = static_cast<int>(asked.size());
-    const int begin = std::max(0, -shift), end = std::min(width, width - shift);
-    const float *nx = planes.normal_x.data() + shift, *ny = planes.normal_y.data() + shift;
-    const float *nz = planes.normal_z.data() + shift, *offset = planes.offset.data() + shift;
-    const float *depth = pixels.depth.data(), *ray_x = pixels.ray_x.data();
-    const float* tolerance = pixels.tolerance.data();
-    std::int32_t *num_asked = asked.data(), *num_agreeing = agreeing.data();
-    for (int x = begin; x < end; ++x) {
-      const float here = depth[x] * (nx[x] * ray_x[x] + ny[x] * ray_y + nz[x]);
-      num_asked[x] += offset[x] == offset[x];
-      num_agreeing[x] += std::fabs(offset[x] - here) < tolerance[x] * std::fabs(here);
-    }
-  }
-};
-
-// Calls function(y, counts) for all rows, bands of them in parallel: of the neighbours of the row's pixels, `spacing` pixels apart.
+// Calls function(y, counts) for all rows, bands of them in parallel: how many of the neighbours of the row's pixels, `spacing` pixels
+// apart, agree with each.
 // `deviations`: DepthPrecision::RelativeDeviations of the map, at least where it has depth.
 template <class Function>
 void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations,
@@ -90,12 +69,12 @@ void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<
     std::vector<PlaneRow> rows;
     for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y);
     for (int y = begin; y < end; ++y) {
-      NeighborCounts counts(map.width());
+      std::vector<std::int32_t> counts(map.width(), -1);  // the pixel itself is no neighbour, and always agrees
       const PlaneRow& pixels = rows[y - first];
       const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
       for (int v = y - reach; v <= y + reach; v += spacing) {
         if (v < first || v > last) continue;
-        for (int shift = -reach; shift <= reach; shift += spacing) counts.Add(pixels, ray_y, rows[v - first], shift);
+        for (int shift = -reach; shift <= reach; shift += spacing) CountAgreeing(pixels, ray_y, rows[v - first], shift, &counts);
       }
       function(y, counts);
     }

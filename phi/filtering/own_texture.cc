@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 
@@ -10,6 +11,7 @@
 #include "phi/base/image_noise.h"
 #include "phi/base/join_squares.h"
 #include "phi/base/whole_array.h"
+#include "phi/base/wide_vectors.h"
 
 namespace phi {
 namespace {
@@ -17,32 +19,56 @@ namespace {
 constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
 constexpr int kSide = 2 * kOwnTextureRadius + 1;
 
-// Mean squared difference of the sums around (x, y), at the border of the nearest that many, from a plane of brightness.
-double SumsVariance(const Array2D<std::uint16_t>& sums, int x, int y) {
-  const int x0 = std::clamp(x - kOwnTextureRadius, 0, sums.width() - kSide);
-  const int y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
-  std::int32_t sum = 0, squares = 0;
-  std::int32_t across = 0, down = 0;  // values times the distance from the middle column, row
-  for (int v = 0; v < kSide; ++v) {
-    const std::uint16_t* row = &sums(x0, y0 + v);
-    std::int32_t row_sum = 0;
-    for (int u = 0; u < kSide; ++u) {
-      const std::int32_t value = row[u];
-      row_sum += value;
-      squares += value * value;
-      across += value * (u - kOwnTextureRadius);
+// Sums over columns of kSide values: of the values, of their squares, of the values times the distance from the middle row.
+PHI_WIDE_VECTORS void SumColumns(const std::uint16_t* const (&rows)[kSide], int width, std::int32_t* sums, std::int32_t* squares,
+                                 std::int32_t* down) {
+  for (int x = 0; x < width; ++x) {
+    std::int32_t sum = 0, square = 0, moment = 0;
+    for (int v = 0; v < kSide; ++v) {
+      const std::int32_t value = rows[v][x];
+      sum += value;
+      square += value * value;
+      moment += value * (v - kOwnTextureRadius);
     }
-    sum += row_sum;
-    down += row_sum * (v - kOwnTextureRadius);
+    sums[x] = sum;
+    squares[x] = square;
+    down[x] = moment;
   }
+}
+
+// Of the square that begins with each of `count` columns: the mean squared difference from a plane of brightness. Whole numbers that
+// a double holds exactly.
+PHI_WIDE_VECTORS void FindVariances(const std::int32_t* sums, const std::int32_t* squares, const std::int32_t* down, int count,
+                                    float* variances) {
   // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to kSpread.
-  constexpr std::int64_t kCount = kSide * kSide;
-  constexpr std::int64_t kSpread = kCount * (kSide * kSide - 1) / 12;
+  constexpr int kCount = kSide * kSide, kSpread = kCount * (kSide * kSide - 1) / 12;
   static_assert(kSpread % kCount == 0);
-  const auto square = [](std::int64_t value) { return value * value; };
-  const std::int64_t residual =
-      kSpread * squares - kSpread / kCount * square(sum) - square(across) - square(down);
-  return static_cast<double>(residual) / static_cast<double>(kCount * kSpread);
+  constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
+  for (int x = 0; x < count; ++x) {
+    std::int32_t sum = 0, square = 0, moment = 0, across = 0;
+    for (int u = 0; u < kSide; ++u) {
+      sum += sums[x + u];
+      square += squares[x + u];
+      moment += down[x + u];
+      across += sums[x + u] * (u - kOwnTextureRadius);
+    }
+    const double s = sum, a = across, d = moment;
+    const double residual = kSpread * static_cast<double>(square) - kSpread / kCount * (s * s) - a * a - d * d;
+    variances[x] = static_cast<float>(residual / (static_cast<double>(kCount) * kSpread) / kSquaredSums);
+  }
+}
+
+// Of row y, around each pixel; at the border of the nearest square.
+void FindVarianceRow(const Array2D<std::uint16_t>& sums, int y, float* variances) {
+  const int width = sums.width(), y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
+  const std::uint16_t* rows[kSide];
+  for (int v = 0; v < kSide; ++v) rows[v] = &sums(0, y0 + v);
+  std::vector<std::int32_t> columns(width), squares(width), down(width);
+  SumColumns(rows, width, columns.data(), squares.data(), down.data());
+  const int count = width - kSide + 1;
+  FindVariances(columns.data(), squares.data(), down.data(), count, variances + kOwnTextureRadius);
+  std::fill(variances, variances + kOwnTextureRadius, variances[kOwnTextureRadius]);
+  std::fill(variances + kOwnTextureRadius + count, variances + width, variances[kOwnTextureRadius + count - 1]);
 }
 
 // Of the block of pixels from (x0, y0) on.
@@ -70,12 +96,7 @@ OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, in
     return texture;
   }
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
-  constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
-  tbb::parallel_for(0, image.height(), [&](int y) {
-    for (int x = 0; x < image.width(); ++x) {
-      texture.variance(x, y) = static_cast<float>(SumsVariance(sums, x, y) / kSquaredSums);
-    }
-  });
+  tbb::parallel_for(0, image.height(), [&](int y) { FindVarianceRow(sums, y, &texture.variance(0, y)); });
   const auto least =
       static_cast<float>(scale * std::max(kMinOwnVariance, NoiseVariance(image, texture.variance, noise)));
   const Mask is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });

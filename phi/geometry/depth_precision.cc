@@ -4,6 +4,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/base/wide_vectors.h"
+
 namespace phi {
 
 DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources)
@@ -31,6 +33,17 @@ inline Motion MotionIn(const RelativeView& view, float u, float v, float w) {
   return {du * du + dv * dv, is_seen};
 }
 
+// Adds what a view tells of the pixels of row v.
+PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, float v, const float* inverse_depths, int width, float* squares,
+                                 float* num_seeing) {
+  const RelativeView own = view;
+  for (int x = 0; x < width; ++x) {
+    const Motion motion = MotionIn(own, static_cast<float>(x) + 0.5f, v, inverse_depths[x]);
+    squares[x] += motion.is_seen ? motion.squared : 0.0f;
+    num_seeing[x] += motion.is_seen ? 1.0f : 0.0f;
+  }
+}
+
 float DeviationOf(float squares, float num_seeing) {
   return squares > 0 ? kMatchDeviation / std::sqrt(squares / num_seeing) : 0;
 }
@@ -55,15 +68,8 @@ Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map) const {
     const int width = map.width();
     std::vector<float> inverse_depths(width), squares(width, 0), num_seeing(width, 0);
     for (int x = 0; x < width; ++x) inverse_depths[x] = 1 / map(x, y).depth;
-    const float *w = inverse_depths.data(), v = static_cast<float>(y) + 0.5f;
-    float *sum = squares.data(), *count = num_seeing.data();
     for (const RelativeView& source : sources_) {
-      const RelativeView view = source;
-      for (int x = 0; x < width; ++x) {
-        const Motion motion = MotionIn(view, static_cast<float>(x) + 0.5f, v, w[x]);
-        sum[x] += motion.is_seen ? motion.squared : 0.0f;
-        count[x] += motion.is_seen ? 1.0f : 0.0f;
-      }
+      AddMotions(source, static_cast<float>(y) + 0.5f, inverse_depths.data(), width, squares.data(), num_seeing.data());
     }
     for (int x = 0; x < width; ++x)
       deviations(x, y) = map(x, y).depth > 0 ? DeviationOf(squares[x], num_seeing[x]) : 0.0f;

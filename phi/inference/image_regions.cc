@@ -3,6 +3,7 @@
 #include "phi/inference/image_regions.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "phi/base/image_noise.h"
 #include "phi/base/join_squares.h"
 #include "phi/base/whole_array.h"
+#include "phi/base/wide_vectors.h"
 
 namespace phi {
 namespace {
@@ -30,20 +32,31 @@ constexpr std::int32_t kNoRegion = -1;
 
 using BrightnessSums = Array2D<std::uint16_t>;
 
-// Where no step of brightness leads to a neighbour, in row y.
+// Whether no step of brightness leads from value x of a row to any of its neighbours, for those from `begin` to before `end`, which have
+// one on either side.
+PHI_WIDE_VECTORS void FindEvenBetween(const std::uint16_t* above, const std::uint16_t* row, const std::uint16_t* below,
+                                      int max_step, int begin, int end, std::uint8_t* even) {
+  for (int x = begin; x < end; ++x) {
+    const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
+    // No short circuit, so that the loop becomes vector instructions.
+    const bool all = alike(above[x]) & alike(below[x]) & alike(row[x - 1]) & alike(row[x + 1]);
+    even[x] = all ? 255 : 0;
+  }
+}
+
+// The same of all of row y.
 void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* even) {
   const int width = sums.width();
   const std::uint16_t* row = &sums(0, y);
   const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
                       *below = y + 1 < sums.height() ? &sums(0, y + 1) : row;
-  const auto find = [&](int x, int left, int right) {
-    const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
-    // No short circuit, so that the loop becomes vector instructions.
-    const bool all = alike(above[x]) & alike(below[x]) & alike(row[left]) & alike(row[right]);
+  FindEvenBetween(above, row, below, max_step, 1, width - 1, even);
+  for (const int x : {0, width - 1}) {
+    const int left = std::max(x - 1, 0), right = std::min(x + 1, width - 1);
+    bool all = true;
+    for (const int other : {above[x], below[x], row[left], row[right]}) all = all && std::abs(row[x] - other) <= max_step;
     even[x] = all ? 255 : 0;
-  };
-  for (int x = 1; x + 1 < width; ++x) find(x, x - 1, x + 1);
-  for (const int x : {0, width - 1}) find(x, std::max(x - 1, 0), std::min(x + 1, width - 1));
+  }
 }
 
 // Where all pixels up to `margin` away are even.
@@ -187,29 +200,67 @@ BrightnessSums SumsInside(const BrightnessSums& sums, const Mask& inside) {
   return result;
 }
 
-// For each pixel of row y, which of those at most `reach` away and inside a region is most alike: the place in the square around it,
-// row by row; kNone where there is none. A loop over the row for each place, which becomes vector instructions.
-constexpr std::uint16_t kNone = 65535;
+// Takes `place` for those of `size` pixels that are more like `other` than like what they were most alike so far.
+PHI_WIDE_VECTORS void TakeMoreAlike(const std::uint16_t* own, const std::uint16_t* other, int size, std::uint16_t place,
+                                    std::uint16_t* least, std::uint16_t* best) {
+  for (int x = 0; x < size; ++x) {
+    const std::uint16_t difference = other[x] > own[x] ? other[x] - own[x] : own[x] - other[x];
+    const bool is_best = difference < least[x];
+    least[x] = is_best ? difference : least[x];
+    best[x] = is_best ? place : best[x];
+  }
+}
 
-std::vector<std::uint16_t> MostAlike(const BrightnessSums& sums, const BrightnessSums& sums_inside, int reach, int y) {
-  const int width = sums.width(), side = 2 * reach + 1;
-  std::vector<std::uint16_t> best(width, kNone), least(width, kUnlike);
-  const std::uint16_t* own = &sums(0, y);
+// Segments of rows in which nothing, or all, lies inside a region are passed over: most of a textured image, most of a wall.
+constexpr int kSegment = 128;  // pixels
+
+struct Segments {
+  Mask has_inside, has_outside;  // of segment (column, y)
+
+  explicit Segments(const Mask& inside)
+      : has_inside((inside.width() + kSegment - 1) / kSegment, inside.height()),
+        has_outside(has_inside.width(), inside.height()) {
+    tbb::parallel_for(0, inside.height(), [&](int y) {
+      for (int x = 0; x < inside.width(); ++x) {
+        (inside(x, y) != 0 ? has_inside : has_outside)(x / kSegment, y) = 255;
+      }
+    });
+  }
+
+  // Whether any is inside up to `reach` pixels from a segment of row y; reach is below kSegment.
+  bool HasInsideNear(int column, int y, int reach) const {
+    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, has_inside.height() - 1); ++v) {
+      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, has_inside.width() - 1); ++c) {
+        if (has_inside(c, v) != 0) return true;
+      }
+    }
+    return false;
+  }
+};
+
+// Gives the pixels of a segment of row y that are inside no region the region of the most alike of those at most `reach` away that are
+// inside one; the first in the square around the pixel, row by row.
+void ExtendRegions(const BrightnessSums& sums, const BrightnessSums& sums_inside, const Mask& inside, int reach, int column,
+                   int y, Array2D<std::int32_t>* region) {
+  constexpr std::uint16_t kNone = 65535;
+  const int begin = column * kSegment, end = std::min(begin + kSegment, sums.width()), side = 2 * reach + 1;
+  std::array<std::uint16_t, kSegment> best, least;
+  best.fill(kNone);
+  least.fill(kUnlike);
   for (int v = std::max(y - reach, 0); v <= std::min(y + reach, sums.height() - 1); ++v) {
     for (int du = -reach; du <= reach; ++du) {
       const auto place = static_cast<std::uint16_t>((v - y + reach) * side + du + reach);
-      const std::uint16_t* other = &sums_inside(0, v) + du;
-      std::uint16_t *best_place = best.data(), *least_difference = least.data();
-      const int end = std::min(width, width - du);
-      for (int x = std::max(0, -du); x < end; ++x) {
-        const std::uint16_t difference = other[x] > own[x] ? other[x] - own[x] : own[x] - other[x];
-        const bool is_best = difference < least_difference[x];
-        least_difference[x] = is_best ? difference : least_difference[x];
-        best_place[x] = is_best ? place : best_place[x];
+      const int first = std::max(begin, -du), last = std::min(end, sums.width() - du);
+      if (first < last) {
+        TakeMoreAlike(&sums(first, y), &sums_inside(first + du, v), last - first, place, &least[first - begin],
+                      &best[first - begin]);
       }
     }
   }
-  return best;
+  for (int x = begin; x < end; ++x) {
+    const int place = best[x - begin];
+    if (inside(x, y) == 0 && place != kNone) (*region)(x, y) = (*region)(x + place % side - reach, y + place / side - reach);
+  }
 }
 
 }  // namespace
@@ -229,12 +280,11 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
     for (int x = 0; x < width; ++x) regions.region(x, y) = ~regions.region(x, y);
   });
   const BrightnessSums sums_inside = SumsInside(sums, inside);
-  const int side = 2 * reach + 1;
+  const Segments segments(inside);
   tbb::parallel_for(0, height, [&](int y) {
-    const std::vector<std::uint16_t> best = MostAlike(sums, sums_inside, reach, y);
-    for (int x = 0; x < width; ++x) {
-      if (inside(x, y) != 0 || best[x] == kNone) continue;
-      regions.region(x, y) = regions.region(x + best[x] % side - reach, y + best[x] / side - reach);
+    for (int column = 0; column < segments.has_inside.width(); ++column) {
+      if (segments.has_outside(column, y) == 0 || !segments.HasInsideNear(column, y, reach)) continue;
+      ExtendRegions(sums, sums_inside, inside, reach, column, y, &regions.region);
     }
   });
   return regions;

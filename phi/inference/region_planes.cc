@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include <tbb/parallel_for.h>
@@ -12,6 +13,7 @@
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
+#include "phi/base/wide_vectors.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/plane_choice.h"
@@ -136,22 +138,50 @@ const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
   return next == points.end() ? points.front() : *next;
 }
 
-// Of the first points; stops where they cannot be more than `needed`.
-std::size_t CountInliers(const std::vector<Point>& points, std::size_t num_points, const RegionPlane& plane,
-                         std::size_t needed) {
-  constexpr std::size_t kBatch = 128;
-  std::size_t count = 0;
-  for (std::size_t begin = 0; begin < num_points && count + num_points - begin > needed; begin += kBatch) {
-    const std::size_t end = std::min(begin + kBatch, num_points);
-    for (std::size_t i = begin; i < end; ++i) count += IsOn(plane, points[i]);
+// The points that draws are scored on, a value after the other: loops over them become vector instructions.
+class ScoredPoints {
+ public:
+  explicit ScoredPoints(std::span<const Point> points) {
+    for (const Point& p : points) {
+      x_.push_back(p.x);
+      y_.push_back(p.y);
+      w_.push_back(p.w);
+      tolerance_.push_back(p.tolerance);
+    }
   }
-  return count;
-}
+
+  std::size_t size() const { return x_.size(); }
+
+  // Those on the plane; stops where they cannot be more than `needed`.
+  std::size_t CountInliers(const ImagePlane& plane, std::size_t needed) const {
+    constexpr std::size_t kBatch = 128;
+    std::size_t count = 0;
+    for (std::size_t begin = 0; begin < size() && count + size() - begin > needed; begin += kBatch) {
+      count += static_cast<std::size_t>(Count(plane, begin, std::min(begin + kBatch, size())));
+    }
+    return count;
+  }
+
+ private:
+  struct PlacedPoint {
+    double x, y, w, tolerance;
+  };
+
+  PHI_WIDE_VECTORS std::int64_t Count(const ImagePlane& plane, std::size_t begin, std::size_t end) const {
+    const ImagePlane own = plane;
+    const double *x = x_.data(), *y = y_.data(), *w = w_.data(), *tolerance = tolerance_.data();
+    std::int64_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += IsOn(own, PlacedPoint{x[i], y[i], w[i], tolerance[i]}) ? 1 : 0;
+    return count;
+  }
+
+  std::vector<double> x_, y_, w_, tolerance_;
+};
 
 // The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
 bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey key, std::uint64_t region,
               std::uint32_t round, RegionPlane* best) {
-  const std::size_t num_scored = std::min(points.size(), kMaxScored);
+  const ScoredPoints scored{std::span<const Point>(points).first(std::min(points.size(), kMaxScored))};
   std::size_t best_count = 0;
   int num_draws = limits.max_draws;
   for (int draw = 0; draw < num_draws; ++draw) {
@@ -161,13 +191,13 @@ bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey 
                       PointAt(points, random.v[2]), kMinTriangle, &plane)) {
       continue;
     }
-    const std::size_t count = CountInliers(points, num_scored, plane, best_count);
+    const std::size_t count = scored.CountInliers(plane, best_count);
     if (count <= best_count) continue;
     best_count = count;
     *best = plane;
-    num_draws = NumDraws(static_cast<double>(count) / num_scored, limits.max_draws);
+    num_draws = NumDraws(static_cast<double>(count) / static_cast<double>(scored.size()), limits.max_draws);
   }
-  if (best_count < limits.min_share * num_scored) return false;
+  if (static_cast<double>(best_count) < limits.min_share * static_cast<double>(scored.size())) return false;
   return Refine(limits, points, best) && Refine(limits, points, best);
 }
 

@@ -55,7 +55,7 @@ void NeighborCounts(benchmark::State& state) {
   const phi::PlaneMap planes = NoisyPlane();
   for (auto _ : state) {
     phi::ForNeighborCounts(kRays, planes, precision.RelativeDeviations(planes), 1,
-                           [](int, const phi::NeighborCounts& counts) { benchmark::DoNotOptimize(counts.agreeing.data()); });
+                           [](int, const std::vector<std::int32_t>& counts) { benchmark::DoNotOptimize(counts.data()); });
   }
 }
 BENCHMARK(NeighborCounts)->Unit(benchmark::kMillisecond);

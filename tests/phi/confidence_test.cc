@@ -35,7 +35,7 @@ ConfidenceTerms TermsAt(const PlaneMap& estimate, const Array2D<Testimonies>& te
   const Array2D<float> deviations = kPrecision.RelativeDeviations(estimate),
                        own_variance = FindOwnTexture(Bowl(), noise).variance;
   const ConfidenceInput input{kRays, estimate, testimonies, deviations, own_variance, noise};
-  ForConfidenceTerms(input, [&](int u, int v, const ConfidenceTerms& terms) {
+  ForConfidenceTerms(input, [](int, int) { return true; }, [&](int u, int v, const ConfidenceTerms& terms) {
     ++num_told;
     if (u == x && v == y) found = terms;
   });

@@ -2,7 +2,9 @@
 // plane's depth changes by up to a fifth from pixel to pixel. Expected values come from the plane's equation.
 #include "phi/filtering/neighbor_planes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -24,30 +26,30 @@ PlaneMap Plane(const Vec3f& n, double offset) {
   return map;
 }
 
-struct Counts {
-  Array2D<int> asked{kSide, kSide}, agreeing{kSide, kSide};
-};
-
-// `deviation`: what matching can tell of every depth, relative.
-Counts Count(const PlaneMap& map, int spacing = 1, float deviation = 0) {
-  Counts result;
-  ForNeighborCounts(kRays, map, Array2D<float>(kSide, kSide, deviation), spacing, [&](int y, const NeighborCounts& counts) {
-    for (int x = 0; x < kSide; ++x) result.asked(x, y) = counts.asked[x], result.agreeing(x, y) = counts.agreeing[x];
-  });
+// How many neighbours of each pixel agree. `deviation`: what matching can tell of every depth, relative.
+Array2D<int> Count(const PlaneMap& map, int spacing = 1, float deviation = 0) {
+  Array2D<int> result(kSide, kSide);
+  ForNeighborCounts(kRays, map, Array2D<float>(kSide, kSide, deviation), spacing,
+                    [&](int y, const std::vector<std::int32_t>& counts) {
+                      for (int x = 0; x < kSide; ++x) result(x, y) = counts[x];
+                    });
   return result;
 }
+
+// Pixels on one axis up to two away that lie in the map, the pixel among them.
+int NumBeside(int x) { return std::min(x + 2, kSide - 1) - std::max(x - 2, 0) + 1; }
 
 // The steepest pixels see their plane at 82 degrees from its normal.
 TEST(NeighborPlanes, AllAgreeOnASlantedPlane) {
   for (const Vec3f n : {Vec3f{0.83f, 0, -0.5577634f}, Vec3f{0, 0.83f, -0.5577634f}, Vec3f{-0.83f, 0, -0.5577634f},
                         Vec3f{0, -0.83f, -0.5577634f}}) {
-    const Counts counts = Count(Plane(n, -2));
+    const Array2D<int> counts = Count(Plane(n, -2));
     for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) ASSERT_EQ(counts.agreeing(x, y), counts.asked(x, y)) << x << ", " << y;
+      for (int x = 0; x < kSide; ++x) ASSERT_EQ(counts(x, y), NumBeside(x) * NumBeside(y) - 1) << x << ", " << y;
     }
-    EXPECT_EQ(counts.asked(10, 10), kNumNeighbors);
-    EXPECT_EQ(counts.asked(0, 0), 8);
-    EXPECT_EQ(counts.asked(20, 10), 14);
+    EXPECT_EQ(counts(10, 10), kNumNeighbors);
+    EXPECT_EQ(counts(0, 0), 8);
+    EXPECT_EQ(counts(20, 10), 14);
   }
 }
 
@@ -60,7 +62,7 @@ TEST(NeighborPlanes, TheLimitIsAShareOfTheDepthOrWhatMatchingCanTell) {
       for (const float error : {-0.93f * limit, 0.93f * limit, -1.07f * limit, 1.07f * limit}) {
         PlaneMap map = Plane(n, -2);
         map(x, 9).depth *= 1 + error;
-        EXPECT_EQ(Count(map, 1, deviation).agreeing(x, 9), std::abs(error) < limit ? kNumNeighbors : 0) << x << ", " << error;
+        EXPECT_EQ(Count(map, 1, deviation)(x, 9), std::abs(error) < limit ? kNumNeighbors : 0) << x << ", " << error;
       }
     }
   }
@@ -70,17 +72,16 @@ TEST(NeighborPlanes, TheLimitIsAShareOfTheDepthOrWhatMatchingCanTell) {
 TEST(NeighborPlanes, APlaneCountsAndNotItsDepthAlone) {
   PlaneMap map = Plane({0, 0, -1}, -3);
   map(10, 10).normal = {0.6f, 0, -0.8f};
-  const Counts counts = Count(map);
-  EXPECT_EQ(counts.agreeing(10, 10), kNumNeighbors);
-  EXPECT_EQ(counts.agreeing(11, 10), kNumNeighbors - 1);
-  EXPECT_EQ(counts.asked(11, 10), kNumNeighbors);
+  const Array2D<int> counts = Count(map);
+  EXPECT_EQ(counts(10, 10), kNumNeighbors);
+  EXPECT_EQ(counts(11, 10), kNumNeighbors - 1);
 }
 
 TEST(NeighborPlanes, TheSpacingSaysWhichPixelsAreAsked) {
   PlaneMap map = Plane({0, 0, -1}, -3);
   for (const int x : {7, 4}) map(x, 10).depth = 0;
-  EXPECT_EQ(Count(map, 3).asked(10, 10), kNumNeighbors - 2);
-  EXPECT_EQ(Count(map, 1).asked(10, 10), kNumNeighbors);
+  EXPECT_EQ(Count(map, 3)(10, 10), kNumNeighbors - 2);
+  EXPECT_EQ(Count(map, 1)(10, 10), kNumNeighbors);
 }
 
 }  // namespace

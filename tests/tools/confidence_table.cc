@@ -82,8 +82,8 @@ class Table {
     const phi::Array2D<float> deviations = precision.RelativeDeviations(estimate);
     const phi::OwnTexture texture = phi::FindOwnTexture(*photo, noise);
     phi::ForConfidenceTerms({precision.reference(), estimate, filtered.testimonies, deviations, texture.variance, noise},
+                            [](int x, int y) { return x % kStride == 0 && y % kStride == 0; },
                             [&](int x, int y, const phi::ConfidenceTerms& terms) {
-                              if (x % kStride != 0 || y % kStride != 0) return;
                               const int u = static_cast<int>((x + 0.5) * scale), v = static_cast<int>((y + 0.5) * scale);
                               if (u >= truth.width() || v >= truth.height()) return;
                               const float z = truth(u, v), depth = estimate(x, y).depth;

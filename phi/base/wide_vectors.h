@@ -1,0 +1,11 @@
+// For functions whose loops the compiler turns into vector instructions: compiled twice, for any processor and for one that
+// has AVX2, and chosen when the program starts. Both give the same bits: nothing is fused or reordered (-ffp-contract=off). The
+// sanitizers cannot start a program that chooses so.
+#pragma once
+
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define PHI_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define PHI_WIDE_VECTORS
+#endif
