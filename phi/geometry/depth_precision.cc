@@ -33,14 +33,14 @@ inline Motion MotionIn(const RelativeView& view, float u, float v, float w) {
   return {du * du + dv * dv, is_seen};
 }
 
-// Adds what a view tells of the pixels of row v.
-PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, float v, const float* inverse_depths, int width, float* squares,
-                                 float* num_seeing) {
+// Adds what a view tells of the points.
+PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, const float* u, const float* v, const float* inverse_depths,
+                                 std::size_t size, float* squares, float* num_seeing) {
   const RelativeView own = view;
-  for (int x = 0; x < width; ++x) {
-    const Motion motion = MotionIn(own, static_cast<float>(x) + 0.5f, v, inverse_depths[x]);
-    squares[x] += motion.is_seen ? motion.squared : 0.0f;
-    num_seeing[x] += motion.is_seen ? 1.0f : 0.0f;
+  for (std::size_t i = 0; i < size; ++i) {
+    const Motion motion = MotionIn(own, u[i], v[i], inverse_depths[i]);
+    squares[i] += motion.is_seen ? motion.squared : 0.0f;
+    num_seeing[i] += motion.is_seen ? 1.0f : 0.0f;
   }
 }
 
@@ -62,17 +62,30 @@ float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {
   return DeviationOf(squares, num_seeing);
 }
 
+void DepthPrecision::FindRelativeDeviations(const float* u, const float* v, const float* depth, std::size_t size,
+                                            float* deviations) const {
+  std::vector<float> inverse_depths(size), squares(size, 0), num_seeing(size, 0);
+  for (std::size_t i = 0; i < size; ++i) inverse_depths[i] = 1 / depth[i];
+  for (const RelativeView& source : sources_) {
+    AddMotions(source, u, v, inverse_depths.data(), size, squares.data(), num_seeing.data());
+  }
+  for (std::size_t i = 0; i < size; ++i) deviations[i] = DeviationOf(squares[i], num_seeing[i]);
+}
+
 Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map) const {
   auto deviations = Array2D<float>::Uninitialized(map.width(), map.height());
   tbb::parallel_for(0, map.height(), [&](int y) {
     const int width = map.width();
-    std::vector<float> inverse_depths(width), squares(width, 0), num_seeing(width, 0);
-    for (int x = 0; x < width; ++x) inverse_depths[x] = 1 / map(x, y).depth;
-    for (const RelativeView& source : sources_) {
-      AddMotions(source, static_cast<float>(y) + 0.5f, inverse_depths.data(), width, squares.data(), num_seeing.data());
+    std::vector<float> u(width), depth(width);
+    const std::vector<float> v(width, static_cast<float>(y) + 0.5f);
+    for (int x = 0; x < width; ++x) {
+      u[x] = static_cast<float>(x) + 0.5f;
+      depth[x] = map(x, y).depth;
     }
-    for (int x = 0; x < width; ++x)
-      deviations(x, y) = map(x, y).depth > 0 ? DeviationOf(squares[x], num_seeing[x]) : 0.0f;
+    FindRelativeDeviations(u.data(), v.data(), depth.data(), static_cast<std::size_t>(width), &deviations(0, y));
+    for (int x = 0; x < width; ++x) {
+      if (!(depth[x] > 0)) deviations(x, y) = 0;
+    }
   });
   return deviations;
 }

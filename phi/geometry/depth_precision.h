@@ -1,6 +1,7 @@
 // How precisely matching can tell a depth: a fraction of a pixel in the source views, carried back to the reference's ray.
 #pragma once
 
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,8 @@ class DepthPrecision {
   // view tells it: a typical one of those whose images contain the point, by the root mean square of how far the point
   // moves in them when its depth changes.
   float RelativeDeviation(float u, float v, float depth) const;
+  // The same of `size` points.
+  void FindRelativeDeviations(const float* u, const float* v, const float* depth, std::size_t size, float* deviations) const;
   // Of each pixel of a map of the reference; 0 where it has no depth.
   Array2D<float> RelativeDeviations(const PlaneMap& map) const;
 

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <utility>
-
-#include <tbb/parallel_sort.h>
 
 namespace phi {
 namespace {
@@ -37,24 +36,71 @@ int RowOf(std::uint64_t key) {
   return static_cast<int>(static_cast<std::int64_t>(key >> kKeyBits & ((1u << kKeyBits) - 1)) - kKeyOffset);
 }
 
+// A point's cell, and its place in the list.
+using KeyedPoint = std::pair<std::uint64_t, std::uint32_t>;
+
+// By key, then place: whatever the order before. Points go to their columns and rows first, then only a few are to be sorted.
+void SortByKey(std::vector<KeyedPoint>* points) {
+  if (points->empty()) return;
+  int first_column = ColumnOf(points->front().first), last_column = first_column;
+  int first_row = RowOf(points->front().first), last_row = first_row;
+  for (const auto& [key, place] : *points) {
+    first_column = std::min(first_column, ColumnOf(key)), last_column = std::max(last_column, ColumnOf(key));
+    first_row = std::min(first_row, RowOf(key)), last_row = std::max(last_row, RowOf(key));
+  }
+  const std::int64_t num_rows = std::int64_t{last_row} - first_row + 1;
+  const std::int64_t num_buckets = (std::int64_t{last_column} - first_column + 1) * num_rows;
+  constexpr std::int64_t kMaxBucketsPerPoint = 16;
+  if (num_buckets > kMaxBucketsPerPoint * std::ssize(*points)) {
+    std::sort(points->begin(), points->end());
+    return;
+  }
+  const auto bucket = [&](std::uint64_t key) {
+    return static_cast<std::size_t>((ColumnOf(key) - first_column) * num_rows + RowOf(key) - first_row);
+  };
+  std::vector<std::uint32_t> next(static_cast<std::size_t>(num_buckets) + 1, 0);  // place for a bucket's next point
+  for (const auto& [key, place] : *points) ++next[bucket(key) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<KeyedPoint> sorted(points->size());
+  for (const KeyedPoint& point : *points) sorted[next[bucket(point.first)]++] = point;
+  // Now next[b] is where bucket b ends.
+  for (std::size_t b = 0, begin = 0; b + 1 < next.size(); begin = next[b++]) {
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin), sorted.begin() + next[b]);
+  }
+  points->swap(sorted);
+}
+
 }  // namespace
 
 double AnchorTolerance::At(float x, float y, float w) const {
   return std::max(share, deviations * precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w)) * w;
 }
 
+std::vector<double> AnchorTolerance::At(std::span<const float> x, std::span<const float> y,
+                                        std::span<const float> w) const {
+  std::vector<float> u(x.size()), v(x.size()), depth(x.size()), deviation(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    u[i] = x[i] + 0.5f;
+    v[i] = y[i] + 0.5f;
+    depth[i] = 1 / w[i];
+  }
+  precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), x.size(), deviation.data());
+  std::vector<double> tolerances(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) tolerances[i] = std::max(share, deviations * deviation[i]) * w[i];
+  return tolerances;
+}
+
 float CellSide(int image_width) { return std::max(kMinSide, static_cast<float>(image_width) / kCellsAcross); }
 
 std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, float side, int min_points,
                                         const AnchorTolerance& tolerance) {
-  // With the point's place: the same sums whatever the sort does.
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+  std::vector<KeyedPoint> order;
   order.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     // Another program's map may hold a depth whose inverse is beyond numbers.
     if (std::isnormal(points[i].w)) order.emplace_back(KeyOf(points[i], side), static_cast<std::uint32_t>(i));
   }
-  tbb::parallel_sort(order.begin(), order.end());
+  SortByKey(&order);
   std::vector<AnchorCell> cells;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     const std::uint64_t key = order[begin].first;

@@ -1,6 +1,7 @@
 // Anchors gathered in cells of the image and of depth, so that a spot counts once however many pixels measured it.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "phi/geometry/depth_precision.h"
@@ -16,6 +17,8 @@ struct AnchorTolerance {
 
   // Of inverse depth w at array indices (x, y).
   double At(float x, float y, float w) const;
+  // The same of many places.
+  std::vector<double> At(std::span<const float> x, std::span<const float> y, std::span<const float> w) const;
   // Whether `off` is at most that; mostly the share alone says so.
   bool Contains(float x, float y, float w, double off) const { return off <= share * w || off <= At(x, y, w); }
 };

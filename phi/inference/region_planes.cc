@@ -131,11 +131,13 @@ int NumDraws(double inlier_share, int most) {
   return draws < most ? static_cast<int>(std::ceil(draws)) : most;
 }
 
-// The point whose hash is the next from `word` on. Points by ascending hash.
+// The point whose hash is the next from `word` on. Points by ascending hash, which is uniform: it lies near where it would be if
+// they were evenly spaced.
 const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
-  const auto next = std::lower_bound(points.begin(), points.end(), word,
-                                     [](const Point& p, std::uint32_t hash) { return p.hash < hash; });
-  return next == points.end() ? points.front() : *next;
+  std::size_t next = static_cast<std::size_t>(std::uint64_t{word} * points.size() >> 32);
+  while (next > 0 && points[next - 1].hash >= word) --next;
+  while (next < points.size() && points[next].hash < word) ++next;
+  return next == points.size() ? points.front() : points[next];
 }
 
 // The points that draws are scored on, a value after the other: loops over them become vector instructions.
@@ -266,19 +268,26 @@ std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts
   return list;
 }
 
-Point MakePoint(const AnchorTolerance& tolerance, float x, float y, float w, std::uint32_t hash) {
-  return {x, y, w, tolerance.At(x, y, w), hash};
-}
-
-Point MeasuredPoint(const AnchorTolerance& tolerance, ArrayView2D<const float> anchors, std::int32_t pixel) {
+// Without its tolerance.
+Point MeasuredPoint(ArrayView2D<const float> anchors, std::int32_t pixel) {
   const int x = pixel % anchors.width, y = pixel / anchors.width;
-  return MakePoint(tolerance, static_cast<float>(x), static_cast<float>(y), anchors(x, y),
-                   PixelHash(PixelHash(pixel)));
+  return {static_cast<float>(x), static_cast<float>(y), anchors(x, y), 0, PixelHash(PixelHash(pixel))};
 }
 
-// Another view measured it, about as precisely as this one would.
-Point PooledPoint(const AnchorTolerance& tolerance, const PooledAnchor& anchor) {
-  return MakePoint(tolerance, anchor.x, anchor.y, anchor.inverse_depth, PixelHash(anchor.hash));
+// The same of what another view measured, about as precisely as this one would.
+Point PooledPoint(const PooledAnchor& anchor) {
+  return {anchor.x, anchor.y, anchor.inverse_depth, 0, PixelHash(anchor.hash)};
+}
+
+void SetTolerances(const AnchorTolerance& tolerance, std::vector<Point>* points) {
+  std::vector<float> x, y, w;
+  for (const Point& p : *points) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+    w.push_back(static_cast<float>(p.w));
+  }
+  const std::vector<double> found = tolerance.At(x, y, w);
+  for (std::size_t i = 0; i < found.size(); ++i) (*points)[i].tolerance = found[i];
 }
 
 std::vector<AnchorCell> CellsOf(const std::vector<Point>& points, float side, int min_points,
@@ -398,9 +407,9 @@ RegionPlanes::RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchor
     std::vector<Point> points;
     points.reserve(own.num_members);
     for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(tolerance, anchors, *member)
-                                    : PooledPoint(tolerance, pooled[~*member]));
+      points.push_back(*member >= 0 ? MeasuredPoint(anchors, *member) : PooledPoint(pooled[~*member]));
     }
+    SetTolerances(tolerance, &points);
     points = Sorted(points);  // threads found them in any order
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region));
     cells_[k] = CellsOf(points, side, min_cell_points, tolerance);
