@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "phi/base/wide_vectors.h"
 #include "phi/matching/matching_window.h"
 
 namespace phi {
@@ -51,7 +52,7 @@ void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
   }
 }
 
-void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y,
+PHI_WIDE_VECTORS void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y,
                                   Scratch* scratch) const {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = inverse_depth(x, y);
@@ -62,7 +63,7 @@ void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x,
 }
 
 // Writes the samples' source coordinates, as array coordinates; false when one falls outside.
-bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
+PHI_WIDE_VECTORS bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
   const Vec3f center = view.a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
   const float* a = view.a.m;
   const float max_x = static_cast<float>(view.source.width - 1),
@@ -85,7 +86,7 @@ bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Sc
   return outside == 0;
 }
 
-float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
+PHI_WIDE_VECTORS float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
   if (!ProjectWindow(views_[view], x, y, scratch)) return kMaxCost;
   const GraySampler& source = sources_[view];
   const int n = parameters_.window.NumSamples();
