@@ -15,6 +15,7 @@
 
 #include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
+#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
@@ -114,32 +115,44 @@ float SignOf(float v) { return v >= 0 ? 1.0f : -1.0f; }
 // As std::lround, without a call.
 int Rounded(float v) { return static_cast<int>(static_cast<double>(v) + (v >= 0 ? 0.5 : -0.5)); }
 
+// Without branches, so that a loop over normals becomes vector instructions.
 NormalCode CodeOf(phi::Vec3f n) {
   const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-  if (!(sum > 0) || !std::isfinite(sum)) return {};
-  float x = n.x / sum, y = n.y / sum;
-  if (n.z > 0) {
-    const float folded = (1 - std::abs(y)) * SignOf(x);
-    y = (1 - std::abs(x)) * SignOf(y);
-    x = folded;
-  }
-  int column = Rounded(x * kHalf), row = Rounded(y * kHalf);
+  const bool is_normal = (sum > 0) & (sum <= std::numeric_limits<float>::max());
+  const float divisor = is_normal ? sum : 1.0f;
+  const float x = is_normal ? n.x / divisor : 0.0f, y = is_normal ? n.y / divisor : 0.0f;
+  const bool is_folded = is_normal & (n.z > 0);
+  const float u = is_folded ? (1 - std::abs(y)) * SignOf(x) : x, v = is_folded ? (1 - std::abs(x)) * SignOf(y) : y;
+  int column = Rounded(u * kHalf), row = Rounded(v * kHalf);
   // Each point of the square's rim has a twin that is the same direction.
-  if (std::abs(row) == kHalf) column = std::abs(column);
-  if (std::abs(column) == kHalf) row = std::abs(row);
+  column = std::abs(row) == kHalf ? std::abs(column) : column;
+  row = std::abs(column) == kHalf ? std::abs(row) : row;
   return {static_cast<std::uint32_t>(column + kHalf), static_cast<std::uint32_t>(row + kHalf)};
 }
 
 phi::Vec3f NormalOf(NormalCode code) {
-  float x = static_cast<float>(static_cast<int>(code.x) - kHalf) / kHalf;
-  float y = static_cast<float>(static_cast<int>(code.y) - kHalf) / kHalf;
+  const float x = static_cast<float>(static_cast<int>(code.x) - kHalf) / kHalf;
+  const float y = static_cast<float>(static_cast<int>(code.y) - kHalf) / kHalf;
   const float z = 1 - std::abs(x) - std::abs(y);
-  if (z < 0) {
-    const float folded = (1 - std::abs(y)) * SignOf(x);
-    y = (1 - std::abs(x)) * SignOf(y);
-    x = folded;
+  const float u = z < 0 ? (1 - std::abs(y)) * SignOf(x) : x, v = z < 0 ? (1 - std::abs(x)) * SignOf(y) : y;
+  return phi::Normalized({u, v, -z});
+}
+
+// Coordinates of a row's normals, one after the other.
+struct NormalRow {
+  std::vector<float> x, y, z;
+
+  explicit NormalRow(int width)
+      : x(static_cast<std::size_t>(width)), y(static_cast<std::size_t>(width)), z(static_cast<std::size_t>(width)) {}
+};
+
+PHI_WIDE_VECTORS void RoundNormals(float* x, float* y, float* z, int width) {
+  for (int i = 0; i < width; ++i) {
+    const phi::Vec3f rounded = NormalOf(CodeOf({x[i], y[i], z[i]}));
+    x[i] = rounded.x;
+    y[i] = rounded.y;
+    z[i] = rounded.z;
   }
-  return phi::Normalized({x, y, -z});
 }
 
 [[noreturn]] void ThrowDamaged(const std::string& whose) {
@@ -239,13 +252,26 @@ std::vector<BlockScale> ScalesOf(const phi::MeasurementMap& map, const Grid& gri
 phi::MeasurementMap RoundToCompact(const phi::MeasurementMap& map) {
   const Grid grid{map.width(), map.height()};
   const std::vector<BlockScale> scales = ScalesOf(map, grid);
-  phi::MeasurementMap rounded{phi::PlaneMap(map.width(), map.height()), {}};
+  phi::MeasurementMap rounded{phi::PlaneMap::Uninitialized(map.width(), map.height()), {}};
   if (!map.states.empty()) rounded.states = phi::StateMap(map.width(), map.height());
-  grid.ForPixels([&](std::size_t b, std::size_t i) {
-    if (!HasDepth(map, i)) return;
-    const phi::PlaneHypothesis& plane = map.planes.data()[i];
-    rounded.planes.data()[i] = {NormalOf(CodeOf(plane.normal)), DepthAt(scales[b], StepOf(scales[b], BitsOf(plane.depth)))};
-    if (!map.states.empty()) rounded.states.data()[i] = map.states.data()[i];
+  tbb::parallel_for(0, map.height(), [&](int y) {
+    NormalRow normals(map.width());
+    for (int x = 0; x < map.width(); ++x) {
+      const phi::Vec3f& normal = map.planes(x, y).normal;
+      normals.x[x] = normal.x, normals.y[x] = normal.y, normals.z[x] = normal.z;
+    }
+    RoundNormals(normals.x.data(), normals.y.data(), normals.z.data(), map.width());
+    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width());
+    const BlockScale* of_row = &scales[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(grid.columns())];
+    for (int x = 0; x < map.width(); ++x) {
+      const bool is_there = HasDepth(map, first + static_cast<std::size_t>(x));
+      const BlockScale& scale = of_row[x / kBlock];
+      const std::uint32_t bits = BitsOf(map.planes(x, y).depth);
+      rounded.planes(x, y) = is_there ? phi::PlaneHypothesis{{normals.x[x], normals.y[x], normals.z[x]},
+                                                             DepthAt(scale, StepOf(scale, bits))}
+                                      : phi::PlaneHypothesis();
+      if (is_there && !map.states.empty()) rounded.states(x, y) = map.states(x, y);
+    }
   });
   return rounded;
 }

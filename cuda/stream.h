@@ -7,33 +7,13 @@
 
 namespace phi::gpu {
 
-class Stream {
- public:
-  explicit Stream(const Task& task) {
-    Check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate", task);
-  }
-  ~Stream() {
-    if (stream_) cudaStreamDestroy(stream_);
-  }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-
-  cudaStream_t get() const { return stream_; }
-  void Synchronize(const Task& task) const {
-    Check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", task);
-  }
-
- private:
-  cudaStream_t stream_ = nullptr;
-};
-
 class Event {
  public:
   enum class Timing { kOff, kOn };
 
   Event(Timing timing, const Task& task) {
     const unsigned flags = timing == Timing::kOn ? cudaEventDefault : cudaEventDisableTiming;
-    Check(cudaEventCreateWithFlags(&event_, flags), "cudaEventCreate", task);
+    Check(cudaEventCreateWithFlags(&event_, flags | cudaEventBlockingSync), "cudaEventCreate", task);
   }
   ~Event() {
     if (event_) cudaEventDestroy(event_);
@@ -48,7 +28,7 @@ class Event {
   void Delay(cudaStream_t stream, const Task& task) const {
     Check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent", task);
   }
-  // Blocks the host until what was recorded has passed.
+  // Blocks the host until what was recorded has passed; the thread sleeps, for the cores have other work.
   void Wait(const Task& task) const { Check(cudaEventSynchronize(event_), "cudaEventSynchronize", task); }
   // Seconds of device time between two recorded events with timing that have both passed.
   static double SecondsBetween(const Event& begin, const Event& end, const Task& task) {
@@ -59,6 +39,29 @@ class Event {
 
  private:
   cudaEvent_t event_ = nullptr;
+};
+
+class Stream {
+ public:
+  explicit Stream(const Task& task) : done_(Event::Timing::kOff, task) {
+    Check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate", task);
+  }
+  ~Stream() {
+    if (stream_) cudaStreamDestroy(stream_);
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+
+  cudaStream_t get() const { return stream_; }
+  // Blocks the host until what was submitted has passed.
+  void Synchronize(const Task& task) const {
+    done_.Record(stream_, task);
+    done_.Wait(task);
+  }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+  Event done_;
 };
 
 }  // namespace phi::gpu

@@ -212,7 +212,7 @@ PHI_WIDE_VECTORS void TakeMoreAlike(const std::uint16_t* own, const std::uint16_
 }
 
 // Segments of rows in which nothing, or all, lies inside a region are passed over: most of a textured image, most of a wall.
-constexpr int kSegment = 128;  // pixels
+constexpr int kSegment = 64;  // pixels, more than any reach
 
 struct Segments {
   Mask has_inside, has_outside;  // of segment (column, y)
@@ -227,12 +227,10 @@ struct Segments {
     });
   }
 
-  // Whether any is inside up to `reach` pixels from a segment of row y; reach is below kSegment.
-  bool HasInsideNear(int column, int y, int reach) const {
-    for (int v = std::max(y - reach, 0); v <= std::min(y + reach, has_inside.height() - 1); ++v) {
-      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, has_inside.width() - 1); ++c) {
-        if (has_inside(c, v) != 0) return true;
-      }
+  // Whether any is inside in the segment of row y and those beside it.
+  bool HasInsideNear(int column, int y) const {
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, has_inside.width() - 1); ++c) {
+      if (has_inside(c, y) != 0) return true;
     }
     return false;
   }
@@ -240,14 +238,15 @@ struct Segments {
 
 // Gives the pixels of a segment of row y that are inside no region the region of the most alike of those at most `reach` away that are
 // inside one; the first in the square around the pixel, row by row.
-void ExtendRegions(const BrightnessSums& sums, const BrightnessSums& sums_inside, const Mask& inside, int reach, int column,
-                   int y, Array2D<std::int32_t>* region) {
+void ExtendRegions(const BrightnessSums& sums, const BrightnessSums& sums_inside, const Mask& inside, const Segments& segments,
+                   int reach, int column, int y, Array2D<std::int32_t>* region) {
   constexpr std::uint16_t kNone = 65535;
   const int begin = column * kSegment, end = std::min(begin + kSegment, sums.width()), side = 2 * reach + 1;
   std::array<std::uint16_t, kSegment> best, least;
   best.fill(kNone);
   least.fill(kUnlike);
   for (int v = std::max(y - reach, 0); v <= std::min(y + reach, sums.height() - 1); ++v) {
+    if (!segments.HasInsideNear(column, v)) continue;
     for (int du = -reach; du <= reach; ++du) {
       const auto place = static_cast<std::uint16_t>((v - y + reach) * side + du + reach);
       const int first = std::max(begin, -du), last = std::min(end, sums.width() - du);
@@ -283,8 +282,8 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   const Segments segments(inside);
   tbb::parallel_for(0, height, [&](int y) {
     for (int column = 0; column < segments.has_inside.width(); ++column) {
-      if (segments.has_outside(column, y) == 0 || !segments.HasInsideNear(column, y, reach)) continue;
-      ExtendRegions(sums, sums_inside, inside, reach, column, y, &regions.region);
+      if (segments.has_outside(column, y) == 0) continue;
+      ExtendRegions(sums, sums_inside, inside, segments, reach, column, y, &regions.region);
     }
   });
   return regions;
