@@ -64,7 +64,8 @@ struct FilterInput {
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
 };
 
-struct ViewRegions;  // phi/inference/source_regions.h
+struct ImageRegions;  // phi/inference/image_regions.h
+struct ViewRegions;   // phi/inference/source_regions.h
 
 struct InferenceInput {
   ViewImage reference;
@@ -78,6 +79,8 @@ struct InferenceInput {
   // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const Array2D<std::uint8_t>> mask;
+  // Of the reference's image, its mask cut out (FindRegions). Null: the backend finds them.
+  std::shared_ptr<const ImageRegions> regions;
   bool keeps_measured = false;  // another program measured: holes are filled, and no measured pixel is made one
 };
 

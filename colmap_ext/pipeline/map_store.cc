@@ -84,6 +84,10 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
                                    [&] { return phi::CutOutMask(*Gray(image), *mask); });
 }
 
+std::shared_ptr<const phi::ImageRegions> MapStore::Regions(int image, const phi::Rules& rules) {
+  return GetOrRead<phi::ImageRegions>(cache_, {image, kRegions}, [&] { return phi::FindRegions(*CutGray(image), rules); });
+}
+
 bool MapStore::HasImageMask(int image) const { return workspace_.HasImageMask(image); }
 
 std::shared_ptr<const phi::ImageMask> MapStore::ImageMask(int image) {

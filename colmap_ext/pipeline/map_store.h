@@ -18,6 +18,7 @@
 #include "colmap_ext/pipeline/writer_pool.h"
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
+#include "phi/inference/image_regions.h"
 
 namespace colmap_ext {
 
@@ -47,6 +48,8 @@ class MapStore {
   std::shared_ptr<const phi::GrayImage> Gray(int image);
   // The same with the mask cut out.
   std::shared_ptr<const phi::GrayImage> CutGray(int image);
+  // Of the same; `rules`: one for all calls.
+  std::shared_ptr<const phi::ImageRegions> Regions(int image, const phi::Rules& rules);
   bool HasImageMask(int image) const;
   // Null where the image has none.
   std::shared_ptr<const phi::ImageMask> ImageMask(int image);
@@ -80,6 +83,7 @@ class MapStore {
 
   // Gives up the memory of a result that no stage reads any more, but for its cost.
   void Forget(int image, const std::string& kind);
+  void ForgetRegions(int image) { cache_.Erase({image, kRegions}); }
 
   // Compares what lies under all names of a result (result_files.h) with what the record knows of it (null: nothing).
   FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
@@ -97,6 +101,8 @@ class MapStore {
   const MemoryCache& cache() const { return cache_; }
 
  private:
+  static constexpr char kRegions[] = "regions";
+
   std::shared_ptr<const phi::GrayImage> ReadGray(int image);
   // Of a result, in the form in which it is there.
   std::vector<std::filesystem::path> FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const;

@@ -111,8 +111,11 @@ std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int e
   TellNumTasks(plan);
   TaskList tasks(stages_, jobs_, plan, end_stage);
   const auto forget = [&](int task) {
-    for (const int input : tasks.EndReading(task))
-      store_.Forget(jobs_[input].image, stages_[tasks.entries()[task].stage - 1].result);
+    const int stage = tasks.entries()[task].stage;
+    for (const int input : tasks.EndReading(task)) {
+      store_.Forget(jobs_[input].image, stages_[stage - 1].result);
+      if (stages_[stage].kind == StageKind::kInfer) store_.ForgetRegions(jobs_[input].image);
+    }
   };
   const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {
     const auto [stage, job] = tasks.entries()[task];

@@ -110,6 +110,8 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
     }
   }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
+  // Inference will ask for the image's regions. They are found while a card estimates other images and the cores would idle.
+  if (AsksRegions()) store_.Regions(job.image, options_.inference.rules);
   if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
   result.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(estimate.map), {}});
@@ -172,6 +174,7 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   input.source_regions = SourceRegions(job, used, input);
+  if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.rules);
   input.keeps_measured = job.keeps_measured;
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
@@ -234,22 +237,24 @@ std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths
   return depths;
 }
 
+bool StageTasks::AsksRegions() const {
+  return options_.geom_consistency && options_.inference.mode != phi::InferenceMode::kOff &&
+         options_.inference.formulas == phi::Formulas::kRobust;
+}
+
 std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(const ImageJob& job,
                                                                                const std::vector<int>& used,
                                                                                const phi::InferenceInput& input) const {
   std::vector<std::shared_ptr<const phi::ViewRegions>> regions;
   const phi::InferenceOptions& options = options_.inference;
-  if (options.formulas == phi::Formulas::kPaper || options.mode == phi::InferenceMode::kOff ||
-      !options.rules.IsOn(phi::Rule::kSourceRegions)) {
-    return regions;
-  }
+  if (!AsksRegions() || !options.rules.IsOn(phi::Rule::kSourceRegions)) return regions;
   regions.resize(used.size());
   tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t i) {
     const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
     if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
     regions[i] = regions_.Get(source.image, [&] {
-      return phi::FindViewRegions(*store_.CutGray(source.image), *depths, workspace_.views()[source.image].image_id,
+      return phi::FindViewRegions(*store_.Regions(source.image, options.rules), *depths, workspace_.views()[source.image].image_id,
                                   PrecisionOf(source), options.rules);
     });
   });

@@ -61,6 +61,8 @@ class StageTasks {
       const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
       const std::vector<int>& used) const;
 
+  // Whether inference looks at the images' regions.
+  bool AsksRegions() const;
   // Parallel to input.sources; empty where the rule is off.
   std::vector<std::shared_ptr<const phi::ViewRegions>> SourceRegions(const ImageJob& job, const std::vector<int>& used,
                                                                      const phi::InferenceInput& input) const;

@@ -5,7 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/whole_array.h"
-#include "phi/inference/image_regions.h"
 
 namespace phi {
 namespace {
@@ -22,23 +21,26 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
   return inverse_depth;
 }
 
+Array2D<float> Anchors(const MeasurementMap& map, Formulas formulas) {
+  return InverseDepth(map, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
+}
+
 }  // namespace
 
-Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image,
-                       std::uint32_t image_id, const PlaneEvidence& evidence)
+Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
-  const Formulas formulas = method.formulas;
-  const Array2D<float> anchors = InverseDepth(
-      measured, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
-  if (image == nullptr || formulas == Formulas::kPaper) {
-    FillScanlines(anchors, {}, method);
-    return;
-  }
-  ImageRegions regions = FindRegions(*image, method.rules);
+  FillScanlines(Anchors(measured, method.formulas), {}, method);
+}
+
+Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
+                       const ImageRegions& regions, std::uint32_t image_id, const PlaneEvidence& evidence)
+    : evidence_(InverseDepth(measured, EvidenceAt)) {
+  const Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
   const Mask even = EvenPixels(regions);
-  FillScanlines(anchors, method.rules.IsOn(Rule::kEvenLines) ? even.view() : ArrayView2D<const std::uint8_t>{}, method);
-  region_planes_.emplace(std::move(regions), anchors.view(), image_id, evidence, method.rules);
-  AddRegionPlanes(*image, method.rules);
+  FillScanlines(anchors, rules.IsOn(Rule::kEvenLines) ? even.view() : ArrayView2D<const std::uint8_t>{},
+                {Formulas::kRobust, rules});
+  region_planes_.emplace(regions, anchors.view(), image_id, evidence, rules);
+  AddRegionPlanes(image, rules);
 }
 
 void Hypotheses::FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> even,

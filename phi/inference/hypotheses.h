@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "phi/base/images.h"
+#include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/region_planes.h"
 #include "phi/measurement.h"
@@ -13,10 +14,12 @@ namespace phi {
 
 class Hypotheses {
  public:
-  // With an image (robust only): in its evenly coloured regions lines go between two sides only, and planes take the diagonals'
-  // places where there are any; overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky
-  // are a surface. `evidence`: what else the planes rest on.
-  Hypotheses(const MeasurementMap& measured, const Method& method, const GrayImage* image = nullptr,
+  // Lines alone.
+  Hypotheses(const MeasurementMap& measured, const Method& method);
+  // Robust: in the image's evenly coloured regions lines go between two sides only, and planes take the diagonals' places where
+  // there are any; overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
+  // `evidence`: what else the planes rest on.
+  Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image, const ImageRegions& regions,
              std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
 
   // Views this.

@@ -4,6 +4,7 @@
 // four pixels that a sharp edge spoils, so that two of them meet at it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "phi/base/images.h"
@@ -15,6 +16,8 @@ struct ImageRegions {
   // 0 to num_regions - 1, in the order of the regions' first pixels inside; -1: in none
   Array2D<std::int32_t> region;
   std::int32_t num_regions = 0;
+
+  std::size_t bytes() const { return region.bytes(); }
 };
 
 // The same for any number of threads. None without the rule of their planes.

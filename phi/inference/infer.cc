@@ -79,9 +79,13 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
 }
 
 Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
-  PlaneEvidence evidence;
-  if (method.formulas == Formulas::kRobust) evidence = GatherPlaneEvidence(input, method.rules);
-  return Hypotheses(*input.measured, method, RegionImage(input).get(), input.reference.view->image_id, evidence);
+  if (method.formulas == Formulas::kPaper) return Hypotheses(*input.measured, method);
+  return {*input.measured,
+          method.rules,
+          *RegionImage(input),
+          *RegionsOf(input, method.rules),
+          input.reference.view->image_id,
+          GatherPlaneEvidence(input, method.rules)};
 }
 
 void CheckInput(const InferenceInput& input) {

@@ -343,7 +343,7 @@ PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rule
   return evidence;
 }
 
-ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths, std::uint32_t image_id,
+ViewRegions FindViewRegions(const ImageRegions& regions, const MeasuredDepths& depths, std::uint32_t image_id,
                             const DepthPrecision& precision, const Rules& rules) {
   auto anchors = Array2D<float>::Uninitialized(depths.width(), depths.height());
   tbb::parallel_for(0, depths.height(), [&](int y) {
@@ -353,7 +353,7 @@ ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths
   });
   PlaneEvidence own;
   own.precision = precision;
-  return RegionPlanes(FindRegions(image, rules), std::as_const(anchors).view(), image_id, own, rules).Tell();
+  return RegionPlanes(regions, std::as_const(anchors).view(), image_id, own, rules).Tell();
 }
 
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
@@ -361,7 +361,12 @@ std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
   return std::make_shared<const GrayImage>(CutOutMask(*input.reference.image, *input.mask));
 }
 
-RegionPlanes::RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
+std::shared_ptr<const ImageRegions> RegionsOf(const InferenceInput& input, const Rules& rules) {
+  if (input.regions != nullptr) return input.regions;
+  return std::make_shared<const ImageRegions>(FindRegions(*RegionImage(input), rules));
+}
+
+RegionPlanes::RegionPlanes(const ImageRegions& regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                            const PlaneEvidence& evidence, const Rules& rules)
     : tolerance_(Limits(rules).Tolerance(evidence.precision)) {
   const Limits limits(rules);
@@ -382,16 +387,16 @@ RegionPlanes::RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchor
   const auto add_member = [&](AnchoredRegion& own, std::uint32_t hash, std::int32_t member) {
     if (hash <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = member;
   };
+  region_ = Array2D<std::int32_t>::Uninitialized(anchors.width, anchors.height);
   tbb::parallel_for(0, anchors.height, [&](int y) {
     for (int x = 0; x < anchors.width; ++x) {
-      std::int32_t& region = regions.region(x, y);
-      if (region >= 0) region = index[region];
+      const std::int32_t found = regions.region(x, y), region = found >= 0 ? index[found] : -1;
+      region_(x, y) = region;
       if (region < 0 || !(anchors(x, y) > 0)) continue;
       const std::int32_t pixel = y * anchors.width + x;
       add_member(anchored[region], PixelHash(pixel), pixel);
     }
   });
-  region_ = std::move(regions.region);
   for (std::size_t k = 0; k < pooled.size(); ++k) {
     const std::int32_t region = region_(pooled[k].PixelX(), pooled[k].PixelY());
     if (region >= 0) add_member(anchored[region], pooled[k].hash, ~static_cast<std::int32_t>(k));

@@ -39,16 +39,18 @@ struct PlaneEvidence {
 PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules);
 
 // What a view's regions tell other views, by what the view measured itself: so each measurement counts once, however many views
-// are asked. `image`: its mask cut out.
-ViewRegions FindViewRegions(const GrayImage& image, const MeasuredDepths& depths, std::uint32_t image_id,
+// are asked.
+ViewRegions FindViewRegions(const ImageRegions& regions, const MeasuredDepths& depths, std::uint32_t image_id,
                             const DepthPrecision& precision, const Rules& rules);
 
 // The image whose regions are found: the reference's, its mask cut out.
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
+// Its regions.
+std::shared_ptr<const ImageRegions> RegionsOf(const InferenceInput& input, const Rules& rules);
 
 class RegionPlanes {
  public:
-  RegionPlanes(ImageRegions regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
+  RegionPlanes(const ImageRegions& regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                const PlaneEvidence& evidence = {}, const Rules& rules = {});
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.

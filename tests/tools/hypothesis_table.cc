@@ -76,8 +76,9 @@ class Table {
       input.sources.push_back(View(source));
       input.source_depths.push_back(depths_[source]);
     }
-    const phi::Hypotheses hypotheses(*input.measured, phi::Formulas::kRobust, input.reference.image.get(),
-                                     input.reference.view->image_id, GatherPlaneEvidence(input, phi::Rules()));
+    const phi::Hypotheses hypotheses(*input.measured, phi::Rules(), *input.reference.image,
+                                     *RegionsOf(input, phi::Rules()), input.reference.view->image_id,
+                                     GatherPlaneEvidence(input, phi::Rules()));
     const phi::MeasurementMap finished = ReadMeasurements(workspace_, job.image, colmap_ext::kGeometric);
     const phi::Array2D<float> truth = colmap_ext::ReadTruthDepth(truth_path, values_per_unit_);
     const double scale = static_cast<double>(truth.width()) / finished.width();

@@ -1,12 +1,16 @@
 #include "phi/inference/region_planes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include "phi/inference/hypotheses.h"
+#include "phi/inference/infer.h"
+#include "tests/support/centered_view.h"
 
 namespace phi {
 namespace {
@@ -70,7 +74,7 @@ TEST(RegionPlanes, AnchorsMayErrByWhatMatchingCanTell) {
 
 TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Rules(), plain, FindRegions(plain));
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
       EXPECT_NEAR(hypotheses.state().maps.inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
@@ -80,7 +84,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
 
 TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Rules(), plain, FindRegions(plain));
   for (int y = 20; y < kHeight - 20; y += 5) {
     for (const int x : {20, 40, 60, 100, 120, 140}) {
       EXPECT_LT(BestError(hypotheses, x, y, Walls(x, y)), 0.003f) << x << ", " << y;
@@ -123,7 +127,7 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
       map(x, y).depth = 0;
     }
   }
-  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &image);
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, FindRegions(image));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
   for (int x = 84; x < kWidth; ++x) {  // a region reaches three pixels beyond its inside
     for (int k = 0; k < kNumDirections; ++k)
@@ -139,7 +143,7 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   }
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
-  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &plain);
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), plain, FindRegions(plain));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](58, 58), 0);
   for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](63, 63), 0);
 }
@@ -152,7 +156,7 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
-  const Hypotheses hypotheses(AllMeasured(map), Formulas::kRobust, &sky);
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), sky, FindRegions(sky));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](80, kHeight - 16 - 20), 0);
@@ -191,26 +195,55 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   for (int y = 50; y < 70; ++y) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
-  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Formulas::kRobust, &image);
+  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Rules(), image, FindRegions(image));
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
-  const Hypotheses filled(AllMeasured(RimOf(flat)), {Formulas::kRobust, rules}, &image);
+  const Hypotheses filled(AllMeasured(RimOf(flat)), rules, image, FindRegions(image));
   EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 
+// An overexposed image, whose holes stay where regions are asked.
 TEST(RegionPlanes, PaperFormulasHaveNone) {
-  const GrayImage plain(kWidth, kHeight, 255);
-  const PlaneMap map = RimOf(LeftWall);
-  const Hypotheses with_image(AllMeasured(map), Formulas::kPaper, &plain),
-      without(AllMeasured(map), Formulas::kPaper);
+  const SceneView view = test_support::CenteredView(1, kWidth, kHeight, 100);
+  InferenceInput input;
+  input.reference = {&view, std::make_shared<const GrayImage>(kWidth, kHeight, 255)};
+  input.measured = std::make_shared<const MeasurementMap>(AllMeasured(RimOf(LeftWall)));
+  InferenceOptions options;
+  options.mode = InferenceMode::kMinCost;
+  EXPECT_FALSE(IsInferred(InferPlanes(input, StereoOptions(), options).map.states(60, 60)));
+  options.formulas = Formulas::kPaper;
+  const MeasurementMap filled = InferPlanes(input, StereoOptions(), options).map;
+  EXPECT_TRUE(IsInferred(filled.states(60, 60)));
+  const Hypotheses lines(AllMeasured(RimOf(LeftWall)), Formulas::kPaper);
+  const float w = 1 / filled.planes(60, 60).depth;
+  bool is_line = false;
   for (int k = 0; k < kNumDirections; ++k) {
-    EXPECT_EQ(with_image.state().maps.inverse_depth[k](60, 60),
-              without.state().maps.inverse_depth[k](60, 60));
+    is_line = is_line || std::abs(lines.state().maps.inverse_depth[k](60, 60) - w) <= 1e-6f * w;
   }
+  EXPECT_TRUE(is_line);
+}
+
+// Who runs many images keeps their regions. Without any the hole stays open.
+TEST(RegionPlanes, GivenRegionsAreTaken) {
+  const SceneView view = test_support::CenteredView(1, kWidth, kHeight, 100);
+  InferenceInput input;
+  input.reference = {&view, std::make_shared<const GrayImage>(kWidth, kHeight, 120)};
+  input.measured = std::make_shared<const MeasurementMap>(AllMeasured(RimOf(LeftWall)));
+  InferenceOptions options;
+  options.mode = InferenceMode::kMinCost;
+  const MeasurementMap found = InferPlanes(input, StereoOptions(), options).map;
+  input.regions = std::make_shared<const ImageRegions>(FindRegions(*input.reference.image));
+  const MeasurementMap given = InferPlanes(input, StereoOptions(), options).map;
+  EXPECT_TRUE(std::equal(found.states.begin(), found.states.end(), given.states.begin()));
+  for (const int x : {20, 60, 140}) EXPECT_EQ(found.planes(x, 60).depth, given.planes(x, 60).depth);
+  EXPECT_NEAR(1 / given.planes(60, 60).depth, LeftWall(60, 60), 1e-5);
+  input.regions = std::make_shared<const ImageRegions>(ImageRegions{Array2D<std::int32_t>(kWidth, kHeight, -1), 0});
+  const MeasurementMap without = InferPlanes(input, StereoOptions(), options).map;
+  EXPECT_FALSE(IsInferred(without.states(60, 60)));
 }
 
 }  // namespace
