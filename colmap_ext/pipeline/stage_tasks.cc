@@ -110,8 +110,6 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
     }
   }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
-  // Inference will ask for the image's regions. They are found while a card estimates other images and the cores would idle.
-  if (AsksRegions()) store_.Regions(job.image, options_.inference.rules);
   if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
   result.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(estimate.map), {}});
@@ -238,8 +236,7 @@ std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths
 }
 
 bool StageTasks::AsksRegions() const {
-  return options_.geom_consistency && options_.inference.mode != phi::InferenceMode::kOff &&
-         options_.inference.formulas == phi::Formulas::kRobust;
+  return options_.inference.mode != phi::InferenceMode::kOff && options_.inference.formulas == phi::Formulas::kRobust;
 }
 
 std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(const ImageJob& job,

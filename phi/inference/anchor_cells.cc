@@ -73,7 +73,7 @@ void SortByKey(std::vector<KeyedPoint>* points) {
 }  // namespace
 
 double AnchorTolerance::At(float x, float y, float w) const {
-  return std::max(share, deviations * precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w)) * w;
+  return Of(precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w), w);
 }
 
 std::vector<double> AnchorTolerance::At(std::span<const float> x, std::span<const float> y,
@@ -86,7 +86,7 @@ std::vector<double> AnchorTolerance::At(std::span<const float> x, std::span<cons
   }
   precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), x.size(), deviation.data());
   std::vector<double> tolerances(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) tolerances[i] = std::max(share, deviations * deviation[i]) * w[i];
+  for (std::size_t i = 0; i < x.size(); ++i) tolerances[i] = Of(deviation[i], w[i]);
   return tolerances;
 }
 

@@ -1,6 +1,7 @@
 // Anchors gathered in cells of the image and of depth, so that a spot counts once however many pixels measured it.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct AnchorTolerance {
   double At(float x, float y, float w) const;
   // The same of many places.
   std::vector<double> At(std::span<const float> x, std::span<const float> y, std::span<const float> w) const;
+  // Of inverse depth w, of which matching can tell `deviation`, relative.
+  double Of(float deviation, float w) const { return std::max(share, deviations * deviation) * w; }
   // Whether `off` is at most that; mostly the share alone says so.
   bool Contains(float x, float y, float w, double off) const { return off <= share * w || off <= At(x, y, w); }
 };

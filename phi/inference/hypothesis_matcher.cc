@@ -53,7 +53,7 @@ void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
 }
 
 PHI_WIDE_VECTORS void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y,
-                                  Scratch* scratch) const {
+                                                   Scratch* scratch) const {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = inverse_depth(x, y);
   scratch->inverse_depth.resize(offset_u_.size());

@@ -32,19 +32,21 @@ constexpr std::int32_t kNoRegion = -1;
 
 using BrightnessSums = Array2D<std::uint16_t>;
 
-// Whether no step of brightness leads from value x of a row to any of its neighbours, for those from `begin` to before `end`, which have
-// one on either side.
+// Whether no step of brightness leads from a pixel to any of its neighbours. No short circuit, so that loops become vector instructions.
+inline std::uint8_t IsEven(int own, int above, int below, int left, int right, int max_step) {
+  const auto alike = [&](int other) { return std::abs(own - other) <= max_step; };
+  return alike(above) & alike(below) & alike(left) & alike(right) ? 255 : 0;
+}
+
+// Of the pixels of a row from `begin` to before `end`, which have neighbours on either side.
 PHI_WIDE_VECTORS void FindEvenBetween(const std::uint16_t* above, const std::uint16_t* row, const std::uint16_t* below,
                                       int max_step, int begin, int end, std::uint8_t* even) {
   for (int x = begin; x < end; ++x) {
-    const auto alike = [&](int other) { return std::abs(row[x] - other) <= max_step; };
-    // No short circuit, so that the loop becomes vector instructions.
-    const bool all = alike(above[x]) & alike(below[x]) & alike(row[x - 1]) & alike(row[x + 1]);
-    even[x] = all ? 255 : 0;
+    even[x] = IsEven(row[x], above[x], below[x], row[x - 1], row[x + 1], max_step);
   }
 }
 
-// The same of all of row y.
+// The same of all of row y; beyond the image nothing is unlike.
 void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* even) {
   const int width = sums.width();
   const std::uint16_t* row = &sums(0, y);
@@ -52,10 +54,7 @@ void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* eve
                       *below = y + 1 < sums.height() ? &sums(0, y + 1) : row;
   FindEvenBetween(above, row, below, max_step, 1, width - 1, even);
   for (const int x : {0, width - 1}) {
-    const int left = std::max(x - 1, 0), right = std::min(x + 1, width - 1);
-    bool all = true;
-    for (const int other : {above[x], below[x], row[left], row[right]}) all = all && std::abs(row[x] - other) <= max_step;
-    even[x] = all ? 255 : 0;
+    even[x] = IsEven(row[x], above[x], below[x], row[std::max(x - 1, 0)], row[std::min(x + 1, width - 1)], max_step);
   }
 }
 

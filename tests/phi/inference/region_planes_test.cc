@@ -206,12 +206,18 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 
+// The left wall's rim, without other views, in an image of one brightness.
+InferenceInput RimAlone(std::uint8_t brightness) {
+  static const SceneView view = test_support::CenteredView(1, kWidth, kHeight, 100);
+  InferenceInput input;
+  input.reference = {&view, std::make_shared<const GrayImage>(kWidth, kHeight, brightness)};
+  input.measured = std::make_shared<const MeasurementMap>(AllMeasured(RimOf(LeftWall)));
+  return input;
+}
+
 // An overexposed image, whose holes stay where regions are asked.
 TEST(RegionPlanes, PaperFormulasHaveNone) {
-  const SceneView view = test_support::CenteredView(1, kWidth, kHeight, 100);
-  InferenceInput input;
-  input.reference = {&view, std::make_shared<const GrayImage>(kWidth, kHeight, 255)};
-  input.measured = std::make_shared<const MeasurementMap>(AllMeasured(RimOf(LeftWall)));
+  const InferenceInput input = RimAlone(255);
   InferenceOptions options;
   options.mode = InferenceMode::kMinCost;
   EXPECT_FALSE(IsInferred(InferPlanes(input, StereoOptions(), options).map.states(60, 60)));
@@ -229,10 +235,7 @@ TEST(RegionPlanes, PaperFormulasHaveNone) {
 
 // Who runs many images keeps their regions. Without any the hole stays open.
 TEST(RegionPlanes, GivenRegionsAreTaken) {
-  const SceneView view = test_support::CenteredView(1, kWidth, kHeight, 100);
-  InferenceInput input;
-  input.reference = {&view, std::make_shared<const GrayImage>(kWidth, kHeight, 120)};
-  input.measured = std::make_shared<const MeasurementMap>(AllMeasured(RimOf(LeftWall)));
+  InferenceInput input = RimAlone(120);
   InferenceOptions options;
   options.mode = InferenceMode::kMinCost;
   const MeasurementMap found = InferPlanes(input, StereoOptions(), options).map;
