@@ -186,16 +186,18 @@ void AtomicFile::Write(const void* data, std::size_t num_bytes) {
   }
 }
 
-void AtomicFile::Overwrite(std::uint64_t offset, std::string_view text) {
+void AtomicFile::WriteAt(std::uint64_t offset, const void* data, std::size_t num_bytes) {
   Flush();
-  while (!text.empty()) {
-    const ssize_t written = ::pwrite(descriptor_, text.data(), text.size(), static_cast<off_t>(offset));
+  const char* bytes = static_cast<const char*>(data);
+  while (num_bytes > 0) {
+    const ssize_t written = ::pwrite(descriptor_, bytes, num_bytes, static_cast<off_t>(offset));
     if (written < 0) {
       if (errno == EINTR) continue;
       Fail("write the file");
     }
     offset += static_cast<std::uint64_t>(written);
-    text.remove_prefix(static_cast<std::size_t>(written));
+    bytes += written;
+    num_bytes -= static_cast<std::size_t>(written);
   }
 }
 
@@ -205,6 +207,7 @@ void AtomicFile::Flush() {
 }
 
 void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
+  StartWriteBack(num_bytes);
   while (num_bytes > 0) {
     const ssize_t written = ::write(descriptor_, data, num_bytes);
     if (written < 0) {
@@ -214,6 +217,20 @@ void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
     data += written;
     num_bytes -= static_cast<std::size_t>(written);
   }
+}
+
+// A file that waits for the disk in the end waits the less the earlier its bytes set out. Called before `num_bytes` more are written.
+void AtomicFile::StartWriteBack(std::size_t num_bytes) {
+  constexpr std::uint64_t kPieceBytes = std::uint64_t{16} << 20;
+  const std::uint64_t waiting = bytes_in_file_ - bytes_on_their_way_;
+  if (durability_ == Durability::kPowerCut && waiting >= kPieceBytes) {
+#ifdef SYNC_FILE_RANGE_WRITE
+    // What goes wrong here shows when the file is synced.
+    ::sync_file_range(descriptor_, static_cast<off_t>(bytes_on_their_way_), static_cast<off_t>(waiting), SYNC_FILE_RANGE_WRITE);
+#endif
+    bytes_on_their_way_ = bytes_in_file_;
+  }
+  bytes_in_file_ += num_bytes;
 }
 
 fs::path AtomicFile::folder() const { return target_.parent_path(); }

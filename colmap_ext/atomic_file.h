@@ -49,9 +49,12 @@ class AtomicFile {
   void Write(const void* data, std::size_t num_bytes);
   void Write(std::string_view text) { Write(text.data(), text.size()); }
 
-  // Replaces bytes that were written before, such as a count in a header that is known only at the end.
-  void Overwrite(std::uint64_t offset, std::string_view text);
+  // At a place of the file, whatever Write has reached: a count in a header that is known only at the end, or pieces in any
+  // order. Write goes on where it was.
+  void WriteAt(std::uint64_t offset, const void* data, std::size_t num_bytes);
+  void WriteAt(std::uint64_t offset, std::string_view text) { WriteAt(offset, text.data(), text.size()); }
 
+  // By Write.
   std::uint64_t bytes_written() const { return bytes_written_; }
 
   // Flushes and checks that everything reached the disk; nothing can be written afterwards. For files that belong
@@ -70,6 +73,7 @@ class AtomicFile {
   void Create();
   void Flush();
   void WriteToFile(const char* data, std::size_t num_bytes);
+  void StartWriteBack(std::size_t num_bytes);
   [[noreturn]] void Fail(const char* action);
 
   std::filesystem::path path_;    // as the user knows it
@@ -79,6 +83,7 @@ class AtomicFile {
   int descriptor_ = -1;
   bool is_complete_ = false;
   std::uint64_t bytes_written_ = 0;
+  std::uint64_t bytes_on_their_way_ = 0, bytes_in_file_ = 0;  // to the disk; written to the file
   std::vector<char> buffer_;
 };
 

@@ -81,7 +81,7 @@ bool HasDepth(const phi::MeasurementMap& map, std::size_t i) {
 // The bits of positive floats rise with their values.
 std::uint32_t BitsOf(float depth) { return std::bit_cast<std::uint32_t>(depth); }
 
-std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
+inline __attribute__((always_inline)) std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
   const std::uint32_t half = scale.shift > 0 ? std::uint32_t{1} << (scale.shift - 1) : 0;
   return (bits - scale.base + half) >> scale.shift;
 }
@@ -89,7 +89,7 @@ std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
 const std::uint32_t kLargestBits = BitsOf(std::numeric_limits<float>::max());
 
 // Rounding up may leave the floats.
-float DepthAt(const BlockScale& scale, std::uint32_t step) {
+inline __attribute__((always_inline)) float DepthAt(const BlockScale& scale, std::uint32_t step) {
   const std::uint64_t bits = scale.base + (std::uint64_t{step} << scale.shift);
   return std::bit_cast<float>(static_cast<std::uint32_t>(std::min<std::uint64_t>(bits, kLargestBits)));
 }
@@ -116,7 +116,7 @@ float SignOf(float v) { return v >= 0 ? 1.0f : -1.0f; }
 int Rounded(float v) { return static_cast<int>(static_cast<double>(v) + (v >= 0 ? 0.5 : -0.5)); }
 
 // Without branches, so that a loop over normals becomes vector instructions.
-NormalCode CodeOf(phi::Vec3f n) {
+inline __attribute__((always_inline)) NormalCode CodeOf(phi::Vec3f n) {
   const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
   const bool is_normal = (sum > 0) & (sum <= std::numeric_limits<float>::max());
   const float divisor = is_normal ? sum : 1.0f;
@@ -130,7 +130,7 @@ NormalCode CodeOf(phi::Vec3f n) {
   return {static_cast<std::uint32_t>(column + kHalf), static_cast<std::uint32_t>(row + kHalf)};
 }
 
-phi::Vec3f NormalOf(NormalCode code) {
+inline __attribute__((always_inline)) phi::Vec3f NormalOf(NormalCode code) {
   const float x = static_cast<float>(static_cast<int>(code.x) - kHalf) / kHalf;
   const float y = static_cast<float>(static_cast<int>(code.y) - kHalf) / kHalf;
   const float z = 1 - std::abs(x) - std::abs(y);
@@ -138,21 +138,27 @@ phi::Vec3f NormalOf(NormalCode code) {
   return phi::Normalized({u, v, -z});
 }
 
-// Coordinates of a row's normals, one after the other.
-struct NormalRow {
-  std::vector<float> x, y, z;
+// Planes of a row, a value after the other, so that loops over them become vector instructions.
+struct RoundedRow {
+  std::vector<float> x, y, z, depth;
 
-  explicit NormalRow(int width)
-      : x(static_cast<std::size_t>(width)), y(static_cast<std::size_t>(width)), z(static_cast<std::size_t>(width)) {}
+  explicit RoundedRow(int size)
+      : x(static_cast<std::size_t>(size)), y(x.size()), z(x.size()), depth(x.size()) {}
 };
 
-PHI_WIDE_VECTORS void RoundNormals(float* x, float* y, float* z, int width) {
-  for (int i = 0; i < width; ++i) {
+// As NormalOf(CodeOf(normal)), of `size` normals.
+PHI_WIDE_VECTORS void RoundNormals(float* x, float* y, float* z, int size) {
+  for (int i = 0; i < size; ++i) {
     const phi::Vec3f rounded = NormalOf(CodeOf({x[i], y[i], z[i]}));
     x[i] = rounded.x;
     y[i] = rounded.y;
     z[i] = rounded.z;
   }
+}
+
+// Of depths in one block.
+PHI_WIDE_VECTORS void RoundDepths(BlockScale scale, float* depth, int size) {
+  for (int i = 0; i < size; ++i) depth[i] = DepthAt(scale, StepOf(scale, BitsOf(depth[i])));
 }
 
 [[noreturn]] void ThrowDamaged(const std::string& whose) {
@@ -249,31 +255,31 @@ std::vector<BlockScale> ScalesOf(const phi::MeasurementMap& map, const Grid& gri
 
 }  // namespace
 
-phi::MeasurementMap RoundToCompact(const phi::MeasurementMap& map) {
+phi::MeasurementMap RoundToCompact(phi::MeasurementMap map) {
   const Grid grid{map.width(), map.height()};
   const std::vector<BlockScale> scales = ScalesOf(map, grid);
-  phi::MeasurementMap rounded{phi::PlaneMap::Uninitialized(map.width(), map.height()), {}};
-  if (!map.states.empty()) rounded.states = phi::StateMap(map.width(), map.height());
   tbb::parallel_for(0, map.height(), [&](int y) {
-    NormalRow normals(map.width());
-    for (int x = 0; x < map.width(); ++x) {
-      const phi::Vec3f& normal = map.planes(x, y).normal;
-      normals.x[x] = normal.x, normals.y[x] = normal.y, normals.z[x] = normal.z;
+    const int width = map.width();
+    RoundedRow row(width);
+    for (int x = 0; x < width; ++x) {
+      const auto& [normal, depth] = map.planes(x, y);
+      row.x[x] = normal.x, row.y[x] = normal.y, row.z[x] = normal.z, row.depth[x] = depth;
     }
-    RoundNormals(normals.x.data(), normals.y.data(), normals.z.data(), map.width());
-    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width());
-    const BlockScale* of_row = &scales[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(grid.columns())];
-    for (int x = 0; x < map.width(); ++x) {
-      const bool is_there = HasDepth(map, first + static_cast<std::size_t>(x));
-      const BlockScale& scale = of_row[x / kBlock];
-      const std::uint32_t bits = BitsOf(map.planes(x, y).depth);
-      rounded.planes(x, y) = is_there ? phi::PlaneHypothesis{{normals.x[x], normals.y[x], normals.z[x]},
-                                                             DepthAt(scale, StepOf(scale, bits))}
-                                      : phi::PlaneHypothesis();
-      if (is_there && !map.states.empty()) rounded.states(x, y) = map.states(x, y);
+    RoundNormals(row.x.data(), row.y.data(), row.z.data(), width);
+    const BlockScale* scale = &scales[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(grid.columns())];
+    for (int x = 0; x < width; x += kBlock) RoundDepths(*scale++, &row.depth[x], std::min(kBlock, width - x));
+    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+    for (int x = 0; x < width; ++x) {
+      if (HasDepth(map, first + static_cast<std::size_t>(x))) {
+        map.planes(x, y) = {{row.x[x], row.y[x], row.z[x]}, row.depth[x]};
+      } else {
+        map.planes(x, y) = {};
+        if (!map.states.empty()) map.states(x, y) = PixelState::kNone;
+      }
     }
   });
-  return rounded;
+  map.testimonies = {};
+  return map;
 }
 
 Bytes EncodeCompactMap(const phi::MeasurementMap& map) {

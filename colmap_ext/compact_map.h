@@ -23,7 +23,7 @@ namespace colmap_ext {
 
 // The map as its compact file gives it back. To round twice changes nothing. Pixels without depth lose their normal; depths
 // that are negative or not finite, and testimonies, go.
-phi::MeasurementMap RoundToCompact(const phi::MeasurementMap& map);
+phi::MeasurementMap RoundToCompact(phi::MeasurementMap map);
 
 // map: rounded.
 std::vector<std::uint8_t> EncodeCompactMap(const phi::MeasurementMap& map);

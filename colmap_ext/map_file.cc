@@ -13,6 +13,7 @@
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
+#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
@@ -149,16 +150,13 @@ class MapWriter {
       throw phi::InputError(path.string() + ": the map to write is empty");
     file_->Write(std::to_string(size.width) + "&" + std::to_string(size.height) + "&" +
                  std::to_string(size.channels) + "&");
+    first_value_ = file_->bytes_written();
   }
 
-  // Calls value(x, y) for each pixel of the next channel.
-  template <typename Value>
-  void WriteChannel(const Value& value) {
-    row_.resize(size_.width);
-    for (int y = 0; y < size_.height; ++y) {
-      for (int x = 0; x < size_.width; ++x) row_[x] = value(x, y);
-      file_->Write(row_.data(), row_.size() * sizeof(float));
-    }
+  // Whole rows of a channel, row y first. In any order.
+  void WriteRows(int channel, int y, const float* values, std::size_t num_values) {
+    const std::uint64_t first = (std::uint64_t{1} * channel * size_.height + y) * size_.width;
+    file_->WriteAt(first_value_ + first * sizeof(float), values, num_values * sizeof(float));
   }
 
   std::unique_ptr<AtomicFile> Complete() {
@@ -169,7 +167,42 @@ class MapWriter {
  private:
   MapSize size_;
   std::unique_ptr<AtomicFile> file_;
-  std::vector<float> row_;
+  std::uint64_t first_value_ = 0;
+};
+
+// Rows that are written at once: they stay in a processor's cache.
+constexpr int kBandRows = 64;
+
+// The maps' channels from one pass over the pixels, which hold them one beside the other.
+class PlaneBand {
+ public:
+  explicit PlaneBand(const phi::PlaneMap& map) : map_(map) {
+    for (std::vector<float>& channel : channels_) channel.resize(std::size_t{kBandRows} * map.width());
+  }
+
+  void Load(int begin, int end) {
+    size_ = static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(map_.width());
+    Separate(&map_(0, begin), size_, channels_[0].data(), channels_[1].data(), channels_[2].data(), channels_[3].data());
+  }
+
+  std::size_t size() const { return size_; }
+  const float* normal(int component) const { return channels_[component].data(); }
+  const float* depth() const { return channels_[3].data(); }
+
+ private:
+  static PHI_WIDE_VECTORS void Separate(const phi::PlaneHypothesis* planes, std::size_t size, float* x, float* y, float* z,
+                                        float* depth) {
+    for (std::size_t i = 0; i < size; ++i) {
+      x[i] = planes[i].normal.x;
+      y[i] = planes[i].normal.y;
+      z[i] = planes[i].normal.z;
+      depth[i] = planes[i].depth;
+    }
+  }
+
+  const phi::PlaneMap& map_;
+  std::size_t size_ = 0;
+  std::array<std::vector<float>, 4> channels_;
 };
 
 constexpr std::array<float phi::Vec3f::*, 3> kComponents = {&phi::Vec3f::x, &phi::Vec3f::y, &phi::Vec3f::z};
@@ -251,7 +284,7 @@ void ReadPlaneRows(const fs::path& depth_path, const fs::path& normal_path,
 
 CompleteFiles PrepareDepthMap(const fs::path& path, const phi::Array2D<float>& depth, Durability durability) {
   MapWriter writer(path, {depth.width(), depth.height(), 1}, durability);
-  writer.WriteChannel([&](int x, int y) { return depth(x, y); });
+  writer.WriteRows(0, 0, depth.data(), depth.size());
   CompleteFiles files;
   files.push_back(writer.Complete());
   return files;
@@ -260,11 +293,13 @@ CompleteFiles PrepareDepthMap(const fs::path& path, const phi::Array2D<float>& d
 CompleteFiles PreparePlaneMap(const fs::path& depth_path, const fs::path& normal_path,
                               const phi::PlaneMap& map, Durability durability) {
   MapWriter normal(normal_path, {map.width(), map.height(), 3}, durability);
-  for (const auto component : kComponents) {
-    normal.WriteChannel([&](int x, int y) { return map(x, y).normal.*component; });
-  }
   MapWriter depth(depth_path, {map.width(), map.height(), 1}, durability);
-  depth.WriteChannel([&](int x, int y) { return map(x, y).depth; });
+  PlaneBand band(map);
+  for (int y = 0; y < map.height(); y += kBandRows) {
+    band.Load(y, std::min(y + kBandRows, map.height()));
+    for (int c = 0; c < 3; ++c) normal.WriteRows(c, y, band.normal(c), band.size());
+    depth.WriteRows(0, y, band.depth(), band.size());
+  }
   CompleteFiles files;
   files.push_back(normal.Complete());
   files.push_back(depth.Complete());
@@ -277,8 +312,10 @@ void WriteDepthMap(const fs::path& path, const phi::Array2D<float>& depth) {
 
 void WriteNormalMap(const fs::path& path, const phi::Array2D<phi::Vec3f>& normals) {
   MapWriter writer(path, {normals.width(), normals.height(), 3});
-  for (const auto component : kComponents) {
-    writer.WriteChannel([&](int x, int y) { return normals(x, y).*component; });
+  std::vector<float> channel(normals.size());
+  for (int c = 0; c < 3; ++c) {
+    std::transform(normals.begin(), normals.end(), channel.begin(), [&](const phi::Vec3f& n) { return n.*kComponents[c]; });
+    writer.WriteRows(c, 0, channel.data(), channel.size());
   }
   writer.Complete()->Commit();
 }

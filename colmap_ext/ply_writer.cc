@@ -31,7 +31,7 @@ void PlyWriter::WriteVertices(const void* rows, std::size_t num_bytes, std::uint
 
 void PlyWriter::Complete() {
   if (complete_) return;
-  file_.Overwrite(count_offset_, CountLines());
+  file_.WriteAt(count_offset_, CountLines());
   file_.Complete();
   complete_ = true;
 }

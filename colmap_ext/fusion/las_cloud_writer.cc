@@ -93,7 +93,7 @@ class LasCloudWriter : public CloudWriter {
       phi::LogWarning(options_.path.string() + ": " + std::to_string(num_beyond_) +
                       " points are farther from the scene than its coordinates reach, and were left out");
     }
-    file_.Overwrite(0, Header());
+    file_.WriteAt(0, Header());
     file_.Commit();
   }
 

@@ -141,7 +141,7 @@ void PartFileWriter::Commit() {
   const std::string json = DumpJson(ToJson(summary_), -1);
   file_.Write(NumberBytes(json.size()) + json);
   for (const PartImage& image : summary_.images) file_.Write(BytesOf(image.flags));
-  file_.Overwrite(kNumbersOffset, NumberBytes(offset) + NumberBytes(file_.bytes_written()));
+  file_.WriteAt(kNumbersOffset, NumberBytes(offset) + NumberBytes(file_.bytes_written()));
   file_.Commit();
 }
 

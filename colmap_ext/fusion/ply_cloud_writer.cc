@@ -30,7 +30,7 @@ class VisibilityFile {
   explicit VisibilityFile(const std::filesystem::path& path) : file_(path) { file_.Write(CountBytes(0)); }
   void Write(const void* data, std::size_t num_bytes) { file_.Write(data, num_bytes); }
   void Complete(std::uint64_t count) {
-    file_.Overwrite(0, CountBytes(count));
+    file_.WriteAt(0, CountBytes(count));
     file_.Complete();
   }
   void Commit() { file_.Commit(); }

@@ -60,7 +60,7 @@ class SparseCloudWriter : public CloudWriter {
       for (Observation& observation : image.observations) observation.point3D_id = kInvalidPoint3D;
     }
     const bool binary = format_ == SparseFormat::kBinary;
-    if (binary) points_.Overwrite(0, std::string(reinterpret_cast<const char*>(&count_), sizeof(count_)));
+    if (binary) points_.WriteAt(0, std::string(reinterpret_cast<const char*>(&count_), sizeof(count_)));
     points_.Complete();
     if (binary) {
       WriteSparseModelBinary(empty, folder_);

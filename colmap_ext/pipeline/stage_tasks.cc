@@ -37,6 +37,12 @@ std::int64_t CountState(const phi::MeasurementMap& map, phi::PixelState state) {
   return phi::CountIf(map.states, [state](phi::PixelState s) { return s == state; });
 }
 
+// The map that the stage makes, as its readers get it.
+std::shared_ptr<const phi::MeasurementMap> Shared(const Stage& stage, phi::MeasurementMap map) {
+  if (stage.is_rounded) map = RoundToCompact(std::move(map));
+  return std::make_shared<const phi::MeasurementMap>(std::move(map));
+}
+
 StageResult Published(std::shared_ptr<const phi::MeasurementMap> map) {
   if (map->states.empty()) return {.map = std::move(map)};
   return {.map = std::make_shared<const phi::MeasurementMap>(
@@ -56,14 +62,6 @@ StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& 
 StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
                             const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
                             ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
-  StageResult result = RunExactly(stage, previous, input_keys, job, backend, progress, warnings);
-  if (stage.is_rounded) result.map = std::make_shared<const phi::MeasurementMap>(RoundToCompact(*result.map));
-  return result;
-}
-
-StageResult StageTasks::RunExactly(const Stage& stage, const Stage* previous,
-                                   const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
-                                   ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
   switch (stage.kind) {
     case StageKind::kEstimate:
       return Estimate(stage, previous, input_keys, jobs_[job], backend, progress, warnings);
@@ -112,7 +110,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
   if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
-  result.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(estimate.map), {}});
+  result.map = Shared(stage, {std::move(estimate.map), {}});
   if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
   return result;
 }
@@ -140,13 +138,13 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
-    const std::int64_t num_kept = phi::CountIf(filtered.states, phi::IsInferred);
+    const std::int64_t num_kept = phi::CountIf(filtered.states, [](phi::PixelState s) { return phi::IsInferred(s); });
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;
   }
   if (!stage.has_mask) filtered.states = {};
   StageResult result;
-  result.map = std::make_shared<const phi::MeasurementMap>(std::move(filtered));
+  result.map = Shared(stage, std::move(filtered));
   // The filtered photometric map takes the raw one's place, and its cost goes with it.
   if (stage.result == kPhotometric && options_.NeedsCost()) {
     result.cost = store_.Cost(job.image, EstimateKind(options_));
@@ -251,7 +249,7 @@ std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(c
     if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
     regions[i] = regions_.Get(source.image, [&] {
-      return phi::FindViewRegions(*store_.Regions(source.image, options.rules), *depths, workspace_.views()[source.image].image_id,
+      return phi::FindViewRegions(store_.Regions(source.image, options.rules), *depths, workspace_.views()[source.image].image_id,
                                   PrecisionOf(source), options.rules);
     });
   });

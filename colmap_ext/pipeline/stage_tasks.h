@@ -37,9 +37,6 @@ class StageTasks {
 
  private:
   // As Run, before the map is rounded.
-  StageResult RunExactly(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                         int job, phi::Backend& backend, ProgressLine::Task* progress,
-                         std::vector<std::string>* warnings) const;
   StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                        const ImageJob& job, phi::Backend& backend, ProgressLine::Task* progress,
                        std::vector<std::string>* warnings) const;

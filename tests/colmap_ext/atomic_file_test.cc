@@ -68,6 +68,34 @@ TEST(AtomicFileTest, AppearsWholeUnderItsNameOnCommit) {
   EXPECT_EQ(CountFiles(target.parent_path()), 1);
 }
 
+TEST(AtomicFileTest, PiecesComeInAnyOrder) {
+  TemporaryFolder folder;
+  AtomicFile file(folder / "file");
+  file.Write("head ");
+  file.WriteAt(9, "third");
+  file.WriteAt(5, "2nd ");
+  EXPECT_EQ(file.bytes_written(), 5u);
+  file.WriteAt(0, "HEAD");
+  file.Commit();
+  EXPECT_EQ(ReadBytes(folder / "file"), "HEAD 2nd third");
+}
+
+// Large enough that bytes set out for the disk before the end.
+TEST(AtomicFileTest, LargeFilesAreWhole) {
+  TemporaryFolder folder;
+  std::string expected;
+  {
+    AtomicFile file(folder / "file");
+    for (int i = 0; i < 40; ++i) {
+      const std::string piece(std::size_t{1} << 20, static_cast<char>('a' + i % 26));
+      file.Write(piece);
+      expected += piece;
+    }
+    file.Commit();
+  }
+  EXPECT_TRUE(ReadBytes(folder / "file") == expected);
+}
+
 TEST(AtomicFileTest, LeavesTheOldFileWithoutCommit) {
   TemporaryFolder folder;
   const fs::path target = folder / "file";
