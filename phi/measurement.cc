@@ -20,7 +20,7 @@ MeasurementMap AllMeasured(PlaneMap planes) {
 
 MeasuredDepths AllMeasured(DepthMap depths) {
   MeasuredDepths measured{std::move(depths), {}};
-  measured.states = Transformed(measured.depths, StateOfMeasured);
+  measured.states = Transformed(measured.depths, [](float depth) { return StateOfMeasured(depth); });
   return measured;
 }
 
@@ -41,7 +41,7 @@ PlaneMap PublishedPlanes(const MeasurementMap& map) {
 
 std::int64_t CountPublished(const MeasurementMap& map) {
   if (map.states.empty()) return CountIf(map.planes, [](const PlaneHypothesis& h) { return h.depth > 0; });
-  return CountIf(map.states, IsPublished);
+  return CountIf(map.states, [](PixelState s) { return IsPublished(s); });
 }
 
 void DropMasked(const Array2D<std::uint8_t>& mask, MeasurementMap* map) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 
 #include "phi/filtering/neighbor_planes.h"
 
@@ -15,26 +17,37 @@ constexpr int kNeighborSpacing = 3;  // pixels: windows that overlap less than t
 constexpr ConfidenceTerms kWeights = {2.978f, 0.048f, -0.390f, 0.339f, -0.182f, 0.288f, 3.095f, -0.432f, 0.478f, 0.428f, -0.051f};
 constexpr float kConstant = -5.131f;
 
+// log2(1 + n): logarithms of counts are taken for millions of pixels.
+float LogOfCount(int n) {
+  static const auto kLogs = [] {
+    std::array<float, std::numeric_limits<std::uint8_t>::max() + 1> logs;
+    for (std::size_t i = 0; i < logs.size(); ++i) logs[i] = std::log2(1.0f + static_cast<float>(i));
+    return logs;
+  }();
+  return kLogs[static_cast<std::size_t>(n)];
+}
+
 void SetViewTerms(const Testimonies& t, ConfidenceTerms* terms) {
   const int telling = std::max(1, t.num_confirming + t.num_contradicting);
   (*terms)[kConfirmingShare] = static_cast<float>(t.num_confirming) / static_cast<float>(telling);
-  (*terms)[kClose] = std::log2(1.0f + t.num_close);
-  (*terms)[kLoose] = std::log2(1.0f + t.num_confirming - t.num_close);
-  (*terms)[kContradicting] = std::log2(1.0f + t.num_contradicting);
+  (*terms)[kClose] = LogOfCount(t.num_close);
+  (*terms)[kLoose] = LogOfCount(t.num_confirming - t.num_close);
+  (*terms)[kContradicting] = LogOfCount(t.num_contradicting);
   (*terms)[kAnyClose] = t.num_close > 0;
   (*terms)[kTwo] = t.num_confirming >= 2;
 }
 
 }  // namespace
 
-void ForConfidenceTerms(const ConfidenceInput& input, const std::function<bool(int x, int y)>& is_wanted,
+void ForConfidenceTerms(const ConfidenceInput& input,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function) {
   const auto smoothed_noise = static_cast<float>(0.02 + input.noise * input.noise / 9);
   ForNeighborCounts(
-      input.rays, input.estimate, input.deviations, kNeighborSpacing, [&](int y, const std::vector<std::int32_t>& num_agreeing) {
+      input.rays, input.estimate, input.wanted, input.deviations, kNeighborSpacing,
+      [&](int y, const std::vector<std::int32_t>& num_agreeing) {
         for (int x = 0; x < input.estimate.width(); ++x) {
           const PlaneHypothesis& h = input.estimate(x, y);
-          if (!(h.depth > 0) || !is_wanted(x, y)) continue;
+          if (input.wanted(x, y) == 0 || !(h.depth > 0)) continue;
           const Vec3f ray = input.rays.Ray(x + 0.5f, y + 0.5f);
           const float own_variance = input.own_variance(x, y);
           ConfidenceTerms terms;

@@ -10,6 +10,7 @@
 #include <functional>
 
 #include "phi/base/array2d.h"
+#include "phi/base/images.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/measurement.h"
 
@@ -37,13 +38,14 @@ struct ConfidenceInput {
   const RayModel& rays;  // of the estimate's view
   const PlaneMap& estimate;
   const Array2D<Testimonies>& testimonies;
-  const Array2D<float>& deviations;    // DepthPrecision::RelativeDeviations of the estimate
+  const Mask& wanted;                  // 0: not
+  const Array2D<float>& deviations;    // DepthPrecision::RelativeDeviations of the estimate, where wanted
   const Array2D<float>& own_variance;  // of the photo, see own_texture.h
   double noise = 0;                    // of the photo: NoiseDeviation, grey levels
 };
 
-// Calls function(x, y, terms) for each pixel of the estimate with a depth that is wanted, from several threads.
-void ForConfidenceTerms(const ConfidenceInput& input, const std::function<bool(int x, int y)>& is_wanted,
+// Calls function(x, y, terms) for each wanted pixel of the estimate that has depth, from several threads.
+void ForConfidenceTerms(const ConfidenceInput& input,
                         const std::function<void(int x, int y, const ConfidenceTerms& terms)>& function);
 
 // The model's logarithm of the odds that the depth is right.

@@ -96,7 +96,7 @@ MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdic
   });
   if (map.states.empty()) {
     kept.testimonies = Array2D<Testimonies>::Uninitialized(map.width(), map.height());
-    std::copy_n(testimonies, map.size(), kept.testimonies.data());
+    CopyAll(testimonies, map.size(), kept.testimonies.data());
   }
   return kept;
 }

@@ -1,7 +1,9 @@
 #include "phi/filtering/judge_measurements.h"
 
+#include <cstdint>
 #include <utility>
 
+#include "phi/base/whole_array.h"
 #include "phi/filtering/confidence.h"
 #include "phi/filtering/own_texture.h"
 
@@ -14,10 +16,10 @@ void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecisio
   const Array2D<Testimonies> testimonies = std::exchange(map->testimonies, {});
   if (rules.IsOn(Rule::kOwnTexture)) DropPlainPixels(texture, map);
   if (!rules.IsOn(Rule::kClues)) return;
-  const Array2D<float> deviations = precision.RelativeDeviations(estimate);
+  const Mask unmeasured = Transformed(map->states, [](PixelState s) { return static_cast<std::uint8_t>(s == PixelState::kNone ? 255 : 0); });
+  const Array2D<float> deviations = precision.RelativeDeviations(estimate, unmeasured);
   const float clue_log_odds = rules.Factor(Rule::kClues) * kClueLogOdds;
-  ForConfidenceTerms({precision.reference(), estimate, testimonies, deviations, texture.variance, noise},
-                     [&](int x, int y) { return map->states(x, y) == PixelState::kNone; },
+  ForConfidenceTerms({precision.reference(), estimate, testimonies, unmeasured, deviations, texture.variance, noise},
                      [&](int x, int y, const ConfidenceTerms& terms) {
                        if (!(ConfidenceLogOdds(terms) >= clue_log_odds)) return;
                        map->planes(x, y) = estimate(x, y);

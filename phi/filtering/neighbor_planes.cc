@@ -21,10 +21,12 @@ PHI_WIDE_VECTORS void Count(const float* depth, const float* ray_x, float ray_y,
 
 }  // namespace
 
-void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, std::vector<std::int32_t>* counts) {
+void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, int begin, int end,
+                   std::vector<std::int32_t>* counts) {
   const int width = static_cast<int>(counts->size());
-  const int begin = std::max(0, -shift), end = std::min(width, width - shift), other = begin + shift;
+  begin = std::max(begin, -shift), end = std::min(end, width - shift);
   if (begin >= end) return;
+  const int other = begin + shift;
   Count(&pixels.depth[begin], &pixels.ray_x[begin], ray_y, &pixels.tolerance[begin],
         {&planes.normal_x[other], &planes.normal_y[other], &planes.normal_z[other], &planes.offset[other]}, end - begin,
         &(*counts)[begin]);

@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/array2d.h"
+#include "phi/base/images.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/geometry/plane_hypothesis.h"
 
@@ -51,15 +52,26 @@ struct PlaneRow {
   }
 };
 
-// Adds to each pixel's count whether the neighbour `shift` columns to the right in the row `planes` agrees. A plane meets a pixel's
-// ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
-void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, std::vector<std::int32_t>* counts);
+// Adds to the count of each pixel from `begin` to before `end` whether the neighbour `shift` columns to the right in the row `planes`
+// agrees. A plane meets a pixel's ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
+void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, int begin, int end,
+                   std::vector<std::int32_t>* counts);
 
-// Calls function(y, counts) for all rows, bands of them in parallel: how many of the neighbours of the row's pixels, `spacing` pixels
-// apart, agree with each.
-// `deviations`: DepthPrecision::RelativeDeviations of the map, at least where it has depth.
+// Calls function(begin, end) for the pieces of a row that hold what is wanted (not 0).
 template <class Function>
-void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations,
+void ForWantedPieces(const std::uint8_t* wanted, int width, const Function& function) {
+  constexpr int kPiece = 64;  // pixels
+  for (int begin = 0; begin < width; begin += kPiece) {
+    const int end = std::min(begin + kPiece, width);
+    if (std::any_of(wanted + begin, wanted + end, [](std::uint8_t w) { return w != 0; })) function(begin, end);
+  }
+}
+
+// Calls function(y, counts) for all rows, bands of them in parallel: how many of the neighbours of the row's wanted pixels, `spacing`
+// pixels apart, agree with each.
+// `deviations`: DepthPrecision::RelativeDeviations of the map, of the wanted pixels at least.
+template <class Function>
+void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Mask& wanted, const Array2D<float>& deviations,
                        int spacing, const Function& function) {
   constexpr int kBandRows = 64;
   const int reach = kNeighborRadius * spacing, height = map.height();
@@ -74,7 +86,11 @@ void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Array2D<
       const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
       for (int v = y - reach; v <= y + reach; v += spacing) {
         if (v < first || v > last) continue;
-        for (int shift = -reach; shift <= reach; shift += spacing) CountAgreeing(pixels, ray_y, rows[v - first], shift, &counts);
+        ForWantedPieces(&wanted(0, y), map.width(), [&](int piece_begin, int piece_end) {
+          for (int shift = -reach; shift <= reach; shift += spacing) {
+            CountAgreeing(pixels, ray_y, rows[v - first], shift, piece_begin, piece_end, &counts);
+          }
+        });
       }
       function(y, counts);
     }

@@ -1,5 +1,7 @@
 #include "phi/geometry/depth_precision.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -64,28 +66,34 @@ float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {
 
 void DepthPrecision::FindRelativeDeviations(const float* u, const float* v, const float* depth, std::size_t size,
                                             float* deviations) const {
-  std::vector<float> inverse_depths(size), squares(size, 0), num_seeing(size, 0);
-  for (std::size_t i = 0; i < size; ++i) inverse_depths[i] = 1 / depth[i];
-  for (const RelativeView& source : sources_) {
-    AddMotions(source, u, v, inverse_depths.data(), size, squares.data(), num_seeing.data());
+  constexpr std::size_t kBatch = 512;  // stays in the nearest cache
+  for (std::size_t begin = 0; begin < size; begin += kBatch) {
+    const std::size_t count = std::min(kBatch, size - begin);
+    std::array<float, kBatch> inverse_depths, squares{}, num_seeing{};
+    for (std::size_t i = 0; i < count; ++i) inverse_depths[i] = 1 / depth[begin + i];
+    for (const RelativeView& source : sources_) {
+      AddMotions(source, u + begin, v + begin, inverse_depths.data(), count, squares.data(), num_seeing.data());
+    }
+    for (std::size_t i = 0; i < count; ++i) deviations[begin + i] = DeviationOf(squares[i], num_seeing[i]);
   }
-  for (std::size_t i = 0; i < size; ++i) deviations[i] = DeviationOf(squares[i], num_seeing[i]);
 }
 
-Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map) const {
+Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map, const Mask& wanted) const {
   auto deviations = Array2D<float>::Uninitialized(map.width(), map.height());
   tbb::parallel_for(0, map.height(), [&](int y) {
-    const int width = map.width();
-    std::vector<float> u(width), depth(width);
-    const std::vector<float> v(width, static_cast<float>(y) + 0.5f);
-    for (int x = 0; x < width; ++x) {
-      u[x] = static_cast<float>(x) + 0.5f;
-      depth[x] = map(x, y).depth;
+    std::vector<int> columns;
+    std::vector<float> u, depth;
+    for (int x = 0; x < map.width(); ++x) {
+      if (wanted(x, y) == 0 || !(map(x, y).depth > 0)) continue;
+      columns.push_back(x);
+      u.push_back(static_cast<float>(x) + 0.5f);
+      depth.push_back(map(x, y).depth);
     }
-    FindRelativeDeviations(u.data(), v.data(), depth.data(), static_cast<std::size_t>(width), &deviations(0, y));
-    for (int x = 0; x < width; ++x) {
-      if (!(depth[x] > 0)) deviations(x, y) = 0;
-    }
+    const std::vector<float> v(columns.size(), static_cast<float>(y) + 0.5f);
+    std::vector<float> found(columns.size());
+    FindRelativeDeviations(u.data(), v.data(), depth.data(), columns.size(), found.data());
+    std::fill_n(&deviations(0, y), map.width(), 0.0f);
+    for (std::size_t i = 0; i < columns.size(); ++i) deviations(columns[i], y) = found[i];
   });
   return deviations;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phi/base/array2d.h"
+#include "phi/base/images.h"
 #include "phi/geometry/camera.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/geometry/plane_hypothesis.h"
@@ -32,8 +33,8 @@ class DepthPrecision {
   float RelativeDeviation(float u, float v, float depth) const;
   // The same of `size` points.
   void FindRelativeDeviations(const float* u, const float* v, const float* depth, std::size_t size, float* deviations) const;
-  // Of each pixel of a map of the reference; 0 where it has no depth.
-  Array2D<float> RelativeDeviations(const PlaneMap& map) const;
+  // Of the pixels of a map of the reference that are wanted (not 0); 0 elsewhere, and where there is no depth.
+  Array2D<float> RelativeDeviations(const PlaneMap& map, const Mask& wanted) const;
 
  private:
   RayModel reference_;

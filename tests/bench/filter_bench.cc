@@ -53,8 +53,9 @@ void NeighborCounts(benchmark::State& state) {
   const phi::DepthPrecision precision = Precision();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const phi::PlaneMap planes = NoisyPlane();
+  const phi::Mask all(kWidth, kHeight, 255);
   for (auto _ : state) {
-    phi::ForNeighborCounts(kRays, planes, precision.RelativeDeviations(planes), 1,
+    phi::ForNeighborCounts(kRays, planes, all, precision.RelativeDeviations(planes, all), 1,
                            [](int, const std::vector<std::int32_t>& counts) { benchmark::DoNotOptimize(counts.data()); });
   }
 }

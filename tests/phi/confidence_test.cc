@@ -32,10 +32,11 @@ GrayImage Bowl() {
 ConfidenceTerms TermsAt(const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, double noise, int x, int y) {
   ConfidenceTerms found = {};
   std::atomic<int> num_told = 0;
-  const Array2D<float> deviations = kPrecision.RelativeDeviations(estimate),
+  const Mask all(kSide, kSide, 255);
+  const Array2D<float> deviations = kPrecision.RelativeDeviations(estimate, all),
                        own_variance = FindOwnTexture(Bowl(), noise).variance;
-  const ConfidenceInput input{kRays, estimate, testimonies, deviations, own_variance, noise};
-  ForConfidenceTerms(input, [](int, int) { return true; }, [&](int u, int v, const ConfidenceTerms& terms) {
+  const ConfidenceInput input{kRays, estimate, testimonies, all, deviations, own_variance, noise};
+  ForConfidenceTerms(input, [&](int u, int v, const ConfidenceTerms& terms) {
     ++num_told;
     if (u == x && v == y) found = terms;
   });

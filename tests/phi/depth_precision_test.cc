@@ -49,5 +49,25 @@ TEST(DepthPrecision, ForwardMotion) {
   EXPECT_NEAR(precision.RelativeDeviation(600, 400, 10), kMatchDeviation / (1000.0 / 81), 1e-6);
 }
 
+// In maps, where it is wanted: as of each pixel alone, for more pixels than are looked at together.
+TEST(DepthPrecision, OfAMapsPixels) {
+  const DepthPrecision precision(MakeRayModel(At(0).pinhole), {MakeRelativeView(At(0), At(0.2)), MakeRelativeView(At(0), At(-0.1))});
+  PlaneMap map(1000, 3);
+  Mask wanted(1000, 3, 255);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 1000; ++x) map(x, y) = {{0, 0, -1}, 2 + 0.001f * static_cast<float>(x)};
+  }
+  map(7, 1).depth = 0;
+  for (const int x : {0, 8, 511, 512}) wanted(x, 2) = 0;
+  const Array2D<float> deviations = precision.RelativeDeviations(map, wanted);
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 1000; ++x) {
+      const bool is_told = wanted(x, y) != 0 && map(x, y).depth > 0;
+      const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
+      ASSERT_EQ(deviations(x, y), is_told ? precision.RelativeDeviation(u, v, map(x, y).depth) : 0) << x << ", " << y;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace phi

@@ -29,7 +29,7 @@ PlaneMap Plane(const Vec3f& n, double offset) {
 // How many neighbours of each pixel agree. `deviation`: what matching can tell of every depth, relative.
 Array2D<int> Count(const PlaneMap& map, int spacing = 1, float deviation = 0) {
   Array2D<int> result(kSide, kSide);
-  ForNeighborCounts(kRays, map, Array2D<float>(kSide, kSide, deviation), spacing,
+  ForNeighborCounts(kRays, map, Mask(kSide, kSide, 255), Array2D<float>(kSide, kSide, deviation), spacing,
                     [&](int y, const std::vector<std::int32_t>& counts) {
                       for (int x = 0; x < kSide; ++x) result(x, y) = counts[x];
                     });
@@ -75,6 +75,22 @@ TEST(NeighborPlanes, APlaneCountsAndNotItsDepthAlone) {
   const Array2D<int> counts = Count(map);
   EXPECT_EQ(counts(10, 10), kNumNeighbors);
   EXPECT_EQ(counts(11, 10), kNumNeighbors - 1);
+}
+
+// Only their counts are told, whatever else lies in their pieces of rows.
+TEST(NeighborPlanes, WantedPixelsAloneAreCounted) {
+  constexpr int kWidth = 150;  // two pieces and a part
+  const RayModel rays{.fx = 20, .fy = 20, .cx = 75, .cy = 10.5f, .width = kWidth, .height = kSide};
+  const PlaneMap map(kWidth, kSide, {{0, 0, -1}, 3});
+  const Array2D<float> deviations(kWidth, kSide, 0.0f);
+  for (const int wanted_x : {0, 63, 64, 127, 128, 149}) {
+    Mask wanted(kWidth, kSide, 0);
+    wanted(wanted_x, 10) = 255;
+    const int beside = std::min(wanted_x + 2, kWidth - 1) - std::max(wanted_x - 2, 0) + 1;
+    ForNeighborCounts(rays, map, wanted, deviations, 1, [&](int y, const std::vector<std::int32_t>& counts) {
+      if (y == 10) { EXPECT_EQ(counts[wanted_x], 5 * beside - 1) << wanted_x; }
+    });
+  }
 }
 
 TEST(NeighborPlanes, TheSpacingSaysWhichPixelsAreAsked) {

@@ -79,10 +79,13 @@ class Table {
     for (double* value : {&k.fx, &k.fy, &k.cx, &k.cy}) *value *= scale;
     std::mutex mutex;
     std::vector<float> rows;
-    const phi::Array2D<float> deviations = precision.RelativeDeviations(estimate);
+    phi::Mask sample(estimate.width(), estimate.height(), 0);
+    for (int y = 0; y < sample.height(); y += kStride) {
+      for (int x = 0; x < sample.width(); x += kStride) sample(x, y) = 255;
+    }
+    const phi::Array2D<float> deviations = precision.RelativeDeviations(estimate, sample);
     const phi::OwnTexture texture = phi::FindOwnTexture(*photo, noise);
-    phi::ForConfidenceTerms({precision.reference(), estimate, filtered.testimonies, deviations, texture.variance, noise},
-                            [](int x, int y) { return x % kStride == 0 && y % kStride == 0; },
+    phi::ForConfidenceTerms({precision.reference(), estimate, filtered.testimonies, sample, deviations, texture.variance, noise},
                             [&](int x, int y, const phi::ConfidenceTerms& terms) {
                               const int u = static_cast<int>((x + 0.5) * scale), v = static_cast<int>((y + 0.5) * scale);
                               if (u >= truth.width() || v >= truth.height()) return;
