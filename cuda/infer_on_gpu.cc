@@ -124,14 +124,14 @@ void UploadEven(const ImageRegions& regions, Scratch* scratch, const InferenceLa
 }
 
 // Planes are found on the host; the scanlines run meanwhile.
-RegionPlanes AddRegionPlanes(const InferenceInput& input, const ImageRegions& regions, Scratch* scratch,
+RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const ImageRegions> regions, Scratch* scratch,
                              const InferenceLaunch& launch, const Task& task) {
   const int width = launch.carrying.width, height = launch.carrying.height;
   const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
   const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.rules);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(regions, {host_buffers.anchors, width, height},
+  RegionPlanes planes(std::move(regions), {host_buffers.anchors, width, height},
                       input.reference.view->image_id, evidence, launch.parameters.rules);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
@@ -170,7 +170,7 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
   anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free
   UploadEven(*regions, scratch, launch, task);
   LaunchScanlines(launch, stream, task);
-  return AddRegionPlanes(input, *regions, scratch, launch, task);
+  return AddRegionPlanes(input, regions, scratch, launch, task);
 }
 
 FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTables& tables,

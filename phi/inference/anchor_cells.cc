@@ -1,6 +1,8 @@
 #include "phi/inference/anchor_cells.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,16 +21,55 @@ constexpr int kCellsPerOctave = 70;
 constexpr int kKeyBits = 20;
 constexpr std::int64_t kKeyOffset = std::int64_t{1} << (kKeyBits - 1);
 
-std::uint64_t KeyPart(double cell) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(cell)) + kKeyOffset); }
+std::int64_t RoundedDown(double value) {
+  const auto towards_zero = static_cast<std::int64_t>(value);
+  return towards_zero - (static_cast<double>(towards_zero) > value ? 1 : 0);
+}
 
-double DepthCell(float w) {
-  int exponent;
-  const float mantissa = std::frexp(w, &exponent);
-  return kCellsPerOctave * exponent + std::floor(kCellsPerOctave * std::log2(mantissa));
+std::uint64_t KeyPart(double cell) { return static_cast<std::uint64_t>(RoundedDown(cell) + kKeyOffset); }
+
+constexpr int kFractionBits = 23;  // of a float
+constexpr int kBinBits = 8;
+
+// The floats of an octave whose fractions start with the same bits.
+struct OctaveBin {
+  std::int32_t cell;   // of the first ones, from the octave's upper end
+  std::uint32_t next;  // the fraction from which on they lie in the next cell
+};
+
+std::array<OctaveBin, 1 << kBinBits> MakeOctaveBins() {
+  const auto cell_of = [](std::uint32_t fraction) {
+    const float mantissa = std::ldexp(static_cast<float>(fraction + (1u << kFractionBits)), -kFractionBits - 1);  // 0.5 to 1
+    return static_cast<std::int32_t>(std::floor(kCellsPerOctave * std::log2(mantissa)));
+  };
+  std::array<OctaveBin, 1 << kBinBits> bins;
+  for (std::uint32_t b = 0; b < bins.size(); ++b) {
+    const std::uint32_t first = b << (kFractionBits - kBinBits);
+    bins[b].cell = cell_of(first);
+    std::uint32_t low = first, high = first + (1u << (kFractionBits - kBinBits));  // a bin is narrower than a cell
+    while (high - low > 1) {
+      const std::uint32_t middle = (low + high) / 2;
+      (cell_of(middle) == bins[b].cell ? low : high) = middle;
+    }
+    bins[b].next = high;
+  }
+  return bins;
+}
+
+const std::array<OctaveBin, 1 << kBinBits> kOctaveBins = MakeOctaveBins();
+
+// kCellsPerOctave times the logarithm to base 2, rounded down: a positive float has its octave in its upper bits.
+std::int64_t DepthCell(float w) {
+  const auto bits = std::bit_cast<std::uint32_t>(w);
+  const std::uint32_t fraction = bits & ((1u << kFractionBits) - 1);
+  const OctaveBin& bin = kOctaveBins[fraction >> (kFractionBits - kBinBits)];
+  const int octave = static_cast<int>(bits >> kFractionBits) - 126;
+  return kCellsPerOctave * octave + bin.cell + (fraction >= bin.next ? 1 : 0);
 }
 
 std::uint64_t KeyOf(const AnchorPoint& p, float side) {
-  return KeyPart(p.x / side) << 2 * kKeyBits | KeyPart(p.y / side) << kKeyBits | KeyPart(DepthCell(p.w));
+  return KeyPart(p.x / side) << 2 * kKeyBits | KeyPart(p.y / side) << kKeyBits |
+         static_cast<std::uint64_t>(DepthCell(p.w) + kKeyOffset);
 }
 
 int ColumnOf(std::uint64_t key) { return static_cast<int>(static_cast<std::int64_t>(key >> 2 * kKeyBits) - kKeyOffset); }
@@ -65,28 +106,33 @@ void SortByKey(std::vector<KeyedPoint>* points) {
   for (const KeyedPoint& point : *points) sorted[next[bucket(point.first)]++] = point;
   // Now next[b] is where bucket b ends.
   for (std::size_t b = 0, begin = 0; b + 1 < next.size(); begin = next[b++]) {
-    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(begin), sorted.begin() + next[b]);
+    const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin), last = sorted.begin() + next[b];
+    if (!std::is_sorted(first, last)) std::sort(first, last);  // mostly all have one depth
   }
   points->swap(sorted);
 }
 
 }  // namespace
 
-double AnchorTolerance::At(float x, float y, float w) const {
+float AnchorTolerance::At(float x, float y, float w) const {
   return Of(precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w), w);
 }
 
-std::vector<double> AnchorTolerance::At(std::span<const float> x, std::span<const float> y,
+std::vector<float> AnchorTolerance::At(std::span<const float> x, std::span<const float> y,
                                         std::span<const float> w) const {
-  std::vector<float> u(x.size()), v(x.size()), depth(x.size()), deviation(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    u[i] = x[i] + 0.5f;
-    v[i] = y[i] + 0.5f;
-    depth[i] = 1 / w[i];
+  constexpr std::size_t kBatch = 512;  // stays in the nearest cache
+  std::array<float, kBatch> u, v, depth, deviation;
+  std::vector<float> tolerances(x.size());
+  for (std::size_t begin = 0; begin < x.size(); begin += kBatch) {
+    const std::size_t count = std::min(kBatch, x.size() - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      u[i] = x[begin + i] + 0.5f;
+      v[i] = y[begin + i] + 0.5f;
+      depth[i] = 1 / w[begin + i];
+    }
+    precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), count, deviation.data());
+    for (std::size_t i = 0; i < count; ++i) tolerances[begin + i] = Of(deviation[i], w[begin + i]);
   }
-  precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), x.size(), deviation.data());
-  std::vector<double> tolerances(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) tolerances[i] = Of(deviation[i], w[i]);
   return tolerances;
 }
 

@@ -17,11 +17,11 @@ struct AnchorTolerance {
   DepthPrecision precision;
 
   // Of inverse depth w at array indices (x, y).
-  double At(float x, float y, float w) const;
+  float At(float x, float y, float w) const;
   // The same of many places.
-  std::vector<double> At(std::span<const float> x, std::span<const float> y, std::span<const float> w) const;
+  std::vector<float> At(std::span<const float> x, std::span<const float> y, std::span<const float> w) const;
   // Of inverse depth w, of which matching can tell `deviation`, relative.
-  double Of(float deviation, float w) const { return std::max(share, deviations * deviation) * w; }
+  float Of(float deviation, float w) const { return std::max(share, deviations * deviation) * w; }
   // Whether `off` is at most that; mostly the share alone says so.
   bool Contains(float x, float y, float w, double off) const { return off <= share * w || off <= At(x, y, w); }
 };

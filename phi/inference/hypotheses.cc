@@ -33,13 +33,13 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method)
 }
 
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
-                       const ImageRegions& regions, std::uint32_t image_id, const PlaneEvidence& evidence)
+                       std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id, const PlaneEvidence& evidence)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
   const Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
-  const Mask even = EvenPixels(regions);
+  const Mask even = EvenPixels(*regions);
   FillScanlines(anchors, rules.IsOn(Rule::kEvenLines) ? even.view() : ArrayView2D<const std::uint8_t>{},
                 {Formulas::kRobust, rules});
-  region_planes_.emplace(regions, anchors.view(), image_id, evidence, rules);
+  region_planes_.emplace(std::move(regions), anchors.view(), image_id, evidence, rules);
   AddRegionPlanes(image, rules);
 }
 

@@ -19,8 +19,8 @@ class Hypotheses {
   // Robust: in the image's evenly coloured regions lines go between two sides only, and planes take the diagonals' places where
   // there are any; overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
   // `evidence`: what else the planes rest on.
-  Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image, const ImageRegions& regions,
-             std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
+  Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
+             std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
 
   // Views this.
   HypothesisState state() const;

@@ -26,9 +26,10 @@ bool PlaneThrough(const Anchor& p, const Anchor& q, const Anchor& r, double min_
   const double x1 = q.x - px, y1 = q.y - py, x2 = r.x - px, y2 = r.y - py;
   const double det = x1 * y2 - x2 * y1;
   if (std::abs(det) < min_area) return false;
-  plane->b = ((q.w - p.w) * y2 - (r.w - p.w) * y1) / det;
-  plane->c = ((r.w - p.w) * x1 - (q.w - p.w) * x2) / det;
-  plane->a = p.w - plane->b * px - plane->c * py;
+  const double pw = p.w, w1 = q.w - pw, w2 = r.w - pw;
+  plane->b = (w1 * y2 - w2 * y1) / det;
+  plane->c = (w2 * x1 - w1 * x2) / det;
+  plane->a = pw - plane->b * px - plane->c * py;
   return true;
 }
 
@@ -40,9 +41,10 @@ class PlaneFit {
   template <typename Anchor>
   void Add(const Anchor& anchor, double weight = 1) {
     ++count_;
-    const Eigen::Vector3d row(1, anchor.x - cx_, anchor.y - cy_);
-    normal_ += weight * row * row.transpose();
-    right_ += weight * anchor.w * row;
+    const double x = anchor.x - cx_, y = anchor.y - cy_, w = weight * anchor.w;
+    sum_ += weight, x_ += weight * x, y_ += weight * y;
+    xx_ += weight * x * x, xy_ += weight * x * y, yy_ += weight * y * y;
+    w_ += w, wx_ += w * x, wy_ += w * y;
   }
 
   int count() const { return count_; }
@@ -57,12 +59,12 @@ class PlaneFit {
   double NarrowVariance() const;
 
  private:
-  Eigen::Vector2d RelativeMean() const { return normal_.block<2, 1>(1, 0) / normal_(0, 0); }
+  Eigen::Vector2d RelativeMean() const { return Eigen::Vector2d(x_, y_) / sum_; }
 
   double cx_, cy_;
   int count_ = 0;
-  Eigen::Matrix3d normal_ = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right_ = Eigen::Vector3d::Zero();
+  // Weighted sums; coordinates relative to the centre.
+  double sum_ = 0, x_ = 0, y_ = 0, xx_ = 0, xy_ = 0, yy_ = 0, w_ = 0, wx_ = 0, wy_ = 0;
 };
 
 }  // namespace phi

@@ -83,7 +83,7 @@ Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
   return {*input.measured,
           method.rules,
           *RegionImage(input),
-          *RegionsOf(input, method.rules),
+          RegionsOf(input, method.rules),
           input.reference.view->image_id,
           GatherPlaneEvidence(input, method.rules)};
 }

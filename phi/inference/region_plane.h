@@ -26,6 +26,7 @@ struct RegionPlane : ImagePlane {
 
   // 0 outside the ellipse.
   float At(int x, int y) const {
+    if (!IsThere()) return 0;
     const double dx = x - center_x, dy = y - center_y;
     if (xx * dx * dx + (2 * xy * dx + yy * dy) * dy > 1) return 0;
     const double w = InverseDepth(x, y);

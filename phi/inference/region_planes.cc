@@ -1,12 +1,10 @@
 #include "phi/inference/region_planes.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <span>
-#include <tuple>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Core>
@@ -17,6 +15,7 @@
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/plane_choice.h"
+#include "phi/inference/region_anchors.h"
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -32,7 +31,6 @@ constexpr int kMaxDraws = 100;
 constexpr double kMinTriangle = 100;      // twice the area of a draw's, square pixels
 constexpr double kConfidence = 0.9999;    // that one of the draws hit inliers only; no more are made then
 constexpr std::size_t kMaxScored = 1500;  // anchors that a draw is scored on
-constexpr int kMaxPoints = 8192;          // of a region, about: larger ones are sampled
 constexpr double kMinSpread = 3;          // standard deviation across the inliers' narrow side, pixels
 // Standard deviations of the inliers' places: so far from their mean, the fitted depth is about five times as uncertain.
 constexpr double kReachDeviations = 5;
@@ -69,51 +67,10 @@ struct Limits {
   }
 };
 
-struct Point {
-  float x, y;
-  double w;
-  double tolerance;    // of w
-  std::uint32_t hash;  // of the pixel, once more than what sampled it: uniform again
-};
-
-// By hash, which pixels of two views may share.
-bool Before(const Point& p, const Point& q) {
-  return std::tie(p.hash, p.x, p.y, p.w) < std::tie(q.hash, q.x, q.y, q.w);
-}
-
-// In the order of Before. The hashes are uniform: of as many buckets as points each gets about one, and few are out of
-// place after that.
-std::vector<Point> Sorted(const std::vector<Point>& points) {
-  const std::uint64_t n = points.size();
-  const auto bucket = [n](const Point& p) { return static_cast<std::size_t>(p.hash * n >> 32); };
-  std::vector<std::uint32_t> next(n + 1, 0);  // place for a bucket's next point
-  for (const Point& p : points) ++next[bucket(p) + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  std::vector<Point> sorted(n);
-  for (const Point& p : points) sorted[next[bucket(p)]++] = p;
-  for (std::size_t i = 1; i < n; ++i) {
-    const Point p = sorted[i];
-    std::size_t place = i;
-    for (; place > 0 && Before(p, sorted[place - 1]); --place) sorted[place] = sorted[place - 1];
-    sorted[place] = p;
-  }
-  return sorted;
-}
-
-// A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
-// anchor more or less changes only the draws that hit it.
-std::uint32_t PixelHash(std::uint32_t pixel) {
-  pixel ^= pixel >> 16;
-  pixel *= 0x85EBCA6Bu;
-  pixel ^= pixel >> 13;
-  pixel *= 0xC2B2AE35u;
-  return pixel ^ pixel >> 16;
-}
-
 // Least squares over the inliers; false when they do not carry a plane. Sets the ellipse.
-bool Refine(const Limits& limits, const std::vector<Point>& points, RegionPlane* plane) {
+bool Refine(const Limits& limits, const std::vector<RegionPoint>& points, RegionPlane* plane) {
   PlaneFit fit(points[0].x, points[0].y);
-  for (const Point& p : points) {
+  for (const RegionPoint& p : points) {
     if (IsOn(*plane, p)) fit.Add(p);
   }
   if (fit.count() < limits.min_anchors) return false;
@@ -133,7 +90,7 @@ int NumDraws(double inlier_share, int most) {
 
 // The point whose hash is the next from `word` on. Points by ascending hash, which is uniform: it lies near where it would be if
 // they were evenly spaced.
-const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
+const RegionPoint& PointAt(const std::vector<RegionPoint>& points, std::uint32_t word) {
   std::size_t next = static_cast<std::size_t>(std::uint64_t{word} * points.size() >> 32);
   while (next > 0 && points[next - 1].hash >= word) --next;
   while (next < points.size() && points[next].hash < word) ++next;
@@ -143,16 +100,15 @@ const Point& PointAt(const std::vector<Point>& points, std::uint32_t word) {
 // The points that draws are scored on, a value after the other: loops over them become vector instructions.
 class ScoredPoints {
  public:
-  explicit ScoredPoints(std::span<const Point> points) {
-    for (const Point& p : points) {
-      x_.push_back(p.x);
-      y_.push_back(p.y);
-      w_.push_back(p.w);
-      tolerance_.push_back(p.tolerance);
-    }
+  explicit ScoredPoints(std::span<const RegionPoint> points) : size_(points.size()), values_(4 * size_) {
+    float* next = values_.data();
+    for (const RegionPoint& p : points) *next++ = p.x;
+    for (const RegionPoint& p : points) *next++ = p.y;
+    for (const RegionPoint& p : points) *next++ = p.w;
+    for (const RegionPoint& p : points) *next++ = p.tolerance;
   }
 
-  std::size_t size() const { return x_.size(); }
+  std::size_t size() const { return size_; }
 
   // Those on the plane; stops where they cannot be more than `needed`.
   std::size_t CountInliers(const ImagePlane& plane, std::size_t needed) const {
@@ -166,24 +122,25 @@ class ScoredPoints {
 
  private:
   struct PlacedPoint {
-    double x, y, w, tolerance;
+    float x, y, w, tolerance;
   };
 
   PHI_WIDE_VECTORS std::int64_t Count(const ImagePlane& plane, std::size_t begin, std::size_t end) const {
     const ImagePlane own = plane;
-    const double *x = x_.data(), *y = y_.data(), *w = w_.data(), *tolerance = tolerance_.data();
+    const float *x = values_.data(), *y = x + size_, *w = y + size_, *tolerance = w + size_;
     std::int64_t count = 0;
     for (std::size_t i = begin; i < end; ++i) count += IsOn(own, PlacedPoint{x[i], y[i], w[i], tolerance[i]}) ? 1 : 0;
     return count;
   }
 
-  std::vector<double> x_, y_, w_, tolerance_;
+  std::size_t size_;
+  std::vector<float> values_;  // all x, all y, all w, all tolerances
 };
 
 // The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
-bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey key, std::uint64_t region,
+bool FitPlane(const Limits& limits, const std::vector<RegionPoint>& points, RandomKey key, std::uint64_t region,
               std::uint32_t round, RegionPlane* best) {
-  const ScoredPoints scored{std::span<const Point>(points).first(std::min(points.size(), kMaxScored))};
+  const ScoredPoints scored{std::span<const RegionPoint>(points).first(std::min(points.size(), kMaxScored))};
   std::size_t best_count = 0;
   int num_draws = limits.max_draws;
   for (int draw = 0; draw < num_draws; ++draw) {
@@ -203,7 +160,7 @@ bool FitPlane(const Limits& limits, const std::vector<Point>& points, RandomKey 
   return Refine(limits, points, best) && Refine(limits, points, best);
 }
 
-std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::vector<Point> points,
+std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::vector<RegionPoint> points,
                                                     RandomKey key, std::uint64_t region) {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
   for (int k = 0; k < kPlanesPerRegion && std::ssize(points) >= limits.min_anchors; ++k) {
@@ -211,90 +168,16 @@ std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::v
     if (!FitPlane(limits, points, key, region, static_cast<std::uint32_t>(k), &plane)) break;
     if (k > 0 && IsNoSecondSurface(points, planes[0], plane, limits.min_apart)) break;
     planes[k] = plane;
-    std::erase_if(points, [&](const Point& p) { return IsOn(plane, p); });
+    std::erase_if(points, [&](const RegionPoint& p) { return IsOn(plane, p); });
   }
   return planes;
 }
 
-std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
-  return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
-}
-
-// Measured pixels and pooled anchors of each region.
-std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
-                                       std::span<const PooledAnchor> pooled) {
-  std::vector<std::int32_t> counts(regions.num_regions, 0);
-  tbb::parallel_for(0, anchors.height, [&](int y) {
-    std::int32_t run_region = regions.region(0, y),
-                 run = 0;  // one access per run: regions are shared by threads
-    for (int x = 0; x < anchors.width; ++x) {
-      const std::int32_t region = regions.region(x, y);
-      if (region != run_region) {
-        if (run > 0) FetchAdd(&counts[run_region], run);
-        run_region = region;
-        run = 0;
-      }
-      run += region >= 0 && anchors(x, y) > 0;
-    }
-    if (run > 0) FetchAdd(&counts[run_region], run);
-  });
-  for (const PooledAnchor& anchor : pooled) {
-    const std::int32_t region = regions.region(anchor.PixelX(), anchor.PixelY());
-    if (region >= 0) ++counts[region];
-  }
-  return counts;
-}
-
-// A region with enough anchors, and which of the members below are its own. A member is a pixel's index, or ~k for the
-// pooled anchor k.
-struct AnchoredRegion {
-  std::int32_t region;
-  std::uint32_t max_hash;  // of the anchors that become members
-  std::int64_t begin;
-  std::int32_t num_members = 0;
-};
-
-std::vector<AnchoredRegion> ListAnchored(const std::vector<std::int32_t>& counts, int min_anchors,
-                                         std::int64_t* num_places) {
-  std::vector<AnchoredRegion> list;
-  *num_places = 0;
-  for (std::size_t r = 0; r < counts.size(); ++r) {
-    if (counts[r] < min_anchors) continue;
-    const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
-    list.push_back(
-        {static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), *num_places});
-    *num_places += counts[r];
-  }
-  return list;
-}
-
-// Without its tolerance.
-Point MeasuredPoint(ArrayView2D<const float> anchors, std::int32_t pixel) {
-  const int x = pixel % anchors.width, y = pixel / anchors.width;
-  return {static_cast<float>(x), static_cast<float>(y), anchors(x, y), 0, PixelHash(PixelHash(pixel))};
-}
-
-// The same of what another view measured, about as precisely as this one would.
-Point PooledPoint(const PooledAnchor& anchor) {
-  return {anchor.x, anchor.y, anchor.inverse_depth, 0, PixelHash(anchor.hash)};
-}
-
-void SetTolerances(const AnchorTolerance& tolerance, std::vector<Point>* points) {
-  std::vector<float> x, y, w;
-  for (const Point& p : *points) {
-    x.push_back(p.x);
-    y.push_back(p.y);
-    w.push_back(static_cast<float>(p.w));
-  }
-  const std::vector<double> found = tolerance.At(x, y, w);
-  for (std::size_t i = 0; i < found.size(); ++i) (*points)[i].tolerance = found[i];
-}
-
-std::vector<AnchorCell> CellsOf(const std::vector<Point>& points, float side, int min_points,
+std::vector<AnchorCell> CellsOf(const std::vector<RegionPoint>& points, float side, int min_points,
                                 const AnchorTolerance& tolerance) {
   std::vector<AnchorPoint> places;
   places.reserve(points.size());
-  for (const Point& p : points) places.push_back({p.x, p.y, static_cast<float>(p.w)});
+  for (const RegionPoint& p : points) places.push_back({p.x, p.y, static_cast<float>(p.w)});
   return MakeAnchorCells(places, side, min_points, tolerance);
 }
 
@@ -315,21 +198,6 @@ std::vector<SourceRegions> RegionsOfSources(const InferenceInput& input, const R
   return sources;
 }
 
-// Of each region, by index into its planes.
-std::vector<std::vector<Spot>> SpotsWithoutAnchor(const Array2D<std::int32_t>& region, std::size_t num_regions,
-                                                  ArrayView2D<const float> anchors) {
-  std::vector<std::vector<Spot>> spots(num_regions);
-  const SpotGrid grid(region.width(), region.height());
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const Spot spot = grid.At(column, row);
-      const std::int32_t own = region(spot.x, spot.y);
-      if (own >= 0 && !(anchors(spot.x, spot.y) > 0)) spots[static_cast<std::size_t>(own)].push_back(spot);
-    }
-  }
-  return spots;
-}
-
 }  // namespace
 
 PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules) {
@@ -343,7 +211,7 @@ PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rule
   return evidence;
 }
 
-ViewRegions FindViewRegions(const ImageRegions& regions, const MeasuredDepths& depths, std::uint32_t image_id,
+ViewRegions FindViewRegions(std::shared_ptr<const ImageRegions> regions, const MeasuredDepths& depths, std::uint32_t image_id,
                             const DepthPrecision& precision, const Rules& rules) {
   auto anchors = Array2D<float>::Uninitialized(depths.width(), depths.height());
   tbb::parallel_for(0, depths.height(), [&](int y) {
@@ -353,7 +221,7 @@ ViewRegions FindViewRegions(const ImageRegions& regions, const MeasuredDepths& d
   });
   PlaneEvidence own;
   own.precision = precision;
-  return RegionPlanes(regions, std::as_const(anchors).view(), image_id, own, rules).Tell();
+  return RegionPlanes(std::move(regions), std::as_const(anchors).view(), image_id, own, rules).Tell();
 }
 
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input) {
@@ -366,77 +234,51 @@ std::shared_ptr<const ImageRegions> RegionsOf(const InferenceInput& input, const
   return std::make_shared<const ImageRegions>(FindRegions(*RegionImage(input), rules));
 }
 
-RegionPlanes::RegionPlanes(const ImageRegions& regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
-                           const PlaneEvidence& evidence, const Rules& rules)
-    : tolerance_(Limits(rules).Tolerance(evidence.precision)) {
+RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayView2D<const float> anchors,
+                           std::uint32_t image_id, const PlaneEvidence& evidence, const Rules& rules)
+    : tolerance_(Limits(rules).Tolerance(evidence.precision)), regions_(std::move(regions)) {
   const Limits limits(rules);
-  const AnchorTolerance& tolerance = tolerance_;
-  const std::vector<PooledAnchor>& pooled = evidence.pooled;
   const float side = CellSide(anchors.width);
   const PlaneChoiceLimits choice = limits.Choice(side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
   const bool chooses = !evidence.scene.empty() || !evidence.sources.empty();
   const int min_anchors = chooses ? choice.min_cells * min_cell_points : limits.min_anchors;
-  std::int64_t num_places = 0;
-  std::vector<AnchoredRegion> anchored =
-      ListAnchored(CountAnchors(regions, anchors, pooled), min_anchors, &num_places);
-  std::vector<std::int32_t> index(regions.num_regions, -1);
-  for (std::size_t k = 0; k < anchored.size(); ++k) index[anchored[k].region] = static_cast<std::int32_t>(k);
-
-  const auto members = std::make_unique_for_overwrite<std::int32_t[]>(num_places);
-  const auto add_member = [&](AnchoredRegion& own, std::uint32_t hash, std::int32_t member) {
-    if (hash <= own.max_hash) members[own.begin + FetchAdd(&own.num_members, 1)] = member;
-  };
-  region_ = Array2D<std::int32_t>::Uninitialized(anchors.width, anchors.height);
-  tbb::parallel_for(0, anchors.height, [&](int y) {
-    for (int x = 0; x < anchors.width; ++x) {
-      const std::int32_t found = regions.region(x, y), region = found >= 0 ? index[found] : -1;
-      region_(x, y) = region;
-      if (region < 0 || !(anchors(x, y) > 0)) continue;
-      const std::int32_t pixel = y * anchors.width + x;
-      add_member(anchored[region], PixelHash(pixel), pixel);
-    }
-  });
-  for (std::size_t k = 0; k < pooled.size(); ++k) {
-    const std::int32_t region = region_(pooled[k].PixelX(), pooled[k].PixelY());
-    if (region >= 0) add_member(anchored[region], pooled[k].hash, ~static_cast<std::int32_t>(k));
-  }
-
-  planes_.resize(anchored.size());
-  cells_.resize(anchored.size());
-  const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(region_, anchored.size(), anchors);
+  const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors);
+  index_ = own.index();
+  planes_.resize(own.size());
+  cells_.resize(own.size());
+  const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
-  tbb::parallel_for(std::size_t{0}, anchored.size(), [&](std::size_t k) {
-    const AnchoredRegion& own = anchored[k];
-    const std::int32_t* begin = members.get() + own.begin;
-    std::vector<Point> points;
-    points.reserve(own.num_members);
-    for (const std::int32_t* member = begin; member != begin + own.num_members; ++member) {
-      points.push_back(*member >= 0 ? MeasuredPoint(anchors, *member) : PooledPoint(pooled[~*member]));
-    }
-    SetTolerances(tolerance, &points);
-    points = Sorted(points);  // threads found them in any order
-    planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region));
-    cells_[k] = CellsOf(points, side, min_cell_points, tolerance);
+  tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
+    const std::vector<RegionPoint> points = own.Points(k, tolerance_);
+    planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
+    cells_[k] = CellsOf(points, side, min_cell_points, tolerance_);
     if (chooses) planes_[k] = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
   });
 }
 
-const std::array<RegionPlane, kPlanesPerRegion>& RegionPlanes::At(int x, int y) const {
-  static const std::array<RegionPlane, kPlanesPerRegion> kNone{};
-  const std::int32_t region = region_(x, y);
-  return region < 0 ? kNone : planes_[region];
+std::vector<std::vector<Spot>> RegionPlanes::SpotsWithoutAnchor(ArrayView2D<const float> anchors) const {
+  std::vector<std::vector<Spot>> spots(planes_.size());
+  const SpotGrid grid(anchors.width, anchors.height);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Spot spot = grid.At(column, row);
+      const std::int32_t own = IndexAt(spot.x, spot.y);
+      if (own >= 0 && !(anchors(spot.x, spot.y) > 0)) spots[static_cast<std::size_t>(own)].push_back(spot);
+    }
+  }
+  return spots;
 }
 
 ViewRegions RegionPlanes::Tell() const {
   ViewRegions told;
-  const SpotGrid grid(region_.width(), region_.height());
+  const SpotGrid grid(regions_->region.width(), regions_->region.height());
   told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
   for (std::size_t k = 0; k < planes_.size(); ++k) told.regions.push_back({{}, cells_[k], planes_[k]});
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Spot spot = grid.At(column, row);
-      const std::int32_t region = region_(spot.x, spot.y);
+      const std::int32_t region = IndexAt(spot.x, spot.y);
       told.label(column, row) = region;
       if (region < 0) continue;
       told.regions[static_cast<std::size_t>(region)].box.AddCell(column, row, grid.step);

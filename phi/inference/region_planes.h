@@ -40,8 +40,8 @@ PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rule
 
 // What a view's regions tell other views, by what the view measured itself: so each measurement counts once, however many views
 // are asked.
-ViewRegions FindViewRegions(const ImageRegions& regions, const MeasuredDepths& depths, std::uint32_t image_id,
-                            const DepthPrecision& precision, const Rules& rules);
+ViewRegions FindViewRegions(std::shared_ptr<const ImageRegions> regions, const MeasuredDepths& depths,
+                            std::uint32_t image_id, const DepthPrecision& precision, const Rules& rules);
 
 // The image whose regions are found: the reference's, its mask cut out.
 std::shared_ptr<const GrayImage> RegionImage(const InferenceInput& input);
@@ -50,11 +50,15 @@ std::shared_ptr<const ImageRegions> RegionsOf(const InferenceInput& input, const
 
 class RegionPlanes {
  public:
-  RegionPlanes(const ImageRegions& regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
+  RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                const PlaneEvidence& evidence = {}, const Rules& rules = {});
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.
-  const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const;
+  const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const {
+    static constexpr std::array<RegionPlane, kPlanesPerRegion> kNone{};
+    const std::int32_t region = IndexAt(x, y);
+    return region < 0 ? kNone : planes_[static_cast<std::size_t>(region)];
+  }
 
   // Whether an anchor of inverse depth w at (x, y) may lie so far, in inverse depth, from its plane.
   bool IsWithinTolerance(int x, int y, float w, double off) const {
@@ -64,8 +68,18 @@ class RegionPlanes {
   ViewRegions Tell() const;
 
  private:
+  // Into planes_; -1: no region, or too few anchors.
+  std::int32_t IndexAt(int x, int y) const {
+    const std::int32_t region = regions_->region(x, y);
+    return region < 0 ? -1 : index_[static_cast<std::size_t>(region)];
+  }
+
+  // Of each region, by index into its planes.
+  std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const;
+
   AnchorTolerance tolerance_;
-  Array2D<std::int32_t> region_;  // index into planes_, -1 = too few anchors
+  std::shared_ptr<const ImageRegions> regions_;
+  std::vector<std::int32_t> index_;  // of a region's planes; -1: too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
   std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };

@@ -77,7 +77,7 @@ class Table {
       input.source_depths.push_back(depths_[source]);
     }
     const phi::Hypotheses hypotheses(*input.measured, phi::Rules(), *input.reference.image,
-                                     *RegionsOf(input, phi::Rules()), input.reference.view->image_id,
+                                     RegionsOf(input, phi::Rules()), input.reference.view->image_id,
                                      GatherPlaneEvidence(input, phi::Rules()));
     const phi::MeasurementMap finished = ReadMeasurements(workspace_, job.image, colmap_ext::kGeometric);
     const phi::Array2D<float> truth = colmap_ext::ReadTruthDepth(truth_path, values_per_unit_);

@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -38,6 +41,29 @@ TEST(AnchorCells, InverseDepthsBeyondNumbersAreNone) {
 TEST(AnchorCells, OneAboveTheOtherInDepthAreTwo) {
   const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.6f}};
   EXPECT_EQ(MakeAnchorCells(points, 10, 1, kTolerance).size(), 2u);
+}
+
+// A cell holds the depths of a seventieth of an octave; limits between cells are found from the float's bits.
+TEST(AnchorCells, AreASeventiethOfAnOctaveDeep) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> octave(-6, 3);
+  std::map<int, int> expected;  // points by cell
+  std::vector<AnchorPoint> points;
+  for (int i = 0; i < 20000; ++i) {
+    points.push_back({1, 1, std::exp2(octave(random))});
+    int exponent;
+    const float mantissa = std::frexp(points.back().w, &exponent);
+    ++expected[70 * exponent + static_cast<int>(std::floor(70 * std::log2(mantissa)))];
+  }
+  const auto cells = MakeAnchorCells(points, 10, 1, kTolerance);
+  ASSERT_EQ(cells.size(), expected.size());
+  auto cell = cells.begin();
+  for (const auto& [index, count] : expected) {
+    // A limit of rounded logarithms may lie a float beside the true one.
+    EXPECT_GT(cell->w, std::exp2((index - 1e-4) / 70)) << index;
+    EXPECT_LT(cell->w, std::exp2((index + 1 + 1e-4) / 70)) << index;
+    ++cell;
+  }
 }
 
 TEST(AnchorCells, AreTheSameInUnitsOfAPowerOfTwo) {

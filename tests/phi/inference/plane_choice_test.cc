@@ -9,6 +9,7 @@
 
 #include "phi/inference/region_planes.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/shared_regions.h"
 
 namespace phi {
 namespace {
@@ -265,7 +266,7 @@ TEST(RegionPlanes, APlaneThatOtherViewsShowWithAnotherBrightnessLoses) {
     Rules rules;
     rules.Set(Rule::kSpotBrightness, factor);
     rules.Set(Rule::kSky, 0);  // which asks about the same views' brightness
-    return RegionPlanes(FindRegions(*input.reference.image, rules), std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
+    return RegionPlanes(SharedRegions(*input.reference.image, rules), std::as_const(anchors).view(), 1, evidence, rules).At(120, 40)[0];
   };
   ExpectIs(plane(1), wall);
   ExpectIs(plane(0), before);
@@ -279,7 +280,7 @@ TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
     anchors(x, y) = static_cast<float>(kWall.InverseDepth(x, y));
   }
   const auto planes = [&](std::vector<ImagePlane> scene) {
-    return RegionPlanes(FindRegions(GrayImage(160, 120, 120)), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .views = {}, .sources = {}, .precision = {}});
+    return RegionPlanes(SharedRegions(GrayImage(160, 120, 120)), std::as_const(anchors).view(), 3, {.pooled = {}, .scene = std::move(scene), .views = {}, .sources = {}, .precision = {}});
   };
   EXPECT_FALSE(planes({}).At(20, 20)[0].IsThere());
   EXPECT_TRUE(planes({kShelf, kWall}).At(20, 20)[0].IsThere());

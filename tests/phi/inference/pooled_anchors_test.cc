@@ -13,6 +13,7 @@
 #include "phi/inference/infer.h"
 #include "phi/inference/region_planes.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/shared_regions.h"
 
 namespace phi {
 namespace {
@@ -73,7 +74,7 @@ struct WallScene {
     for (std::size_t i = 0; i < anchors.size(); ++i) {
       if (measured->data()[i].depth > 0) anchors.data()[i] = 1 / measured->data()[i].depth;
     }
-    return RegionPlanes(FindRegions(*reference_image), std::as_const(anchors).view(), 7,
+    return RegionPlanes(SharedRegions(*reference_image), std::as_const(anchors).view(), 7,
                         {.pooled = std::move(pooled), .scene = {}, .views = {}, .sources = {}, .precision = {}});
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "phi/geometry/camera.h"
+#include "tests/support/shared_regions.h"
 
 namespace phi {
 namespace {
@@ -39,7 +40,7 @@ struct Finished {
         map.states(x, y) = PixelState::kMeasured;
       }
     }
-    FinishRegionPixels(RegionPlanes(FindRegions(image), std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
+    FinishRegionPixels(RegionPlanes(SharedRegions(image), std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
   }
 
   // Inverse depth there over the wall's.

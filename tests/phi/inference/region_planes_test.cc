@@ -11,6 +11,7 @@
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/infer.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/shared_regions.h"
 
 namespace phi {
 namespace {
@@ -52,7 +53,7 @@ RegionPlanes PlanesThrough(const InverseDepth& inverse_depth, const DepthPrecisi
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) anchors(x, y) = inverse_depth(x, y);
   }
-  return RegionPlanes(FindRegions(GrayImage(kWidth, kHeight, 120)), std::as_const(anchors).view(), 3,
+  return RegionPlanes(SharedRegions(GrayImage(kWidth, kHeight, 120)), std::as_const(anchors).view(), 3,
                       {.pooled = {}, .scene = {}, .precision = precision});
 }
 
@@ -74,7 +75,7 @@ TEST(RegionPlanes, AnchorsMayErrByWhatMatchingCanTell) {
 
 TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Rules(), plain, FindRegions(plain));
+  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Rules(), plain, SharedRegions(plain));
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
       EXPECT_NEAR(hypotheses.state().maps.inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
@@ -84,7 +85,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
 
 TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Rules(), plain, FindRegions(plain));
+  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Rules(), plain, SharedRegions(plain));
   for (int y = 20; y < kHeight - 20; y += 5) {
     for (const int x : {20, 40, 60, 100, 120, 140}) {
       EXPECT_LT(BestError(hypotheses, x, y, Walls(x, y)), 0.003f) << x << ", " << y;
@@ -127,7 +128,7 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
       map(x, y).depth = 0;
     }
   }
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, FindRegions(image));
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
   for (int x = 84; x < kWidth; ++x) {  // a region reaches three pixels beyond its inside
     for (int k = 0; k < kNumDirections; ++k)
@@ -143,7 +144,7 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   }
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), plain, FindRegions(plain));
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), plain, SharedRegions(plain));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](58, 58), 0);
   for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](63, 63), 0);
 }
@@ -156,7 +157,7 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), sky, FindRegions(sky));
+  const Hypotheses hypotheses(AllMeasured(map), Rules(), sky, SharedRegions(sky));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](80, kHeight - 16 - 20), 0);
@@ -177,9 +178,9 @@ TEST(RegionPlanes, LargeRegionsGetTheSamePlanesFromAnyNumberOfThreads) {
     }
   }
   const GrayImage plain(width, height, 120);
-  const RegionPlanes many(FindRegions(plain), std::as_const(anchors).view(), 3);
+  const RegionPlanes many(SharedRegions(plain), std::as_const(anchors).view(), 3);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const RegionPlanes alone(FindRegions(plain), std::as_const(anchors).view(), 3);
+  const RegionPlanes alone(SharedRegions(plain), std::as_const(anchors).view(), 3);
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; x += 7) {
       const float truth = 0.3f + 0.0003f * x - 0.0001f * y;
@@ -195,14 +196,14 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   for (int y = 50; y < 70; ++y) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
-  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Rules(), image, FindRegions(image));
+  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Rules(), image, SharedRegions(image));
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
-  const Hypotheses filled(AllMeasured(RimOf(flat)), rules, image, FindRegions(image));
+  const Hypotheses filled(AllMeasured(RimOf(flat)), rules, image, SharedRegions(image));
   EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 
@@ -239,7 +240,7 @@ TEST(RegionPlanes, GivenRegionsAreTaken) {
   InferenceOptions options;
   options.mode = InferenceMode::kMinCost;
   const MeasurementMap found = InferPlanes(input, StereoOptions(), options).map;
-  input.regions = std::make_shared<const ImageRegions>(FindRegions(*input.reference.image));
+  input.regions = SharedRegions(*input.reference.image);
   const MeasurementMap given = InferPlanes(input, StereoOptions(), options).map;
   EXPECT_TRUE(std::equal(found.states.begin(), found.states.end(), given.states.begin()));
   for (const int x : {20, 60, 140}) EXPECT_EQ(found.planes(x, 60).depth, given.planes(x, 60).depth);

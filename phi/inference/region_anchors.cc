@@ -1,0 +1,163 @@
+#include "phi/inference/region_anchors.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace phi {
+namespace {
+
+constexpr int kMaxPoints = 8192;  // of a region, about: larger ones are sampled
+
+// A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
+// anchor more or less changes only the draws that hit it.
+std::uint32_t PixelHash(std::uint32_t pixel) {
+  pixel ^= pixel >> 16;
+  pixel *= 0x85EBCA6Bu;
+  pixel ^= pixel >> 13;
+  pixel *= 0xC2B2AE35u;
+  return pixel ^ pixel >> 16;
+}
+
+// By hash, which pixels of two views may share.
+bool Before(const RegionPoint& p, const RegionPoint& q) {
+  return std::tie(p.hash, p.x, p.y, p.w) < std::tie(q.hash, q.x, q.y, q.w);
+}
+
+// In the order of Before. The hashes are uniform: of as many buckets as points each gets about one, and few are out of place after
+// that.
+std::vector<RegionPoint> Sorted(const std::vector<RegionPoint>& points) {
+  const std::uint64_t n = points.size();
+  const auto bucket = [n](const RegionPoint& p) { return static_cast<std::size_t>(p.hash * n >> 32); };
+  std::vector<std::uint32_t> next(n + 1, 0);  // place for a bucket's next point
+  for (const RegionPoint& p : points) ++next[bucket(p) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<RegionPoint> sorted = points;
+  for (const RegionPoint& p : points) sorted[next[bucket(p)]++] = p;
+  for (std::size_t i = 1; i < n; ++i) {
+    for (std::size_t k = i; k > 0 && Before(sorted[k], sorted[k - 1]); --k) std::swap(sorted[k], sorted[k - 1]);
+  }
+  return sorted;
+}
+
+void SetTolerances(const AnchorTolerance& tolerance, std::vector<RegionPoint>* points) {
+  std::vector<float> x(points->size()), y(x.size()), w(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = (*points)[i].x, y[i] = (*points)[i].y, w[i] = (*points)[i].w;
+  const std::vector<float> found = tolerance.At(x, y, w);
+  for (std::size_t i = 0; i < found.size(); ++i) (*points)[i].tolerance = found[i];
+}
+
+// function(region, first x, end x) for the runs of pixels of row y that share a region.
+template <typename Function>
+void ForRuns(const ImageRegions& regions, int y, const Function& function) {
+  const std::int32_t* row = &regions.region(0, y);
+  const int width = regions.region.width();
+  for (int x = 0, end = 0; x < width; x = end) {
+    const std::int32_t region = row[x];
+    while (end < width && row[end] == region) ++end;
+    if (region >= 0) function(region, x, end);
+  }
+}
+
+std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
+  return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
+}
+
+std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
+                                       std::span<const PooledAnchor> pooled) {
+  std::vector<std::int32_t> counts(static_cast<std::size_t>(regions.num_regions), 0);
+  tbb::parallel_for(0, anchors.height, [&](int y) {
+    ForRuns(regions, y, [&](std::int32_t region, int begin, int end) {
+      std::int32_t count = 0;
+      for (int x = begin; x < end; ++x) count += anchors(x, y) > 0;
+      if (count > 0) FetchAdd(&counts[static_cast<std::size_t>(region)], count);
+    });
+  });
+  for (const PooledAnchor& anchor : pooled) {
+    const std::int32_t region = regions.region(anchor.PixelX(), anchor.PixelY());
+    if (region >= 0) ++counts[static_cast<std::size_t>(region)];
+  }
+  return counts;
+}
+
+}  // namespace
+
+RegionAnchors::RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
+                             std::span<const PooledAnchor> pooled, int min_anchors)
+    : anchors_(anchors), pooled_(pooled), index_(static_cast<std::size_t>(regions.num_regions), -1) {
+  const std::int64_t num_anchors = ListRegions(CountAnchors(regions, anchors, pooled), min_anchors);
+  members_ = std::make_unique_for_overwrite<Member[]>(static_cast<std::size_t>(num_anchors));
+  ListMembers(regions);
+}
+
+// Returns the number of their anchors.
+std::int64_t RegionAnchors::ListRegions(const std::vector<std::int32_t>& counts, int min_anchors) {
+  std::int64_t num_anchors = 0;
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    if (counts[r] < min_anchors) continue;
+    const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
+    index_[r] = static_cast<std::int32_t>(regions_.size());
+    regions_.push_back({static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), num_anchors});
+    num_anchors += counts[r];
+  }
+  return num_anchors;
+}
+
+void RegionAnchors::ListMembers(const ImageRegions& regions) {
+  tbb::parallel_for(0, anchors_.height, [&](int y) {
+    std::vector<Member> found;
+    ForRuns(regions, y, [&](std::int32_t region, int begin, int end) {
+      const std::int32_t k = index_[static_cast<std::size_t>(region)];
+      if (k < 0) return;
+      Region& own = regions_[static_cast<std::size_t>(k)];
+      found.clear();
+      for (int x = begin; x < end; ++x) {
+        const std::int32_t pixel = y * anchors_.width + x;
+        if (anchors_(x, y) > 0 && PixelHash(static_cast<std::uint32_t>(pixel)) <= own.max_hash) found.push_back(pixel);
+      }
+      Append(found, &own);
+    });
+  });
+  for (std::size_t k = 0; k < pooled_.size(); ++k) {
+    const std::int32_t region = regions.region(pooled_[k].PixelX(), pooled_[k].PixelY());
+    const std::int32_t own = region < 0 ? -1 : index_[static_cast<std::size_t>(region)];
+    if (own < 0 || pooled_[k].hash > regions_[static_cast<std::size_t>(own)].max_hash) continue;
+    Append(std::array{~static_cast<Member>(k)}, &regions_[static_cast<std::size_t>(own)]);
+  }
+}
+
+// Several threads at once.
+void RegionAnchors::Append(std::span<const Member> members, Region* region) {
+  if (members.empty()) return;
+  const std::int32_t first = FetchAdd(&region->num_members, static_cast<std::int32_t>(members.size()));
+  std::copy(members.begin(), members.end(), &members_[static_cast<std::size_t>(region->begin + first)]);
+}
+
+// Without its tolerance. The hash that chose it, once more, is uniform again among those that were chosen.
+RegionPoint RegionAnchors::PointOf(Member member) const {
+  if (member < 0) {
+    const PooledAnchor& pooled = pooled_[static_cast<std::size_t>(~member)];
+    return {pooled.x, pooled.y, pooled.inverse_depth, 0, PixelHash(pooled.hash)};
+  }
+  const int x = member % anchors_.width, y = member / anchors_.width;
+  const std::uint32_t chosen_by = PixelHash(static_cast<std::uint32_t>(member));
+  return {static_cast<float>(x), static_cast<float>(y), anchors_(x, y), 0, PixelHash(chosen_by)};
+}
+
+std::vector<RegionPoint> RegionAnchors::Points(std::size_t k, const AnchorTolerance& tolerance) const {
+  const Region& region = regions_[k];
+  std::vector<RegionPoint> points;
+  points.reserve(static_cast<std::size_t>(region.num_members));
+  const Member* members = &members_[static_cast<std::size_t>(region.begin)];
+  for (std::int32_t i = 0; i < region.num_members; ++i) points.push_back(PointOf(members[i]));
+  points = Sorted(points);  // threads found them in any order
+  SetTolerances(tolerance, &points);
+  return points;
+}
+
+}  // namespace phi
