@@ -107,7 +107,7 @@ struct DeviceStageTime {
 };
 
 // Calls of all stages at once, of a device that does so many of one: one stage's keep it busy while another's are on the host.
-constexpr int NumCallsOfAllStages(int num_of_one) { return num_of_one + num_of_one / 2; }
+constexpr int NumCallsOfAllStages(int num_of_one) { return num_of_one > 1 ? 2 * num_of_one : 1; }
 
 class Backend {
  public:

@@ -22,12 +22,25 @@ int NumAtOnce(const phi::Backend& backend) { return std::max(1, backend.NumConcu
 
 int NumWorkers(const phi::Backend& backend) { return phi::NumCallsOfAllStages(NumAtOnce(backend)); }
 
+// Calls of the lowest kind that a device keeps going, and the tasks of higher kinds that wait for a worker then at most: as many maps
+// are held the longer for it.
+constexpr int kNumAhead = 2;
+constexpr std::size_t kMaxWaiting = 16;
+
 struct Device {
   phi::Backend* backend = nullptr;
   // Guarded by the queue's mutex.
   bool failed = false;
   std::map<int, int> num_running = {};  // by kind
+
+  int NumRunning(int kind) const {
+    const auto found = num_running.find(kind);
+    return found == num_running.end() ? 0 : found->second;
+  }
 };
+
+// Others have all their workers on the host: there nothing is idle.
+bool GoesAhead(const Device& device) { return NumWorkers(*device.backend) > kNumAhead; }
 
 class Queue {
  public:
@@ -115,11 +128,16 @@ class Queue {
   void AddReady(int task) { ready_[tasks_[task].kind].insert(task); }
 
   std::optional<int> FindReady(const Device& device) const {
+    std::size_t num_ready = 0;
+    for (const auto& [kind, tasks] : ready_) num_ready += tasks.size();
+    for (auto kind = ready_.rbegin(); kind != ready_.rend() && GoesAhead(device); ++kind) {
+      if (kind->second.empty()) continue;
+      const bool few_wait = num_ready - kind->second.size() <= kMaxWaiting;
+      if (few_wait && device.NumRunning(kind->first) < kNumAhead) return *kind->second.begin();
+      break;
+    }
     for (const auto& [kind, tasks] : ready_) {
-      const auto running = device.num_running.find(kind);
-      const bool is_full =
-          running != device.num_running.end() && running->second >= NumAtOnce(*device.backend);
-      if (!tasks.empty() && !is_full) return *tasks.begin();
+      if (!tasks.empty() && device.NumRunning(kind) < NumAtOnce(*device.backend)) return *tasks.begin();
     }
     return {};
   }

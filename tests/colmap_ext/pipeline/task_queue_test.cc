@@ -7,8 +7,11 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <set>
 
@@ -166,6 +169,32 @@ TEST_F(TaskQueueTest, ADeviceDoesNoMoreOfAKindAtOnceThanItAskedFor) {
   EXPECT_EQ(most[0], 2);
   EXPECT_LE(most[1], 2);
   EXPECT_GT(most_in_all, 2);
+}
+
+// Of three kinds that wait for nothing, so many of each: how many of each kind are among the first that eight workers take.
+std::vector<int> KindsBegunFirst(const std::vector<int>& counts, const Backends& backends) {
+  constexpr int kNumWorkers = 8;
+  std::vector<QueuedTask> tasks;
+  for (int kind = 0; kind < std::ssize(counts); ++kind) {
+    for (int i = 0; i < counts[kind]; ++i) tasks.push_back({.kind = kind, .needs = {}});
+  }
+  std::vector<int> begun(counts.size(), 0);
+  std::mutex mutex;
+  std::condition_variable changed;
+  int num_begun = 0;
+  RunTasks(tasks, backends, [&](int task, phi::Backend&) {
+    std::unique_lock<std::mutex> lock(mutex);
+    if (++num_begun <= kNumWorkers) ++begun[tasks[task].kind];
+    changed.notify_all();
+    EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(30), [&] { return num_begun >= kNumWorkers; }));
+  });
+  return begun;
+}
+
+// Else the device would be idle while later kinds are on the host.
+TEST_F(TaskQueueTest, TwoCallsGoAheadWhileFewTasksWait) {
+  EXPECT_THAT(KindsBegunFirst({8, 8, 4}, MakeBackends(1, 4)), testing::ElementsAre(2, 2, 4));
+  EXPECT_THAT(KindsBegunFirst({8, 30, 4}, MakeBackends(1, 4)), testing::ElementsAre(0, 4, 4));
 }
 
 TEST_F(TaskQueueTest, WhatNeedsAFailedTaskIsLeftOut) {
