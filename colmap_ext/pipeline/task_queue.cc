@@ -39,7 +39,7 @@ struct Device {
   }
 };
 
-// Others have all their workers on the host: there nothing is idle.
+// One that has a single worker ends what it has begun.
 bool GoesAhead(const Device& device) { return NumWorkers(*device.backend) > kNumAhead; }
 
 class Queue {
@@ -127,15 +127,18 @@ class Queue {
  private:
   void AddReady(int task) { ready_[tasks_[task].kind].insert(task); }
 
+  // Of the lowest kind that is ready, if the device goes ahead with it.
+  std::optional<int> FindAhead(const Device& device) const {
+    const auto lowest = std::find_if(ready_.rbegin(), ready_.rend(), [](const auto& kind) { return !kind.second.empty(); });
+    if (!GoesAhead(device) || lowest == ready_.rend() || device.NumRunning(lowest->first) >= kNumAhead) return {};
+    std::size_t num_waiting = 0;
+    for (const auto& [kind, tasks] : ready_) num_waiting += kind > lowest->first ? tasks.size() : 0;
+    if (num_waiting > kMaxWaiting) return {};
+    return *lowest->second.begin();
+  }
+
   std::optional<int> FindReady(const Device& device) const {
-    std::size_t num_ready = 0;
-    for (const auto& [kind, tasks] : ready_) num_ready += tasks.size();
-    for (auto kind = ready_.rbegin(); kind != ready_.rend() && GoesAhead(device); ++kind) {
-      if (kind->second.empty()) continue;
-      const bool few_wait = num_ready - kind->second.size() <= kMaxWaiting;
-      if (few_wait && device.NumRunning(kind->first) < kNumAhead) return *kind->second.begin();
-      break;
-    }
+    if (const auto ahead = FindAhead(device)) return ahead;
     for (const auto& [kind, tasks] : ready_) {
       if (!tasks.empty() && device.NumRunning(kind) < NumAtOnce(*device.backend)) return *tasks.begin();
     }

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMaxPoints = 8192;  // of a region, about: larger ones are sampled
 
-// A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that a
+// A bijection: no two pixels share a value. Draws and samples go by this number and not by a place in a list, so that an
 // anchor more or less changes only the draws that hit it.
 std::uint32_t PixelHash(std::uint32_t pixel) {
   pixel ^= pixel >> 16;
