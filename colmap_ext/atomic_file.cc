@@ -207,7 +207,6 @@ void AtomicFile::Flush() {
 }
 
 void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
-  StartWriteBack(num_bytes);
   while (num_bytes > 0) {
     const ssize_t written = ::write(descriptor_, data, num_bytes);
     if (written < 0) {
@@ -216,21 +215,21 @@ void AtomicFile::WriteToFile(const char* data, std::size_t num_bytes) {
     }
     data += written;
     num_bytes -= static_cast<std::size_t>(written);
+    bytes_in_file_ += static_cast<std::uint64_t>(written);
   }
+  StartWriteBack();
 }
 
-// A file that waits for the disk in the end waits the less the earlier its bytes set out. Called before `num_bytes` more are written.
-void AtomicFile::StartWriteBack(std::size_t num_bytes) {
+// A file that waits for the disk in the end waits the less the earlier its bytes set out.
+void AtomicFile::StartWriteBack() {
   constexpr std::uint64_t kPieceBytes = std::uint64_t{16} << 20;
   const std::uint64_t waiting = bytes_in_file_ - bytes_on_their_way_;
-  if (durability_ == Durability::kPowerCut && waiting >= kPieceBytes) {
+  if (durability_ != Durability::kPowerCut || waiting < kPieceBytes) return;
 #ifdef SYNC_FILE_RANGE_WRITE
-    // What goes wrong here shows when the file is synced.
-    ::sync_file_range(descriptor_, static_cast<off_t>(bytes_on_their_way_), static_cast<off_t>(waiting), SYNC_FILE_RANGE_WRITE);
+  // What goes wrong here shows when the file is synced.
+  ::sync_file_range(descriptor_, static_cast<off_t>(bytes_on_their_way_), static_cast<off_t>(waiting), SYNC_FILE_RANGE_WRITE);
 #endif
-    bytes_on_their_way_ = bytes_in_file_;
-  }
-  bytes_in_file_ += num_bytes;
+  bytes_on_their_way_ = bytes_in_file_;
 }
 
 fs::path AtomicFile::folder() const { return target_.parent_path(); }

@@ -73,7 +73,7 @@ class AtomicFile {
   void Create();
   void Flush();
   void WriteToFile(const char* data, std::size_t num_bytes);
-  void StartWriteBack(std::size_t num_bytes);
+  void StartWriteBack();
   [[noreturn]] void Fail(const char* action);
 
   std::filesystem::path path_;    // as the user knows it
@@ -83,7 +83,7 @@ class AtomicFile {
   int descriptor_ = -1;
   bool is_complete_ = false;
   std::uint64_t bytes_written_ = 0;
-  std::uint64_t bytes_on_their_way_ = 0, bytes_in_file_ = 0;  // to the disk; written to the file
+  std::uint64_t bytes_in_file_ = 0, bytes_on_their_way_ = 0;  // that Write brought there; of these, to the disk
   std::vector<char> buffer_;
 };
 

@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/plane_channels.h"
 #include "phi/base/error.h"
 #include "phi/base/wide_vectors.h"
 
@@ -138,14 +139,6 @@ inline __attribute__((always_inline)) phi::Vec3f NormalOf(NormalCode code) {
   return phi::Normalized({u, v, -z});
 }
 
-// Planes of a row, a value after the other, so that loops over them become vector instructions.
-struct RoundedRow {
-  std::vector<float> x, y, z, depth;
-
-  explicit RoundedRow(int size)
-      : x(static_cast<std::size_t>(size)), y(x.size()), z(x.size()), depth(x.size()) {}
-};
-
 // As NormalOf(CodeOf(normal)), of `size` normals.
 PHI_WIDE_VECTORS void RoundNormals(float* x, float* y, float* z, int size) {
   for (int i = 0; i < size; ++i) {
@@ -260,11 +253,8 @@ phi::MeasurementMap RoundToCompact(phi::MeasurementMap map) {
   const std::vector<BlockScale> scales = ScalesOf(map, grid);
   tbb::parallel_for(0, map.height(), [&](int y) {
     const int width = map.width();
-    RoundedRow row(width);
-    for (int x = 0; x < width; ++x) {
-      const auto& [normal, depth] = map.planes(x, y);
-      row.x[x] = normal.x, row.y[x] = normal.y, row.z[x] = normal.z, row.depth[x] = depth;
-    }
+    PlaneChannels row(static_cast<std::size_t>(width));
+    row.Load(&map.planes(0, y), static_cast<std::size_t>(width));
     RoundNormals(row.x.data(), row.y.data(), row.z.data(), width);
     const BlockScale* scale = &scales[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(grid.columns())];
     for (int x = 0; x < width; x += kBlock) RoundDepths(*scale++, &row.depth[x], std::min(kBlock, width - x));

@@ -11,9 +11,9 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/plane_channels.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
-#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
@@ -173,38 +173,6 @@ class MapWriter {
 // Rows that are written at once: they stay in a processor's cache.
 constexpr int kBandRows = 64;
 
-// The maps' channels from one pass over the pixels, which hold them one beside the other.
-class PlaneBand {
- public:
-  explicit PlaneBand(const phi::PlaneMap& map) : map_(map) {
-    for (std::vector<float>& channel : channels_) channel.resize(std::size_t{kBandRows} * map.width());
-  }
-
-  void Load(int begin, int end) {
-    size_ = static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(map_.width());
-    Separate(&map_(0, begin), size_, channels_[0].data(), channels_[1].data(), channels_[2].data(), channels_[3].data());
-  }
-
-  std::size_t size() const { return size_; }
-  const float* normal(int component) const { return channels_[component].data(); }
-  const float* depth() const { return channels_[3].data(); }
-
- private:
-  static PHI_WIDE_VECTORS void Separate(const phi::PlaneHypothesis* planes, std::size_t size, float* x, float* y, float* z,
-                                        float* depth) {
-    for (std::size_t i = 0; i < size; ++i) {
-      x[i] = planes[i].normal.x;
-      y[i] = planes[i].normal.y;
-      z[i] = planes[i].normal.z;
-      depth[i] = planes[i].depth;
-    }
-  }
-
-  const phi::PlaneMap& map_;
-  std::size_t size_ = 0;
-  std::array<std::vector<float>, 4> channels_;
-};
-
 constexpr std::array<float phi::Vec3f::*, 3> kComponents = {&phi::Vec3f::x, &phi::Vec3f::y, &phi::Vec3f::z};
 
 }  // namespace
@@ -294,11 +262,15 @@ CompleteFiles PreparePlaneMap(const fs::path& depth_path, const fs::path& normal
                               const phi::PlaneMap& map, Durability durability) {
   MapWriter normal(normal_path, {map.width(), map.height(), 3}, durability);
   MapWriter depth(depth_path, {map.width(), map.height(), 1}, durability);
-  PlaneBand band(map);
+  const auto width = static_cast<std::size_t>(map.width());
+  PlaneChannels band(kBandRows * width);
   for (int y = 0; y < map.height(); y += kBandRows) {
-    band.Load(y, std::min(y + kBandRows, map.height()));
-    for (int c = 0; c < 3; ++c) normal.WriteRows(c, y, band.normal(c), band.size());
-    depth.WriteRows(0, y, band.depth(), band.size());
+    const std::size_t size = static_cast<std::size_t>(std::min(kBandRows, map.height() - y)) * width;
+    band.Load(&map(0, y), size);
+    normal.WriteRows(0, y, band.x.data(), size);
+    normal.WriteRows(1, y, band.y.data(), size);
+    normal.WriteRows(2, y, band.z.data(), size);
+    depth.WriteRows(0, y, band.depth.data(), size);
   }
   CompleteFiles files;
   files.push_back(normal.Complete());

@@ -82,7 +82,9 @@ fs::path MaskBeside(const fs::path& depth_path) {
 
 }  // namespace
 
-phi::Mask MaskOfStates(const phi::StateMap& states) { return phi::Transformed(states, [](phi::PixelState s) { return ValueOf(s); }); }
+phi::Mask MaskOfStates(const phi::StateMap& states) {
+  return phi::Transformed(states, [](phi::PixelState s) { return ValueOf(s); });
+}
 
 phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std::string_view kind) {
   if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) return ReadCompactMap(compact);

@@ -36,7 +36,6 @@ class StageTasks {
   InferenceSummary Inference() const;
 
  private:
-  // As Run, before the map is rounded.
   StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                        const ImageJob& job, phi::Backend& backend, ProgressLine::Task* progress,
                        std::vector<std::string>* warnings) const;

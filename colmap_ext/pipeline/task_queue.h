@@ -31,9 +31,10 @@ using TaskFunction = std::function<void(int task, phi::Backend& backend)>;
 // Of the tasks that wait for nothing, the one of the highest kind comes first, the earliest of these: what has been begun is
 // ended before more is. A device that computes beside the host gets more workers than calls of one kind, so that what one kind does
 // on the host goes on while another keeps the device busy. Two of them go ahead with the lowest kind while few tasks wait: the
-// higher kinds, which work on the host for long, would leave the device idle and wait for it afterwards. phi::InputError fails the task alone, and the others go on.
-// phi::DeviceError fails the device: its tasks go back to the queue, and the other devices do them. Any other error, a
-// cancellation and the failure of the last device stop the queue once the running tasks have ended, and are thrown.
+// higher kinds, which work on the host for long, would leave the device idle and wait for it afterwards.
+// phi::InputError fails the task alone, and the others go on. phi::DeviceError fails the device: its tasks go back to the queue, and
+// the other devices do them. Any other error, a cancellation and the failure of the last device stop the queue once the running
+// tasks have ended, and are thrown.
 QueueOutcome RunTasks(const std::vector<QueuedTask>& tasks,
                       const std::vector<std::unique_ptr<phi::Backend>>& backends, const TaskFunction& run);
 

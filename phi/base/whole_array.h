@@ -1,4 +1,5 @@
 // Loops over whole arrays of an image's size by all threads. Fresh memory is touched first by those that write it.
+// Functions of an element are best lambdas: a function's name is called for each element, a lambda becomes part of the loop.
 #pragma once
 
 #include <algorithm>

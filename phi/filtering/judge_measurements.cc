@@ -16,7 +16,8 @@ void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecisio
   const Array2D<Testimonies> testimonies = std::exchange(map->testimonies, {});
   if (rules.IsOn(Rule::kOwnTexture)) DropPlainPixels(texture, map);
   if (!rules.IsOn(Rule::kClues)) return;
-  const Mask unmeasured = Transformed(map->states, [](PixelState s) { return static_cast<std::uint8_t>(s == PixelState::kNone ? 255 : 0); });
+  const Mask unmeasured = Transformed(
+      map->states, [](PixelState s) { return static_cast<std::uint8_t>(s == PixelState::kNone ? 255 : 0); });
   const Array2D<float> deviations = precision.RelativeDeviations(estimate, unmeasured);
   const float clue_log_odds = rules.Factor(Rule::kClues) * kClueLogOdds;
   ForConfidenceTerms({precision.reference(), estimate, testimonies, unmeasured, deviations, texture.variance, noise},

@@ -84,14 +84,14 @@ void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Mask& wa
       std::vector<std::int32_t> counts(map.width(), -1);  // the pixel itself is no neighbour, and always agrees
       const PlaneRow& pixels = rows[y - first];
       const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
-      for (int v = y - reach; v <= y + reach; v += spacing) {
-        if (v < first || v > last) continue;
-        ForWantedPieces(&wanted(0, y), map.width(), [&](int piece_begin, int piece_end) {
+      ForWantedPieces(&wanted(0, y), map.width(), [&](int piece_begin, int piece_end) {
+        for (int v = y - reach; v <= y + reach; v += spacing) {
+          if (v < first || v > last) continue;
           for (int shift = -reach; shift <= reach; shift += spacing) {
             CountAgreeing(pixels, ray_y, rows[v - first], shift, piece_begin, piece_end, &counts);
           }
-        });
-      }
+        }
+      });
       function(y, counts);
     }
   });

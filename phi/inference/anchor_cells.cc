@@ -118,24 +118,6 @@ float AnchorTolerance::At(float x, float y, float w) const {
   return Of(precision.RelativeDeviation(x + 0.5f, y + 0.5f, 1 / w), w);
 }
 
-std::vector<float> AnchorTolerance::At(std::span<const float> x, std::span<const float> y,
-                                        std::span<const float> w) const {
-  constexpr std::size_t kBatch = 512;  // stays in the nearest cache
-  std::array<float, kBatch> u, v, depth, deviation;
-  std::vector<float> tolerances(x.size());
-  for (std::size_t begin = 0; begin < x.size(); begin += kBatch) {
-    const std::size_t count = std::min(kBatch, x.size() - begin);
-    for (std::size_t i = 0; i < count; ++i) {
-      u[i] = x[begin + i] + 0.5f;
-      v[i] = y[begin + i] + 0.5f;
-      depth[i] = 1 / w[begin + i];
-    }
-    precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), count, deviation.data());
-    for (std::size_t i = 0; i < count; ++i) tolerances[begin + i] = Of(deviation[i], w[begin + i]);
-  }
-  return tolerances;
-}
-
 float CellSide(int image_width) { return std::max(kMinSide, static_cast<float>(image_width) / kCellsAcross); }
 
 std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, float side, int min_points,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 #include <vector>
 
 #include "phi/geometry/depth_precision.h"
@@ -18,8 +17,6 @@ struct AnchorTolerance {
 
   // Of inverse depth w at array indices (x, y).
   float At(float x, float y, float w) const;
-  // The same of many places.
-  std::vector<float> At(std::span<const float> x, std::span<const float> y, std::span<const float> w) const;
   // Of inverse depth w, of which matching can tell `deviation`, relative.
   float Of(float deviation, float w) const { return std::max(share, deviations * deviation) * w; }
   // Whether `off` is at most that; mostly the share alone says so.

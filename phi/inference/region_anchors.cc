@@ -46,10 +46,14 @@ std::vector<RegionPoint> Sorted(const std::vector<RegionPoint>& points) {
 }
 
 void SetTolerances(const AnchorTolerance& tolerance, std::vector<RegionPoint>* points) {
-  std::vector<float> x(points->size()), y(x.size()), w(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = (*points)[i].x, y[i] = (*points)[i].y, w[i] = (*points)[i].w;
-  const std::vector<float> found = tolerance.At(x, y, w);
-  for (std::size_t i = 0; i < found.size(); ++i) (*points)[i].tolerance = found[i];
+  const std::size_t size = points->size();
+  std::vector<float> u(size), v(size), depth(size), deviations(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    const RegionPoint& p = (*points)[i];
+    u[i] = p.x + 0.5f, v[i] = p.y + 0.5f, depth[i] = 1 / p.w;
+  }
+  tolerance.precision.FindRelativeDeviations(u.data(), v.data(), depth.data(), size, deviations.data());
+  for (std::size_t i = 0; i < size; ++i) (*points)[i].tolerance = tolerance.Of(deviations[i], (*points)[i].w);
 }
 
 // function(region, first x, end x) for the runs of pixels of row y that share a region.

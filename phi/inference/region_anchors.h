@@ -21,12 +21,13 @@ struct RegionPoint {
   std::uint32_t hash;  // of the anchor: uniform
 };
 
-// Of the regions that have at least `min_anchors`. Large ones have a sample, drawn by pixel: the same for any number of threads, and
-// but for the anchor in question where another image has one more or less.
+// Of the regions that have at least `min_anchors`. Large ones have a sample, drawn by pixel: the same for any number of threads,
+// and one anchor more or less leaves the others as they are.
 class RegionAnchors {
  public:
   // Keeps references to anchors and pooled. anchors: inverse depth of the image's own, 0: none.
-  RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors, std::span<const PooledAnchor> pooled, int min_anchors);
+  RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors, std::span<const PooledAnchor> pooled,
+                int min_anchors);
 
   std::size_t size() const { return regions_.size(); }
   std::int32_t region(std::size_t k) const { return regions_[k].region; }

@@ -20,7 +20,6 @@ float NearestOnPlanes(const RegionPlanes& planes, int x, int y, float w) {
 }
 
 void CorrectEdgeDepth(const RegionPlanes& planes, int x, int y, MeasurementMap* map) {
-  if (!planes.At(x, y)[0].IsThere()) return;
   const float w = 1 / map->planes(x, y).depth;
   const float nearest = NearestOnPlanes(planes, x, y, w);
   if (nearest == 0 || planes.IsWithinTolerance(x, y, w, std::abs(nearest - w))) return;

@@ -177,7 +177,7 @@ std::vector<AnchorCell> CellsOf(const std::vector<RegionPoint>& points, float si
                                 const AnchorTolerance& tolerance) {
   std::vector<AnchorPoint> places;
   places.reserve(points.size());
-  for (const RegionPoint& p : points) places.push_back({p.x, p.y, static_cast<float>(p.w)});
+  for (const RegionPoint& p : points) places.push_back({p.x, p.y, p.w});
   return MakeAnchorCells(places, side, min_points, tolerance);
 }
 
