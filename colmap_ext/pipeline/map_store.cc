@@ -17,8 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of results that are written and wait for the disk. Beyond that, the disk's speed counts and not its latency.
-constexpr std::int64_t kMaxWaitingBytes = std::int64_t{64} << 20;
+// Of the memory budget for results that are written and wait for the disk, whose maps stay in memory. Whoever waits for the disk
+// does not compute, and a disk takes them unevenly.
+constexpr std::int64_t kWaitingShare = 8;
 
 template <typename T>
 MemoryCache::Sized MakeSized(std::shared_ptr<const T> item) {
@@ -49,7 +50,7 @@ bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
 
 MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers)
     : workspace_(workspace),
-      max_waiting_bytes_(std::min<std::int64_t>(kMaxWaitingBytes, budget_bytes / 8)),
+      max_waiting_bytes_(budget_bytes / kWaitingShare),
       cache_(budget_bytes),
       writers_(num_writers) {}
 
