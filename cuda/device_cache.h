@@ -2,16 +2,21 @@
 //
 // The key is the identity of a shared host object. The cache holds it weakly: an address that the host has freed and
 // given to another object is never mistaken for the old one.
+//
+// To free device memory, CUDA waits for all kernels on the device. So a copy that nobody needs any more hands its memory on to the
+// next one instead. To upload takes milliseconds: other threads find their copies meanwhile.
 #pragma once
 
-#include <cstdint>
+#include <algorithm>
+#include <condition_variable>
 #include <functional>
-#include <limits>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <utility>
+#include <vector>
 
-#include "cuda/stream.h"
+#include "cuda/error.h"
 
 namespace phi::gpu {
 
@@ -19,52 +24,105 @@ namespace phi::gpu {
 template <typename Host, typename Device>
 class DeviceCache {
  public:
-  using Upload = std::function<std::shared_ptr<const Device>(const Host&, cudaStream_t)>;
+  // Returns once the copy is complete. `used`: a copy whose memory may be taken for it; may be null.
+  using Upload = std::function<std::shared_ptr<Device>(const Host&, std::shared_ptr<Device> used, cudaStream_t)>;
 
   explicit DeviceCache(Upload upload) : upload_(std::move(upload)) {}
 
-  // The copy of `host`; work that `stream` gets from now on sees it complete.
-  std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream,
-                                    const Task& task) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    entries_.remove_if([](const Entry& e) { return e.host.expired(); });
-    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-      if (it->host.lock() != host) continue;
-      entries_.splice(entries_.begin(), entries_, it);  // most recently used first
-      it->uploaded.Delay(stream, task);
-      return it->device;
+  // The copy of `host`, complete. Uploaded on `stream` where it is not there.
+  std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    auto entry = Find(host);
+    while (entry != entries_.end() && entry->device == nullptr) {
+      uploaded_.wait(lock);
+      entry = Find(host);
     }
-    std::shared_ptr<const Device> device = upload_(*host, stream);
-    Event uploaded(Event::Timing::kOff, task);
-    uploaded.Record(stream, task);
-    entries_.push_front({host, device, std::move(uploaded)});
-    Trim();
+    if (entry != entries_.end()) {
+      entries_.splice(entries_.begin(), entries_, entry);  // most recently used first
+      return entry->device;
+    }
+    std::shared_ptr<Device> used = TakeUnused();
+    entry = entries_.insert(entries_.begin(), {host, nullptr});
+    lock.unlock();
+    std::shared_ptr<Device> device;
+    try {
+      device = upload_(*host, std::move(used), stream);
+    } catch (...) {
+      lock.lock();
+      entries_.erase(entry);
+      uploaded_.notify_all();
+      throw;
+    }
+    lock.lock();
+    entry->device = device;
+    uploaded_.notify_all();
+    const std::vector<Entry> evicted = Trim(&lock);
     return device;
   }
 
   // From now on keeps the `num_entries` that were used last: as many as the kind of call at hand comes back to. Calls
-  // under way keep what they hold.
+  // under way keep what they hold. A new cache keeps none.
   void KeepAtMost(std::size_t num_entries) {
-    std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_lock<std::mutex> lock(mutex_);
     max_entries_ = num_entries;
-    Trim();
+    const std::vector<Entry> evicted = Trim(&lock);
+  }
+
+  // The same, and as many as before where that was more.
+  void KeepAtLeast(std::size_t num_entries) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    max_entries_ = std::max(max_entries_, num_entries);
   }
 
  private:
   struct Entry {
     std::weak_ptr<const Host> host;
-    std::shared_ptr<const Device> device;
-    Event uploaded;
+    std::shared_ptr<Device> device;  // null: a thread uploads it
   };
+  using Entries = std::list<Entry>;
 
-  void Trim() {
-    while (entries_.size() > max_entries_) entries_.pop_back();
+  typename Entries::iterator Find(const std::shared_ptr<const Host>& host) {
+    return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.host.lock() == host; });
   }
 
-  std::size_t max_entries_ = std::numeric_limits<std::size_t>::max();
+  static bool IsExpired(const Entry& entry) { return entry.device != nullptr && entry.host.expired(); }
+
+  // Where a new entry goes: one whose host object is gone, or, in a full cache, the one that has not been used for longest.
+  // What a call holds is not taken from it.
+  std::shared_ptr<Device> TakeUnused() {
+    auto found = std::find_if(entries_.rbegin(), entries_.rend(),
+                              [](const Entry& entry) { return IsExpired(entry) && entry.device.use_count() == 1; });
+    if (found == entries_.rend() && entries_.size() >= max_entries_) {
+      found = std::find_if(entries_.rbegin(), entries_.rend(), [](const Entry& entry) { return entry.device.use_count() == 1; });
+    }
+    if (found == entries_.rend()) return nullptr;
+    std::shared_ptr<Device> device = std::move(found->device);
+    entries_.erase(std::next(found).base());
+    return device;
+  }
+
+  // Unlocks: what is evicted is freed by the caller, without the lock.
+  std::vector<Entry> Trim(std::unique_lock<std::mutex>* lock) {
+    std::vector<Entry> evicted;
+    const auto evict_from_the_back = [&](const auto& condition) {
+      for (auto it = entries_.end(); it != entries_.begin() && entries_.size() > max_entries_;) {
+        --it;
+        if (!condition(*it)) continue;
+        evicted.push_back(std::move(*it));
+        it = entries_.erase(it);
+      }
+    };
+    evict_from_the_back(IsExpired);
+    evict_from_the_back([](const Entry& entry) { return entry.device != nullptr; });
+    lock->unlock();
+    return evicted;
+  }
+
   const Upload upload_;
-  std::mutex mutex_;
-  std::list<Entry> entries_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable uploaded_;
+  std::size_t max_entries_ = 0;
+  Entries entries_;
 };
 
 }  // namespace phi::gpu

@@ -12,8 +12,15 @@ namespace phi::gpu {
 template <typename Pixel>
 class DeviceArray2D {
  public:
-  DeviceArray2D(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task)
-      : width_(map.width()), height_(map.height()), buffer_(static_cast<std::int64_t>(map.size()), task) {
+  DeviceArray2D(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
+    Refill(map, stream, task);
+  }
+
+  // Another map in its place; the memory stays where it is large enough.
+  void Refill(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
+    width_ = map.width();
+    height_ = map.height();
+    buffer_.Reserve(static_cast<std::int64_t>(map.size()), task);
     buffer_.Upload(map.data(), static_cast<std::int64_t>(map.size()), stream, task);
     // The host's map may go away once this returns: wait for the driver to have read it.
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's upload", task);
@@ -22,7 +29,7 @@ class DeviceArray2D {
   ArrayView2D<const Pixel> View() const { return buffer_.View(width_, height_); }
 
  private:
-  int width_, height_;
+  int width_ = 0, height_ = 0;
   DeviceBuffer<Pixel> buffer_;
 };
 
@@ -34,6 +41,11 @@ class DeviceMeasuredDepths {
  public:
   DeviceMeasuredDepths(const MeasuredDepths& map, cudaStream_t stream, const Task& task)
       : depths_(map.depths, stream, task), states_(map.states, stream, task) {}
+
+  void Refill(const MeasuredDepths& map, cudaStream_t stream, const Task& task) {
+    depths_.Refill(map.depths, stream, task);
+    states_.Refill(map.states, stream, task);
+  }
 
   MeasuredDepthsView View() const { return {depths_.View(), states_.View()}; }
 

@@ -18,27 +18,25 @@ std::int64_t LessReserve(std::int64_t free) {
   return std::max<std::int64_t>(free - std::max(free / kShare, kLeast), 0);
 }
 
+template <typename Host, typename Device>
+typename DeviceCache<Host, Device>::Upload UploadTo(const char* stage) {
+  return [stage](const Host& host, std::shared_ptr<Device> used, cudaStream_t stream) {
+    const Task task{stage, "", host.width(), host.height()};
+    if (used == nullptr) return std::make_shared<Device>(host, stream, task);
+    used->Refill(host, stream, task);
+    return used;
+  };
+}
+
 }  // namespace
 
 DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_bytes)
     : properties(p),
       budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
-      images([](const GrayImage& image, cudaStream_t stream) {
-        const Task task{"image upload", "", image.width(), image.height()};
-        return std::make_shared<const GrayPyramid>(image, stream, task);
-      }),
-      maps([](const PlaneMap& map, cudaStream_t stream) {
-        const Task task{"map upload", "", map.width(), map.height()};
-        return std::make_shared<const DeviceMap>(map, stream, task);
-      }),
-      depths([](const DepthMap& depths, cudaStream_t stream) {
-        const Task task{"depth map upload", "", depths.width(), depths.height()};
-        return std::make_shared<const DeviceDepths>(depths, stream, task);
-      }),
-      measured([](const MeasuredDepths& depths, cudaStream_t stream) {
-        const Task task{"measured depths' upload", "", depths.width(), depths.height()};
-        return std::make_shared<const DeviceMeasuredDepths>(depths, stream, task);
-      }),
+      images(UploadTo<GrayImage, GrayPyramid>("image upload")),
+      maps(UploadTo<PlaneMap, DeviceMap>("map upload")),
+      depths(UploadTo<DepthMap, DeviceDepths>("depth map upload")),
+      measured(UploadTo<MeasuredDepths, DeviceMeasuredDepths>("measured depths' upload")),
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
@@ -58,13 +56,11 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
 
 void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {
   if (HoldsAllKinds(bytes)) {
-    const auto keep = [](auto* cache, std::size_t size) {
-      if (size > 0) cache->KeepAtMost(size);
-    };
-    keep(&images, sizes.images);
-    keep(&maps, sizes.maps);
-    keep(&depths, sizes.depths);
-    keep(&measured, sizes.measured);
+    constexpr std::size_t kTimes = NumCallsOfAllStages(kConcurrentCalls) / kConcurrentCalls;
+    images.KeepAtLeast(kTimes * sizes.images);
+    maps.KeepAtLeast(kTimes * sizes.maps);
+    depths.KeepAtLeast(kTimes * sizes.depths);
+    measured.KeepAtLeast(kTimes * sizes.measured);
     return;
   }
   KeepOnly(sizes);

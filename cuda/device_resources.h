@@ -1,8 +1,8 @@
 // What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times. And the
 // three kinds of call.
 //
-// Memory: calls of all kinds come side by side. Caches keep what the calls of their kind that fit at once work on; where the
-// budget cannot hold that of all kinds, each call first gives up what only other kinds need. cuda/memory_plan.h says what a
+// Memory: calls of all kinds come side by side. Caches keep what the calls at once work on; where the budget cannot hold that of
+// all kinds, what the calls of the kind at hand do, and each call first gives up what only other kinds need. cuda/memory_plan.h says what a
 // call takes.
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace phi::gpu {
 
-// How many entries each cache keeps.
+// How many entries each cache keeps for the calls of one kind.
 struct CacheSizes {
   std::size_t images = 0, maps = 0, depths = 0, measured = 0;
 };

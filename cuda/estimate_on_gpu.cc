@@ -19,8 +19,8 @@ using ImageHandle = std::shared_ptr<const GrayPyramid>;
 // The reference, then the sources; the handles keep them alive until the call ends.
 std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input,
                                       cudaStream_t stream, const Task& task) {
-  std::vector<ImageHandle> handles = {device->images.Get(input.reference.image, stream, task)};
-  for (const ViewImage& source : input.sources) handles.push_back(device->images.Get(source.image, stream, task));
+  std::vector<ImageHandle> handles = {device->images.Get(input.reference.image, stream)};
+  for (const ViewImage& source : input.sources) handles.push_back(device->images.Get(source.image, stream));
   return handles;
 }
 
@@ -92,7 +92,7 @@ std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const Estimation
   for (std::size_t j = 0; j < views.size(); ++j) {
     guidance.push_back({views[j], {}});
     if (input.source_depths[j] == nullptr) continue;
-    handles.push_back(device->depths.Get(input.source_depths[j], stream, task));
+    handles.push_back(device->depths.Get(input.source_depths[j], stream));
     guidance.back().depths = handles.back()->View();
   }
   scratch->estimation.guidance.Reserve(kMaxSourceViews, task);

@@ -45,7 +45,7 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
   TurnMaps handles;
   std::vector<FilterSource> bound;
   for (std::size_t j = begin; j < end; ++j) {
-    handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream, task));
+    handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream));
     bound.push_back(
         {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
     const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
@@ -75,7 +75,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const std::size_t at_once = static_cast<std::size_t>(plan.num_sources_at_once);
   // Concurrent calls share most of the maps.
   device->MakeRoom(CallKind::kFilter, plan.bytes, {.maps = at_once + device->NumCallsAtOnce(plan.bytes)}, scratch.get());
-  const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream, task);
+  const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
   scratch->testimonies.Reserve(num_pixels, task);

@@ -1,5 +1,7 @@
 #include "cuda/gray_texture.h"
 
+#include <utility>
+
 #include "phi/matching/pyramid.h"
 #include "phi/matching/window_level.h"
 #include "phi/texture_limits.h"
@@ -21,24 +23,28 @@ TextureLimits DeviceTextureLimits(const Task& task) {
 }  // namespace
 
 GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) {
-  RequireTextureSize(image.width(), image.height(), DeviceTextureLimits(task), task.Describe());
-  const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
-  CheckAllocation(cudaMallocArray(&array_, &format, image.width(), image.height()), "cudaMallocArray",
-                  image.size(), task);
   try {
-    Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
-                                   cudaMemcpyHostToDevice, stream),
-          "cudaMemcpy2DToArrayAsync", task);
-    MakeTexture(task);
-    // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
-    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
+    Refill(image, stream, task);
   } catch (...) {
     Destroy();
     throw;
   }
 }
 
-void GrayTexture::MakeTexture(const Task& task) {
+void GrayTexture::Refill(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  if (image.width() != width_ || image.height() != height_) Make(image.width(), image.height(), task);
+  Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
+                                 cudaMemcpyHostToDevice, stream),
+        "cudaMemcpy2DToArrayAsync", task);
+  // A pageable source is staged by the driver, which may still read it after the call: wait for this copy alone.
+  Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after an image's upload", task);
+}
+
+void GrayTexture::Make(int width, int height, const Task& task) {
+  RequireTextureSize(width, height, DeviceTextureLimits(task), task.Describe());
+  Destroy();
+  const cudaChannelFormatDesc format = cudaCreateChannelDesc(8, 0, 0, 0, cudaChannelFormatKindUnsigned);
+  CheckAllocation(cudaMallocArray(&array_, &format, width, height), "cudaMallocArray", Bytes(width, height), task);
   cudaResourceDesc resource = {};
   resource.resType = cudaResourceTypeArray;
   resource.res.array.array = array_;
@@ -47,11 +53,15 @@ void GrayTexture::MakeTexture(const Task& task) {
   texture.filterMode = cudaFilterModeLinear;
   texture.readMode = cudaReadModeNormalizedFloat;
   Check(cudaCreateTextureObject(&texture_, &resource, &texture, nullptr), "cudaCreateTextureObject", task);
+  width_ = width;
+  height_ = height;
 }
 
+// Waits for kernels that an error left under way.
 void GrayTexture::Destroy() {
-  cudaFreeArray(array_);  // waits for kernels that an error left under way
-  if (texture_ != 0) cudaDestroyTextureObject(texture_);
+  cudaFreeArray(std::exchange(array_, nullptr));
+  if (texture_ != 0) cudaDestroyTextureObject(std::exchange(texture_, 0));
+  width_ = height_ = 0;
 }
 
 GrayTexture::~GrayTexture() { Destroy(); }
@@ -63,6 +73,12 @@ GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task
   for (const GrayImage& level : BuildPyramid(image, kMaxPyramidLevels)) {
     levels_.push_back(std::make_unique<GrayTexture>(level, stream, task));
   }
+}
+
+void GrayPyramid::Refill(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  levels_[0]->Refill(image, stream, task);
+  const std::vector<GrayImage> coarser = BuildPyramid(image, kMaxPyramidLevels);
+  for (std::size_t i = 0; i < coarser.size(); ++i) levels_[i + 1]->Refill(coarser[i], stream, task);
 }
 
 void GrayPyramid::CopyTextures(int first_level, TextureSampler* textures) const {

@@ -16,9 +16,11 @@ namespace phi::gpu {
 // Coordinates are K's: pixel centres at half-integers, as the hardware has them. Values are gray / 255.
 class GrayTexture {
  public:
-  // The copy is ordered on `stream`; `image` may go away once the constructor has returned.
+  // Returns once the image is copied.
   GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task);
   ~GrayTexture();
+  // Another image in its place; the memory stays where the size is the same.
+  void Refill(const GrayImage& image, cudaStream_t stream, const Task& task);
   GrayTexture(const GrayTexture&) = delete;
   GrayTexture& operator=(const GrayTexture&) = delete;
 
@@ -27,9 +29,10 @@ class GrayTexture {
   static std::size_t Bytes(int width, int height);
 
  private:
-  void MakeTexture(const Task& task);
+  void Make(int width, int height, const Task& task);
   void Destroy();
 
+  int width_ = 0, height_ = 0;
   cudaArray_t array_ = nullptr;
   cudaTextureObject_t texture_ = 0;
 };
@@ -38,6 +41,7 @@ class GrayTexture {
 class GrayPyramid {
  public:
   GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task);
+  void Refill(const GrayImage& image, cudaStream_t stream, const Task& task);
 
   // From `first_level` on, of kMaxPyramidLevels.
   void CopyTextures(int first_level, TextureSampler* textures) const;

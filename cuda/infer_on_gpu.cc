@@ -42,18 +42,18 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
                           const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
   SourceHandles handles;
-  handles.textures.push_back(device->images.Get(input.reference.image, stream, task));
+  handles.textures.push_back(device->images.Get(input.reference.image, stream));
   launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
   const std::size_t num_sources = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
   for (std::size_t j = 0; j < num_sources; ++j) {
     const ViewImage& source = input.sources[j];
-    handles.textures.push_back(device->images.Get(source.image, stream, task));
+    handles.textures.push_back(device->images.Get(source.image, stream));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
     if (launch->parameters.formulas == Formulas::kPaper) continue;
     if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
-    handles.depths.push_back(device->measured.Get(input.source_depths[j], stream, task));
+    handles.depths.push_back(device->measured.Get(input.source_depths[j], stream));
     sources.back().measured = handles.depths.back()->View();
   }
   InferenceScratch& buffers = scratch->inference;

@@ -1,3 +1,7 @@
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <future>
 #include <memory>
 #include <string>
 
@@ -18,11 +22,18 @@ struct CountedCopy {
 
 // A cache whose uploads are counted. No device memory is taken.
 struct CountedCache {
-  int num_uploads = 0;
-  DeviceCache<int, CountedCopy> cache{[this](const int& host, cudaStream_t) {
+  std::atomic<int> num_uploads = 0, num_reused = 0;
+  std::function<void(int host)> during_upload = [](int) {};
+  DeviceCache<int, CountedCopy> cache{[this](const int& host, std::shared_ptr<CountedCopy> used, cudaStream_t) {
     ++num_uploads;
-    return std::make_shared<const CountedCopy>(CountedCopy{host});
+    during_upload(host);
+    if (used == nullptr) return std::make_shared<CountedCopy>(CountedCopy{host});
+    ++num_reused;
+    used->value = host;
+    return used;
   }};
+
+  int Get(const std::shared_ptr<const int>& host) { return cache.Get(host, nullptr)->value; }
 };
 
 TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
@@ -40,32 +51,92 @@ TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
   EXPECT_NO_THROW(DeviceBuffer<float>(1024, task)) << "the error must not stick";
 }
 
-TEST_F(ResourcesTest, CacheKeepsWhatWasUsedLast) {
-  const Task task{"test"};
-  const Stream stream(task);
+TEST(DeviceCache, KeepsWhatWasUsedLast) {
   CountedCache counted;
+  counted.cache.KeepAtLeast(3);
   const auto a = std::make_shared<const int>(10), b = std::make_shared<const int>(20);
   const auto c = std::make_shared<const int>(30);
-  for (const auto& host : {a, b, c, a}) counted.cache.Get(host, stream.get(), task);
-  const std::shared_ptr<const CountedCopy> held = counted.cache.Get(b, stream.get(), task);
+  for (const auto& host : {a, b, c, a}) EXPECT_EQ(counted.Get(host), *host);
+  const std::shared_ptr<const CountedCopy> held = counted.cache.Get(b, nullptr);
   counted.cache.KeepAtMost(2);  // b and a
   EXPECT_EQ(counted.num_uploads, 3);
-  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(counted.Get(a), 10);
   EXPECT_EQ(counted.num_uploads, 3);
-  counted.cache.Get(c, stream.get(), task);  // in b's place
+  counted.Get(c);  // in the place of b, which is held
   EXPECT_EQ(counted.num_uploads, 4);
-  counted.cache.Get(a, stream.get(), task);
+  EXPECT_EQ(held->value, 20);
+  counted.Get(c);
   EXPECT_EQ(counted.num_uploads, 4);
   counted.cache.KeepAtMost(0);
   EXPECT_EQ(held->value, 20);
 }
 
-TEST_F(ResourcesTest, CacheForgetsWhatTheHostFreed) {
-  const Task task{"test"};
-  const Stream stream(task);
+TEST(DeviceCache, ForgetsWhatTheHostFreed) {
   CountedCache counted;
-  for (int i = 0; i < 3; ++i) counted.cache.Get(std::make_shared<const int>(10), stream.get(), task);
+  counted.cache.KeepAtLeast(3);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(counted.Get(std::make_shared<const int>(i)), i);
   EXPECT_EQ(counted.num_uploads, 3);
+  EXPECT_EQ(counted.num_reused, 2) << "its memory serves the next";
+}
+
+TEST(DeviceCache, TakesTheMemoryOfWhatWasUsedLongestAgo) {
+  CountedCache counted;
+  counted.cache.KeepAtLeast(2);
+  const auto a = std::make_shared<const int>(10), b = std::make_shared<const int>(20), c = std::make_shared<const int>(30);
+  counted.Get(a);
+  const CountedCopy* first = counted.cache.Get(b, nullptr).get();
+  counted.Get(a);
+  EXPECT_EQ(counted.num_reused, 0) << "there is room";
+  EXPECT_EQ(counted.cache.Get(c, nullptr).get(), first);
+  EXPECT_EQ(counted.Get(a), 10);
+  EXPECT_EQ(counted.num_uploads, 3);
+  counted.cache.KeepAtLeast(1);
+  counted.Get(a);
+  EXPECT_EQ(counted.Get(c), 30);
+  EXPECT_EQ(counted.num_uploads, 3) << "no fewer are kept";
+}
+
+TEST(DeviceCache, NeverTakesMemoryThatACallHolds) {
+  CountedCache counted;
+  counted.cache.KeepAtLeast(1);
+  auto a = std::make_shared<const int>(10);
+  const std::shared_ptr<const CountedCopy> held = counted.cache.Get(a, nullptr);
+  a.reset();
+  counted.Get(std::make_shared<const int>(20));
+  EXPECT_EQ(held->value, 10);
+  EXPECT_EQ(counted.num_reused, 0);
+}
+
+TEST(DeviceCache, FindsCopiesWhileAnotherIsUploaded) {
+  CountedCache counted;
+  counted.cache.KeepAtLeast(4);
+  const auto there = std::make_shared<const int>(1), slow = std::make_shared<const int>(2);
+  counted.Get(there);
+  std::promise<void> began, go_on;
+  counted.during_upload = [&](int) {
+    began.set_value();
+    go_on.get_future().wait();
+  };
+  const auto get_slow = [&] { return counted.Get(slow); };
+  std::future<int> first = std::async(std::launch::async, get_slow);
+  began.get_future().wait();
+  EXPECT_EQ(counted.Get(there), 1);
+  std::future<int> second = std::async(std::launch::async, get_slow);
+  EXPECT_EQ(second.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
+  go_on.set_value();
+  EXPECT_EQ(first.get(), 2);
+  EXPECT_EQ(second.get(), 2);
+  EXPECT_EQ(counted.num_uploads, 2) << "one for both";
+}
+
+TEST(DeviceCache, TriesAnewAfterAFailure) {
+  CountedCache counted;
+  counted.cache.KeepAtLeast(2);
+  const auto a = std::make_shared<const int>(10);
+  counted.during_upload = [](int) { throw DeviceError("no memory"); };
+  EXPECT_THROW(counted.Get(a), DeviceError);
+  counted.during_upload = [](int) {};
+  EXPECT_EQ(counted.Get(a), 10);
 }
 
 TEST_F(ResourcesTest, EveryDevicePassesTheSelfTest) {
