@@ -250,10 +250,10 @@ def world(color, strength):
 def render(name, cameras, horizontal_view_degrees, samples, size=(1080, 720)):
     """Renders from each (eye, target) or (eye, target, roll in degrees) into the folder that the command line names.
 
-    Command line: FOLDER, factors of the size and of the samples. Writes raw/NNNN.png (16 bit), raw/NNNN.exr (exact depth along the
+    Command line: FOLDER, factors of the size and of the samples, cpu or cuda. Writes raw/NNNN.png (16 bit), raw/NNNN.exr (exact depth along the
     camera's z at pixel centres, metres, and the material's pass index) and poses.npz: rotation (n, 3, 3) and translation (n, 3) from world
     to camera, x right, y down, z forward; focal length in pixels. Images that are there already are kept, if their poses are these."""
-    folder, size_factor, sample_factor = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+    folder, size_factor, sample_factor, device = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), sys.argv[4]
     width, height = (2 * round(v * size_factor / 2) for v in size)
     samples = max(1, round(samples * sample_factor))
     os.makedirs(f"{folder}/raw", exist_ok=True)
@@ -265,6 +265,8 @@ def render(name, cameras, horizontal_view_degrees, samples, size=(1080, 720)):
     owner = link(camera)
     scene.camera = owner
     configure(scene, width, height)
+    if device == "cuda":
+        use_cuda(scene)
     focal_length = width / 2 / math.tan(math.radians(horizontal_view_degrees) / 2)
     write_poses(f"{folder}/poses.npz", owner, cameras, focal_length, (width, height))
     for i, view in enumerate(cameras):
@@ -317,6 +319,20 @@ def configure(scene, width, height):
     cycles.fast_gi_method = "REPLACE"
     cycles.ao_bounces_render = 1
     scene.world.light_settings.distance = 4
+
+
+def use_cuda(scene):
+    """All CUDA devices that are visible."""
+    preferences = bpy.context.preferences.addons["cycles"].preferences
+    preferences.compute_device_type = "CUDA"
+    preferences.get_devices()
+    cuda = [d for d in preferences.devices if d.type == "CUDA"]
+    if not cuda:
+        sys.exit("render: Blender finds no CUDA device; leave --device out to render on the CPU")
+    for d in preferences.devices:
+        d.use = d.type == "CUDA"
+    scene.cycles.device = "GPU"
+    scene.cycles.denoising_use_gpu = True
 
 
 def render_colour(scene, samples, path):
