@@ -26,6 +26,7 @@ struct AnchorTolerance {
 // In the reference image and camera: array indices, inverse depth.
 struct AnchorPoint {
   float x, y, w;
+  bool is_measured = true;  // a clue otherwise
 };
 
 // The means of a cell's points.
@@ -33,6 +34,7 @@ struct AnchorCell {
   float x, y;
   double w, tolerance;
   int column, row;  // of the cells of its image
+  bool is_measured = true;  // one of its points is
 
   // 0: on the plane; below -1 or above 1: off it, behind or before.
   double Off(const ImagePlane& plane) const { return (w - plane.InverseDepth(x, y)) / tolerance; }

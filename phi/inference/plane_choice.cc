@@ -48,6 +48,7 @@ std::vector<Place> ConvexHull(std::vector<Place> places) {
     hull.push_back(place);
   };
   for (const Place& place : places) add(place, 0);
+  if (hull.empty()) return hull;
   const std::size_t lower = hull.size() - 1;
   for (std::size_t i = places.size(); i-- > 0;) add(places[i], lower);
   hull.pop_back();
@@ -184,11 +185,15 @@ class PlaneChoice {
 
   // Of the surface that the region's spots would be on the plane, the part, by area, that lies between the cells on it or moves from
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
-  // skirting; the sky begins where the cells of a roof end.
+  // skirting; the sky begins where the cells of a roof end. Cells of clues alone say nothing against the sky: just above a roof all
+  // views match its edge, and their agreement makes clues there.
   bool MayBeSky(const ImagePlane& plane) const {
+    const std::vector<AnchorCell> on = CellsOn(plane);
+    if (on.empty() || region_.spots.empty()) return false;
     std::vector<Place> places;
-    for (const AnchorCell& cell : CellsOn(plane)) places.push_back({cell.x, cell.y});
-    if (places.empty() || region_.spots.empty()) return false;
+    for (const AnchorCell& cell : on) {
+      if (cell.is_measured) places.push_back({cell.x, cell.y});
+    }
     const std::vector<Place> hull = ConvexHull(std::move(places));
     double unlike_sky = 0, all = 0;
     for (const Spot& spot : region_.spots) {

@@ -88,6 +88,7 @@ class SourcePool {
     const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
     if (!(std::abs(change) <= rules_.Scale(Rule::kPooledAnchors) * kMaxBrightnessChange)) return;
     anchor->hash = Hash(x, y);
+    anchor->is_measured = IsMeasured(depths_.states(x, y));
     row->push_back(*anchor);
   }
 

@@ -24,6 +24,9 @@ struct PooledAnchor {
   float x = 0, y = 0;       // where it lies in the reference image, array indices with fraction
   float inverse_depth = 0;  // in the reference camera
   std::uint32_t hash = 0;   // of the source view's image id and pixel: uniform, the same in every run
+  bool is_measured = true;  // by the source view; a clue otherwise
+
+  friend bool operator==(const PooledAnchor&, const PooledAnchor&) = default;
 
   int PixelX() const { return static_cast<int>(x + 0.5f); }
   int PixelY() const { return static_cast<int>(y + 0.5f); }

@@ -92,8 +92,8 @@ std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<
 }  // namespace
 
 RegionAnchors::RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
-                             std::span<const PooledAnchor> pooled, int min_anchors)
-    : anchors_(anchors), pooled_(pooled), index_(static_cast<std::size_t>(regions.num_regions), -1) {
+                             std::span<const PooledAnchor> pooled, int min_anchors, ArrayView2D<const PixelState> states)
+    : anchors_(anchors), pooled_(pooled), states_(states), index_(static_cast<std::size_t>(regions.num_regions), -1) {
   const std::int64_t num_anchors = ListRegions(CountAnchors(regions, anchors, pooled), min_anchors);
   members_ = std::make_unique_for_overwrite<Member[]>(static_cast<std::size_t>(num_anchors));
   ListMembers(regions);
@@ -146,11 +146,12 @@ void RegionAnchors::Append(std::span<const Member> members, Region* region) {
 RegionPoint RegionAnchors::PointOf(Member member) const {
   if (member < 0) {
     const PooledAnchor& pooled = pooled_[static_cast<std::size_t>(~member)];
-    return {pooled.x, pooled.y, pooled.inverse_depth, 0, PixelHash(pooled.hash)};
+    return {pooled.x, pooled.y, pooled.inverse_depth, 0, PixelHash(pooled.hash), pooled.is_measured};
   }
   const int x = member % anchors_.width, y = member / anchors_.width;
   const std::uint32_t chosen_by = PixelHash(static_cast<std::uint32_t>(member));
-  return {static_cast<float>(x), static_cast<float>(y), anchors_(x, y), 0, PixelHash(chosen_by)};
+  const bool is_measured = states_.data == nullptr || IsMeasured(states_(x, y));
+  return {static_cast<float>(x), static_cast<float>(y), anchors_(x, y), 0, PixelHash(chosen_by), is_measured};
 }
 
 std::vector<RegionPoint> RegionAnchors::Points(std::size_t k, const AnchorTolerance& tolerance) const {

@@ -11,6 +11,7 @@
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/pooled_anchors.h"
+#include "phi/measurement.h"
 
 namespace phi {
 
@@ -19,15 +20,17 @@ struct RegionPoint {
   float x, y, w;
   float tolerance;     // of w
   std::uint32_t hash;  // of the anchor: uniform
+  bool is_measured;    // a clue otherwise
 };
 
 // Of the regions that have at least `min_anchors`. Large ones have a sample, drawn by pixel: the same for any number of threads,
 // and one anchor more or less leaves the others as they are.
 class RegionAnchors {
  public:
-  // Keeps references to anchors and pooled. anchors: inverse depth of the image's own, 0: none.
+  // Keeps references to anchors, pooled and states. anchors: inverse depth of the image's own, 0: none. states: of the same pixels; no
+  // data: all anchors are measured.
   RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors, std::span<const PooledAnchor> pooled,
-                int min_anchors);
+                int min_anchors, ArrayView2D<const PixelState> states = {});
 
   std::size_t size() const { return regions_.size(); }
   std::int32_t region(std::size_t k) const { return regions_[k].region; }
@@ -56,6 +59,7 @@ class RegionAnchors {
 
   ArrayView2D<const float> anchors_;
   std::span<const PooledAnchor> pooled_;
+  ArrayView2D<const PixelState> states_;
   std::vector<Region> regions_;
   std::vector<std::int32_t> index_;
   std::unique_ptr<Member[]> members_;

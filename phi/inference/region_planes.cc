@@ -177,7 +177,7 @@ std::vector<AnchorCell> CellsOf(const std::vector<RegionPoint>& points, float si
                                 const AnchorTolerance& tolerance) {
   std::vector<AnchorPoint> places;
   places.reserve(points.size());
-  for (const RegionPoint& p : points) places.push_back({p.x, p.y, p.w});
+  for (const RegionPoint& p : points) places.push_back({p.x, p.y, p.w, p.is_measured});
   return MakeAnchorCells(places, side, min_points, tolerance);
 }
 
@@ -205,6 +205,7 @@ PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rule
   std::vector<float> gains;
   evidence.pooled = PoolAnchors(input, rules, &gains);
   evidence.precision = PrecisionOf(input);
+  evidence.states = input.measured->states.view();
   evidence.views.emplace(input, gains);
   evidence.sources = RegionsOfSources(input, rules);
   evidence.scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
@@ -221,6 +222,7 @@ ViewRegions FindViewRegions(std::shared_ptr<const ImageRegions> regions, const M
   });
   PlaneEvidence own;
   own.precision = precision;
+  own.states = depths.states.view();
   return RegionPlanes(std::move(regions), std::as_const(anchors).view(), image_id, own, rules).Tell();
 }
 
@@ -243,7 +245,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
   const bool chooses = !evidence.scene.empty() || !evidence.sources.empty();
   const int min_anchors = chooses ? choice.min_cells * min_cell_points : limits.min_anchors;
-  const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors);
+  const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors, evidence.states);
   index_ = own.index();
   planes_.resize(own.size());
   cells_.resize(own.size());

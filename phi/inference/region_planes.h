@@ -33,6 +33,7 @@ struct PlaneEvidence {
   std::optional<SpotViews> views = {};
   std::vector<SourceRegions> sources = {};
   DepthPrecision precision;  // of the image's view
+  ArrayView2D<const PixelState> states = {};  // of the image's own anchors; no data: all are measured
 };
 
 // Holds references to the input's images and maps.

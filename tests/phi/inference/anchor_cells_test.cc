@@ -27,6 +27,14 @@ TEST(AnchorCells, AreTheMeansOfTheirPoints) {
   EXPECT_EQ(cells[1].column, 3);
 }
 
+TEST(AnchorCells, AreMeasuredWhereOneOfTheirPointsIs) {
+  const std::vector<AnchorPoint> points = {{1, 1, 0.5f, false}, {2, 2, 0.5f, true}, {11, 1, 0.5f, false}, {12, 2, 0.5f, false}};
+  const auto cells = MakeAnchorCells(points, 10, 1, kTolerance);
+  ASSERT_EQ(cells.size(), 2u);
+  EXPECT_TRUE(cells[0].is_measured);
+  EXPECT_FALSE(cells[1].is_measured);
+}
+
 TEST(AnchorCells, APointAloneIsNone) {
   const std::vector<AnchorPoint> points = {{1, 1, 0.5f}, {2, 2, 0.5f}, {15, 5, 0.5f}};
   EXPECT_EQ(MakeAnchorCells(points, 10, 2, kTolerance).size(), 1u);

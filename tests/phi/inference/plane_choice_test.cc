@@ -210,6 +210,20 @@ TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
 }
 
+// Cells all over the sky, on the roof's plane.
+TEST(PlaneChoice, CluesSayNothingAgainstTheSky) {
+  AboveARoof scene(100, 100);
+  std::vector<AnchorCell> sky = CellsOn(kWall, 0, 160, 0, 60);
+  scene.roof.insert(scene.roof.end(), sky.begin(), sky.end());
+  EXPECT_TRUE(scene.IsTaken(0.6)) << "measured";
+  for (AnchorCell& cell : scene.roof) cell.is_measured = cell.y >= 60;
+  EXPECT_FALSE(scene.IsTaken(0.6));
+  EXPECT_TRUE(scene.IsTaken(0.4 - 1e-9)) << "what lies between measured cells counts as before";
+  for (AnchorCell& cell : scene.roof) cell.is_measured = false;
+  EXPECT_FALSE(scene.IsTaken(1e-9));
+  EXPECT_TRUE(scene.IsTaken(0)) << "not asked";
+}
+
 // The sources show the sky's left half with another brightness: both, or one of the two.
 TEST(PlaneChoice, WhatMovesFromViewToViewIsNoSky) {
   double left = 0, all = 0;

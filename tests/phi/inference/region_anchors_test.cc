@@ -71,6 +71,20 @@ TEST(RegionAnchors, PointsAreTheAnchorsByHash) {
   EXPECT_EQ(num_pooled, 3u);
 }
 
+TEST(RegionAnchors, PointsKnowWhetherTheyAreMeasured) {
+  const Array2D<float> anchors = AnchorsOfTheLeft(50);
+  StateMap states(kWidth, kHeight, PixelState::kMeasured);
+  states(50, 100) = PixelState::kClue;
+  const std::vector<PooledAnchor> pooled = {{20, 31, 0.9f, 77}, {22, 30, 0.9f, 5, false}};
+  const RegionAnchors told(*Halves(), anchors.view(), pooled, 1, std::as_const(states).view());
+  for (const RegionPoint& p : told.Points(0, kTolerance)) {
+    const bool is_clue = (p.x == 50 && p.y == 100) || p.x == 22;
+    EXPECT_EQ(p.is_measured, !is_clue) << p.x << ", " << p.y;
+  }
+  const RegionAnchors untold(*Halves(), anchors.view(), {}, 1);
+  for (const RegionPoint& p : untold.Points(0, kTolerance)) EXPECT_TRUE(p.is_measured);
+}
+
 // About 8192 of 30000, spread evenly, by any number of threads; one anchor less leaves the others.
 TEST(RegionAnchors, LargeRegionsAreSampledByPixel) {
   const auto regions = Halves();
