@@ -20,7 +20,8 @@
 
 namespace phi::gpu {
 
-// Safe for concurrent use. A handle keeps its copy alive after eviction.
+// Safe for concurrent use. A handle keeps its copy, also after eviction. Whoever lets go of it has waited for the work on the device
+// that reads the copy: its memory may be another's at once.
 template <typename Host, typename Device>
 class DeviceCache {
  public:

@@ -85,13 +85,15 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   Check(cudaMemsetAsync(testimonies.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
+  TurnMaps handles;  // of the turn under way: the last one's go when the device has ended
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
     const std::size_t end = std::min(begin + at_once, sources.size());
-    const TurnMaps handles =
-        BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
+    handles = BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
     LaunchAskSources(launch, testimonies, stream, task);
-    if (end < sources.size()) scratch->stream.Synchronize(task);  // before the maps go
+    if (end == sources.size()) break;
+    scratch->stream.Synchronize(task);
+    handles = {};
   }
   LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);

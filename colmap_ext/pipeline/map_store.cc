@@ -17,9 +17,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the memory budget for results that are written and wait for the disk, whose maps stay in memory. Whoever waits for the disk
-// does not compute, and a disk takes them unevenly.
-constexpr std::int64_t kWaitingShare = 8;
+// Results that are written and wait for the disk, their maps still in memory, take one part in so many of the budget. Beyond
+// that writers wait too, and soon whoever computes.
+constexpr std::int64_t kWaitingParts = 8;
 
 template <typename T>
 MemoryCache::Sized MakeSized(std::shared_ptr<const T> item) {
@@ -50,7 +50,7 @@ bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
 
 MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers)
     : workspace_(workspace),
-      max_waiting_bytes_(budget_bytes / kWaitingShare),
+      max_waiting_bytes_(budget_bytes / kWaitingParts),
       cache_(budget_bytes),
       writers_(num_writers) {}
 

@@ -16,13 +16,13 @@ using ::testing::HasSubstr;
 constexpr TextureLimits kLimits = {131072, 65000};
 
 TEST(TextureLimits, ImagesUpToTheLimitsPass) {
-  for (const auto [width, height] : {std::pair{1, 1}, {131072, 65000}, {131072, 1}, {1, 65000}}) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {131072, 65000}, {131072, 1}, {1, 65000}}) {
     EXPECT_NO_THROW(RequireTextureSize(width, height, kLimits, "task")) << width << "x" << height;
   }
 }
 
 TEST(TextureLimits, OnePixelMoreOfEitherSideIsTheImagesFault) {
-  for (const auto [width, height] : {std::pair{131073, 1}, {1, 65001}, {65001, 65001}}) {
+  for (const auto& [width, height] : {std::pair{131073, 1}, {1, 65001}, {65001, 65001}}) {
     EXPECT_THROW(RequireTextureSize(width, height, kLimits, "task"), InputError) << width << "x" << height;
   }
 }
