@@ -17,8 +17,7 @@ namespace {
 using ImageHandle = std::shared_ptr<const GrayPyramid>;
 
 // The reference, then the sources; the handles keep them alive until the call ends.
-std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input,
-                                      cudaStream_t stream, const Task& task) {
+std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input, cudaStream_t stream) {
   std::vector<ImageHandle> handles = {device->images.Get(input.reference.image, stream)};
   for (const ViewImage& source : input.sources) handles.push_back(device->images.Get(source.image, stream));
   return handles;
@@ -120,7 +119,7 @@ class PartsOnGpu {
     ReserveState(scratch_, plan_, task_);
     ResetCounter(scratch_, task_);
     launch_.num_samples = scratch_->estimation.num_samples.data();
-    images_ = UploadImages(device, input_, scratch_->stream.get(), task_);
+    images_ = UploadImages(device, input_, scratch_->stream.get());
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
     guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
   }
