@@ -25,8 +25,8 @@ namespace phi::gpu {
 template <typename Host, typename Device>
 class DeviceCache {
  public:
-  // Returns once the copy is complete. `used`: a copy whose memory may be taken for it; may be null.
-  using Upload = std::function<std::shared_ptr<Device>(const Host&, std::shared_ptr<Device> used, cudaStream_t)>;
+  // Makes `copy`, new or once another's, the host object's. Returns once it is complete.
+  using Upload = std::function<void(const Host&, cudaStream_t, Device* copy)>;
 
   explicit DeviceCache(Upload upload) : upload_(std::move(upload)) {}
 
@@ -42,12 +42,12 @@ class DeviceCache {
       entries_.splice(entries_.begin(), entries_, entry);  // most recently used first
       return entry->device;
     }
-    std::shared_ptr<Device> used = TakeUnused();
+    std::shared_ptr<Device> device = TakeUnused();
+    if (device == nullptr) device = std::make_shared<Device>();
     entry = entries_.insert(entries_.begin(), {host, nullptr});
     lock.unlock();
-    std::shared_ptr<Device> device;
     try {
-      device = upload_(*host, std::move(used), stream);
+      upload_(*host, stream, device.get());
     } catch (...) {
       lock.lock();
       entries_.erase(entry);

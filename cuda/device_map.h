@@ -12,12 +12,11 @@ namespace phi::gpu {
 template <typename Pixel>
 class DeviceArray2D {
  public:
-  DeviceArray2D(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
-    Refill(map, stream, task);
-  }
+  DeviceArray2D() = default;
+  DeviceArray2D(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) { Upload(map, stream, task); }
 
-  // Another map in its place; the memory stays where it is large enough.
-  void Refill(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
+  // In the place of what was there; the memory stays where it is large enough.
+  void Upload(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
     width_ = map.width();
     height_ = map.height();
     buffer_.Reserve(static_cast<std::int64_t>(map.size()), task);
@@ -39,12 +38,9 @@ using DeviceMask = DeviceArray2D<std::uint8_t>;
 
 class DeviceMeasuredDepths {
  public:
-  DeviceMeasuredDepths(const MeasuredDepths& map, cudaStream_t stream, const Task& task)
-      : depths_(map.depths, stream, task), states_(map.states, stream, task) {}
-
-  void Refill(const MeasuredDepths& map, cudaStream_t stream, const Task& task) {
-    depths_.Refill(map.depths, stream, task);
-    states_.Refill(map.states, stream, task);
+  void Upload(const MeasuredDepths& map, cudaStream_t stream, const Task& task) {
+    depths_.Upload(map.depths, stream, task);
+    states_.Upload(map.states, stream, task);
   }
 
   MeasuredDepthsView View() const { return {depths_.View(), states_.View()}; }

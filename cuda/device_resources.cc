@@ -1,7 +1,6 @@
 #include "cuda/device_resources.h"
 
 #include <algorithm>
-#include <memory>
 
 namespace phi::gpu {
 namespace {
@@ -20,11 +19,8 @@ std::int64_t LessReserve(std::int64_t free) {
 
 template <typename Host, typename Device>
 typename DeviceCache<Host, Device>::Upload UploadTo(const char* stage) {
-  return [stage](const Host& host, std::shared_ptr<Device> used, cudaStream_t stream) {
-    const Task task{stage, "", host.width(), host.height()};
-    if (used == nullptr) return std::make_shared<Device>(host, stream, task);
-    used->Refill(host, stream, task);
-    return used;
+  return [stage](const Host& host, cudaStream_t stream, Device* copy) {
+    copy->Upload(host, stream, Task{stage, "", host.width(), host.height()});
   };
 }
 

@@ -1,9 +1,9 @@
 #include "cuda/gray_texture.h"
 
 #include <utility>
+#include <vector>
 
 #include "phi/matching/pyramid.h"
-#include "phi/matching/window_level.h"
 #include "phi/texture_limits.h"
 
 namespace phi::gpu {
@@ -22,16 +22,12 @@ TextureLimits DeviceTextureLimits(const Task& task) {
 
 }  // namespace
 
-GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) {
-  try {
-    Refill(image, stream, task);
-  } catch (...) {
-    Destroy();
-    throw;
-  }
+// Delegates, so that the destructor runs when the upload fails.
+GrayTexture::GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task) : GrayTexture() {
+  Upload(image, stream, task);
 }
 
-void GrayTexture::Refill(const GrayImage& image, cudaStream_t stream, const Task& task) {
+void GrayTexture::Upload(const GrayImage& image, cudaStream_t stream, const Task& task) {
   if (image.width() != width_ || image.height() != height_) Make(image.width(), image.height(), task);
   Check(cudaMemcpy2DToArrayAsync(array_, 0, 0, image.data(), image.width(), image.width(), image.height(),
                                  cudaMemcpyHostToDevice, stream),
@@ -68,22 +64,15 @@ GrayTexture::~GrayTexture() { Destroy(); }
 
 std::size_t GrayTexture::Bytes(int width, int height) { return static_cast<std::size_t>(width) * height; }
 
-GrayPyramid::GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) {
-  levels_.push_back(std::make_unique<GrayTexture>(image, stream, task));
-  for (const GrayImage& level : BuildPyramid(image, kMaxPyramidLevels)) {
-    levels_.push_back(std::make_unique<GrayTexture>(level, stream, task));
-  }
-}
-
-void GrayPyramid::Refill(const GrayImage& image, cudaStream_t stream, const Task& task) {
-  levels_[0]->Refill(image, stream, task);
+void GrayPyramid::Upload(const GrayImage& image, cudaStream_t stream, const Task& task) {
+  levels_[0].Upload(image, stream, task);
   const std::vector<GrayImage> coarser = BuildPyramid(image, kMaxPyramidLevels);
-  for (std::size_t i = 0; i < coarser.size(); ++i) levels_[i + 1]->Refill(coarser[i], stream, task);
+  for (std::size_t i = 0; i < coarser.size(); ++i) levels_[i + 1].Upload(coarser[i], stream, task);
 }
 
 void GrayPyramid::CopyTextures(int first_level, TextureSampler* textures) const {
   for (std::size_t level = first_level; level < levels_.size(); ++level) {
-    textures[level - first_level].texture = levels_[level]->get();
+    textures[level - first_level].texture = levels_[level].get();
   }
 }
 

@@ -3,26 +3,27 @@
 
 #include <cuda_runtime_api.h>
 
+#include <array>
 #include <cstddef>
-#include <memory>
-#include <vector>
 
 #include "cuda/error.h"
 #include "cuda/texture_sampler.h"
 #include "phi/base/images.h"
+#include "phi/matching/window_level.h"
 
 namespace phi::gpu {
 
 // Coordinates are K's: pixel centres at half-integers, as the hardware has them. Values are gray / 255.
 class GrayTexture {
  public:
-  // Returns once the image is copied.
+  GrayTexture() = default;
   GrayTexture(const GrayImage& image, cudaStream_t stream, const Task& task);
   ~GrayTexture();
-  // Another image in its place; the memory stays where the size is the same.
-  void Refill(const GrayImage& image, cudaStream_t stream, const Task& task);
   GrayTexture(const GrayTexture&) = delete;
   GrayTexture& operator=(const GrayTexture&) = delete;
+
+  // In the place of what was there; the memory stays where the size is the same. Returns once the image is copied.
+  void Upload(const GrayImage& image, cudaStream_t stream, const Task& task);
 
   cudaTextureObject_t get() const { return texture_; }
 
@@ -40,17 +41,20 @@ class GrayTexture {
 // All levels of an image's pyramid (phi/matching/pyramid.h).
 class GrayPyramid {
  public:
-  GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task);
-  void Refill(const GrayImage& image, cudaStream_t stream, const Task& task);
+  GrayPyramid() = default;
+  GrayPyramid(const GrayImage& image, cudaStream_t stream, const Task& task) { Upload(image, stream, task); }
+
+  // As GrayTexture.
+  void Upload(const GrayImage& image, cudaStream_t stream, const Task& task);
 
   // From `first_level` on, of kMaxPyramidLevels.
   void CopyTextures(int first_level, TextureSampler* textures) const;
-  const GrayTexture& level(int level) const { return *levels_[level]; }
+  const GrayTexture& level(int level) const { return levels_[level]; }
 
   static std::size_t Bytes(int width, int height);
 
  private:
-  std::vector<std::unique_ptr<GrayTexture>> levels_;
+  std::array<GrayTexture, kMaxPyramidLevels> levels_;
 };
 
 }  // namespace phi::gpu

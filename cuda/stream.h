@@ -1,8 +1,6 @@
 // Owners of a stream and of an event.
 #pragma once
 
-#include <utility>
-
 #include "cuda/error.h"
 
 namespace phi::gpu {
@@ -15,18 +13,12 @@ class Event {
     const unsigned flags = timing == Timing::kOn ? cudaEventDefault : cudaEventDisableTiming;
     Check(cudaEventCreateWithFlags(&event_, flags | cudaEventBlockingSync), "cudaEventCreate", task);
   }
-  ~Event() {
-    if (event_) cudaEventDestroy(event_);
-  }
-  Event(Event&& other) noexcept : event_(std::exchange(other.event_, nullptr)) {}
-  Event& operator=(Event&&) = delete;
+  ~Event() { cudaEventDestroy(event_); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
 
   void Record(cudaStream_t stream, const Task& task) const {
     Check(cudaEventRecord(event_, stream), "cudaEventRecord", task);
-  }
-  // Work submitted to `stream` from now on starts after what this event recorded.
-  void Delay(cudaStream_t stream, const Task& task) const {
-    Check(cudaStreamWaitEvent(stream, event_, 0), "cudaStreamWaitEvent", task);
   }
   // Blocks the host until what was recorded has passed; the thread sleeps, for the cores have other work.
   void Wait(const Task& task) const { Check(cudaEventSynchronize(event_), "cudaEventSynchronize", task); }

@@ -17,20 +17,19 @@ namespace {
 class ResourcesTest : public CudaTest {};
 
 struct CountedCopy {
-  int value;
+  int value = 0;
+  bool is_new = true;
 };
 
 // A cache whose uploads are counted. No device memory is taken.
 struct CountedCache {
   std::atomic<int> num_uploads = 0, num_reused = 0;
   std::function<void(int host)> during_upload = [](int) {};
-  DeviceCache<int, CountedCopy> cache{[this](const int& host, std::shared_ptr<CountedCopy> used, cudaStream_t) {
+  DeviceCache<int, CountedCopy> cache{[this](const int& host, cudaStream_t, CountedCopy* copy) {
     ++num_uploads;
     during_upload(host);
-    if (used == nullptr) return std::make_shared<CountedCopy>(CountedCopy{host});
-    ++num_reused;
-    used->value = host;
-    return used;
+    num_reused += copy->is_new ? 0 : 1;
+    *copy = {host, false};
   }};
 
   int Get(const std::shared_ptr<const int>& host) { return cache.Get(host, nullptr)->value; }
