@@ -133,17 +133,17 @@ except KeyboardInterrupt:
 
 
 def test_import_is_quick_and_opens_no_gpu():
-    def cpu_seconds(module):
-        code = f"import {module}; print('libcuda' in open('/proc/self/maps').read())"
+    code = "import phimvs; print('libcuda' in open('/proc/self/maps').read())"
+
+    def cpu_seconds():
         before = os.times()
         result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
         after = os.times()
         assert result.stdout == "False\n"
         return after.children_user + after.children_system - before.children_user - before.children_system
 
-    # Of a whole interpreter. Numpy, which it needs, is the measure: machines differ, and one that is busy is slower.
-    seconds = [(cpu_seconds("numpy"), cpu_seconds("phimvs")) for _ in range(5)]
-    assert min(ours for _, ours in seconds) < 2.5 * min(numpy for numpy, _ in seconds)
+    # Of a whole interpreter, numpy included; a busy machine's first tries may be slow.
+    assert any(cpu_seconds() < 0.5 for _ in range(10))
 
 
 def test_the_program_is_in_the_package():
