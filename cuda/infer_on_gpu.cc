@@ -87,7 +87,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
   if (launch->parameters.formulas != Formulas::kRobust) return;
   launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
-  if (launch->parameters.rules.IsOn(Rule::kEvenLines)) launch->even = launch->from_region;
+  launch->line_limits = launch->from_region;
 }
 
 // By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
@@ -104,26 +104,25 @@ void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task
 // Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
 struct RegionBuffers {
   float *anchors, *planes;
-  std::uint8_t* even;
+  std::uint8_t* line_limits;
 
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
       : anchors(reinterpret_cast<float*>(scratch->host_plane.data())),
         planes(anchors + num_pixels),
-        even(reinterpret_cast<std::uint8_t*>(scratch->host_states.data())) {
+        line_limits(reinterpret_cast<std::uint8_t*>(scratch->host_states.data())) {
     static_assert(sizeof(PlaneHypothesis) >= (1 + kPlanesPerRegion) * sizeof(float));
   }
 };
 
-void UploadEven(const ImageRegions& regions, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
-  if (launch.even.data == nullptr) return;
-  const Mask even = EvenPixels(regions);
-  std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(even.size())).even;
-  CopyAll(even.data(), even.size(), host);
-  Check(cudaMemcpyAsync(launch.even.data, host, even.size(), cudaMemcpyHostToDevice, scratch->stream.get()),
+void UploadLineLimits(const RegionPlanes& planes, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
+  const Mask limits = planes.LineLimits(launch.parameters.rules);
+  std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(limits.size())).line_limits;
+  CopyAll(limits.data(), limits.size(), host);
+  Check(cudaMemcpyAsync(launch.line_limits.data, host, limits.size(), cudaMemcpyHostToDevice, scratch->stream.get()),
         "cudaMemcpyAsync to the device", task);
 }
 
-// Planes are found on the host; the scanlines run meanwhile.
+// Planes are found on the host; then the scanlines run, while the host works out the planes' depths.
 RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const ImageRegions> regions, Scratch* scratch,
                              const InferenceLaunch& launch, const Task& task) {
   const int width = launch.carrying.width, height = launch.carrying.height;
@@ -133,6 +132,9 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
   const RegionBuffers host_buffers(scratch, n);
   RegionPlanes planes(std::move(regions), {host_buffers.anchors, width, height},
                       input.reference.view->image_id, evidence, launch.parameters.rules);
+  const cudaStream_t stream = scratch->stream.get();
+  UploadLineLimits(planes, scratch, launch, task);
+  LaunchScanlines(launch, stream, task);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
@@ -141,7 +143,6 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
       for (int k = 0; k < kPlanesPerRegion; ++k) host[k * n + pixel] = region[k].At(x, y);
     }
   });
-  const cudaStream_t stream = scratch->stream.get();
   const std::int64_t first = launch.region_planes[0].data - buffers.inverse_depths.data();
   buffers.inverse_depths.UploadAt(first, host, kPlanesPerRegion * n, stream, task);
   LaunchRegionPlanes(launch, stream, task);
@@ -168,8 +169,6 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
   anchors_ready.Record(stream, task);
   const std::shared_ptr<const ImageRegions> regions = RegionsOf(input, launch.parameters.rules);
   anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free
-  UploadEven(*regions, scratch, launch, task);
-  LaunchScanlines(launch, stream, task);
   return AddRegionPlanes(input, regions, scratch, launch, task);
 }
 

@@ -51,7 +51,14 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const PixelState state = launch.states(x, y);
   const float depth = launch.measured(x, y).depth;
   launch.evidence(x, y) = EvidenceAt(state, depth);
-  const float anchor = AnchorAt(state, depth, launch.parameters.formulas);
+  launch.carrying(x, y) = AnchorAt(state, depth, launch.parameters.formulas);
+}
+
+__global__ void LineAnchorKernel(const __grid_constant__ InferenceLaunch launch) {
+  const int x = ThreadX(), y = ThreadY();
+  if (!launch.carrying.Contains(x, y)) return;
+  const std::uint8_t limits = launch.line_limits.data != nullptr ? launch.line_limits(x, y) : 0;
+  const float anchor = LineAnchor(launch.carrying(x, y), launch.evidence(x, y), limits);
   launch.carrying(x, y) = anchor;
   for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = anchor;
 }
@@ -61,7 +68,7 @@ __global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, L
   const int direction = blockIdx.y, width = launch.carrying.width, height = launch.carrying.height;
   const int index = ThreadX();
   if (index >= NumScanlines(direction, width, height)) return;
-  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, launch.even, options,
+  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, launch.line_limits, options,
                launch.hypotheses[direction]);
 }
 
@@ -160,6 +167,8 @@ void LaunchInverseDepths(const InferenceLaunch& launch, cudaStream_t stream, con
 
 void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const Task& task) {
   const int width = launch.carrying.width, height = launch.carrying.height;
+  LineAnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
+  CheckLaunch("LineAnchorKernel", task);
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
   ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(

@@ -34,7 +34,7 @@ struct InferenceLaunch {
   ArrayView2D<float> filled_and_measured;              // inverse depth
   ArrayView2D<PlaneHypothesis> result;
   // The same bytes, first for lines, then for what follows them.
-  ArrayView2D<std::uint8_t> even;         // not 0 where lines go between two sides only; no data: nowhere
+  ArrayView2D<std::uint8_t> line_limits;  // LineLimit bits; no data: none
   ArrayView2D<std::uint8_t> from_region;  // no data, or bit k: hypothesis k is a region's plane
 
   HypothesisState State() const;

@@ -1,6 +1,7 @@
 #include "phi/inference/hypotheses.h"
 
 #include <cstddef>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -35,22 +36,26 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method)
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
                        std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id, const PlaneEvidence& evidence)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
-  const Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
-  const Mask even = EvenPixels(*regions);
-  FillScanlines(anchors, rules.IsOn(Rule::kEvenLines) ? even.view() : ArrayView2D<const std::uint8_t>{},
-                {Formulas::kRobust, rules});
-  region_planes_.emplace(std::move(regions), anchors.view(), image_id, evidence, rules);
+  Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
+  region_planes_.emplace(std::move(regions), std::as_const(anchors).view(), image_id, evidence, rules);
+  const Mask limits = region_planes_->LineLimits(rules);
+  ForParts(anchors.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      anchors.data()[i] = LineAnchor(anchors.data()[i], evidence_.data()[i], limits.data()[i]);
+    }
+  });
+  FillScanlines(anchors, limits.view(), {Formulas::kRobust, rules});
   AddRegionPlanes(image, rules);
 }
 
-void Hypotheses::FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> even,
+void Hypotheses::FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> limits,
                                const Method& method) {
   const int width = anchors.width(), height = anchors.height();
   const LineOptions options = MakeLineOptions(method);
   for (int direction = 0; direction < kNumDirections; ++direction) {
     inverse_depth_[direction] = Transformed(anchors, [](float w) { return w; });
     tbb::parallel_for(0, NumScanlines(direction, width, height), [&](int index) {
-      FillScanline(MakeScanline(direction, index, width, height), anchors.view(), even, options,
+      FillScanline(MakeScanline(direction, index, width, height), anchors.view(), limits, options,
                    inverse_depth_[direction].view());
     });
   }

@@ -17,7 +17,8 @@ class Hypotheses {
   // Lines alone.
   Hypotheses(const MeasurementMap& measured, const Method& method);
   // Robust: in the image's evenly coloured regions lines go between two sides only, and planes take the diagonals' places where
-  // there are any; overexposed holes get no hypothesis, since nothing in the image says that windows, lamps or sky are a surface.
+  // there are any; where a region may be the sky, lines rest on what was measured alone; overexposed holes get no hypothesis, since
+  // nothing in the image says that windows, lamps or sky are a surface.
   // `evidence`: what else the planes rest on.
   Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
              std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
@@ -28,7 +29,7 @@ class Hypotheses {
   const RegionPlanes* region_planes() const { return region_planes_ ? &*region_planes_ : nullptr; }
 
  private:
-  void FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> even, const Method& method);
+  void FillScanlines(const Array2D<float>& anchors, ArrayView2D<const std::uint8_t> limits, const Method& method);
   void AddRegionPlanes(const GrayImage& image, const Rules& rules);
 
   Array2D<float> evidence_;  // inverse depth

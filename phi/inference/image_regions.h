@@ -1,7 +1,7 @@
 // Evenly coloured regions of an image: connected pixels (four neighbours) whose smoothed brightness changes slowly, in
-// all four directions and around each of their eight neighbours. Whatever is next to a step of brightness connects nothing, so that
+// all four directions and a margin around. Whatever is next to a step of brightness connects nothing, so that
 // two walls do not become one region where the edge between them fades for a few pixels. Then each region goes on by the
-// four pixels that a sharp edge spoils, so that two of them meet at it.
+// few pixels that a sharp edge spoils, so that two of them meet at it.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,5 @@ struct ImageRegions {
 
 // The same for any number of threads. None without the rule of their planes.
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules = {});
-
-// Where the image has a region.
-Mask EvenPixels(const ImageRegions& regions);
 
 }  // namespace phi

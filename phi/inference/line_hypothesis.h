@@ -5,7 +5,8 @@
 // planes of any slant. The paper fits depth, without bounds.
 //
 // A line of one side alone says where a surface goes on, not where it ends. Where the image is even, nothing there contradicts
-// it: the sky above a roof would take the roof's depth. There a line goes between two sides only.
+// it: the sky above a roof would take the roof's depth. There a line goes between two sides only. Nor do clues just above the roof
+// carry lines across the sky, where the region may be that.
 #pragma once
 
 #include <cmath>
@@ -24,6 +25,17 @@ inline constexpr int kNumDirections = 4;
 // Planes of an even region of the image (region_planes.h), which take the diagonals' places among the hypotheses.
 inline constexpr int kPlanesPerRegion = 2;
 enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3 };  // diagonals as x grows
+
+// What limits lines at a pixel.
+enum LineLimit : std::uint8_t {
+  kBetweenSidesOnly = 1,  // the image is even
+  kMeasuredOnly = 2,      // it may be the sky: clues are no anchors
+};
+
+// Inverse depth of what lines rest on at a pixel; 0: nothing. anchor: what else rests on it, clues included; evidence: what was measured.
+PHI_HD float LineAnchor(float anchor, float evidence, std::uint8_t limits) {
+  return (limits & kMeasuredOnly) != 0 ? evidence : anchor;
+}
 
 struct LineOptions {
   Formulas formulas = Formulas::kRobust;  // paper: lines in depth, no bounds
@@ -191,10 +203,9 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
 }
 
 // Fills the gaps between one scanline's anchors (inverse depths, 0 = none). `hypothesis` holds the anchors on entry and 0 elsewhere;
-// only zeros are written. `even`: not 0 where the image is; no data: nowhere. One call per scanline may run in parallel within
-// a direction.
+// only zeros are written. `limits`: LineLimit bits; no data: none. One call per scanline may run in parallel within a direction.
 PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
-                         ArrayView2D<const std::uint8_t> even, const LineOptions& options,
+                         ArrayView2D<const std::uint8_t> limits, const LineOptions& options,
                          ArrayView2D<float> hypothesis) {
   int t = 0;
   while (t < line.length) {
@@ -210,7 +221,7 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
       const int x = line.x0 + s * line.dx, y = line.y0 + s * line.dy;
       float& target = hypothesis(x, y);
       if (target > 0) continue;
-      const bool is_even = even.data != nullptr && even(x, y) != 0;
+      const bool is_even = limits.data != nullptr && (limits(x, y) & kBetweenSidesOnly) != 0;
       const float value = GapValue(model, options, static_cast<float>(s - begin), is_even);
       target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
     }

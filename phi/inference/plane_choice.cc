@@ -90,9 +90,10 @@ class PlaneChoice {
     return candidates;
   }
 
-  // The best one; null: not enough cells lie on any. Other views alone carry no second plane.
-  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first) const {
+  // The best one; null: not enough cells lie on any, or it may be the sky. Other views alone carry no second plane.
+  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first, bool* may_be_sky) const {
     const RegionPlane* best = nullptr;
+    bool leaves_sky = false;
     double best_score = 0;
     for (const auto& [plane, others] : candidates) {
       const Verdict own = Judge(plane, region_.cells);
@@ -101,10 +102,14 @@ class PlaneChoice {
       if (best != nullptr && score <= best_score) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
-      if (is_first && MayBeSky(plane)) continue;
+      if (is_first && MayBeSky(plane)) {
+        leaves_sky = true;
+        continue;
+      }
       best = &plane;
       best_score = score;
     }
+    *may_be_sky = best == nullptr && leaves_sky;
     return best;
   }
 
@@ -247,21 +252,20 @@ class PlaneChoice {
 
 }  // namespace
 
-std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
-                                                       const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                                       std::span<const ImagePlane> scene,
-                                                       const PlaneChoiceLimits& limits) {
+ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
+                          std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits) {
   PlaneChoice choice(std::move(region), limits);
   const std::vector<Candidate> candidates = choice.Candidates(own, scene);
-  std::array<RegionPlane, kPlanesPerRegion> chosen{};
+  ChosenPlanes chosen;
   for (int k = 0; k < kPlanesPerRegion; ++k) {
-    const RegionPlane* best = choice.Best(candidates, k == 0);
-    if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen[0], *best, limits.min_apart)))
+    RegionPlane& plane = chosen.planes[k];
+    const RegionPlane* best = choice.Best(candidates, k == 0, &chosen.may_be_sky);
+    if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen.planes[0], *best, limits.min_apart)))
       break;
-    chosen[k] = *best;
-    if (choice.AsksSources()) choice.Refit(&chosen[k]);
-    if (!chosen[k].IsThere()) choice.SetReach(&chosen[k]);
-    choice.TakeAway(chosen[k]);
+    plane = *best;
+    if (choice.AsksSources()) choice.Refit(&plane);
+    if (!plane.IsThere()) choice.SetReach(&plane);
+    choice.TakeAway(plane);
   }
   return chosen;
 }

@@ -38,9 +38,12 @@ struct RegionEvidence {
 // before a wall are no reason against the wall. To this comes the same of the other views' regions that the spots fall in if they
 // lie on the plane, the mean over views; less the share of the spots that other views show unlike. `own`: the region's planes, as
 // far as they are there. The planes that are chosen come first; the rest are not there.
-std::array<RegionPlane, kPlanesPerRegion> ChoosePlanes(RegionEvidence region,
-                                                       const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                                       std::span<const ImagePlane> scene,
-                                                       const PlaneChoiceLimits& limits);
+struct ChosenPlanes {
+  std::array<RegionPlane, kPlanesPerRegion> planes{};
+  bool may_be_sky = false;  // which is why none was chosen
+};
+
+ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
+                          std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits);
 
 }  // namespace phi

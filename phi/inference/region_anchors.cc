@@ -45,6 +45,12 @@ std::vector<RegionPoint> Sorted(const std::vector<RegionPoint>& points) {
   return sorted;
 }
 
+// Clues stand in for measurements: where most points were measured, they could only say otherwise.
+void DropNeedlessClues(std::vector<RegionPoint>* points) {
+  const auto num_measured = std::count_if(points->begin(), points->end(), [](const RegionPoint& p) { return p.is_measured; });
+  if (2 * num_measured > std::ssize(*points)) std::erase_if(*points, [](const RegionPoint& p) { return !p.is_measured; });
+}
+
 void SetTolerances(const AnchorTolerance& tolerance, std::vector<RegionPoint>* points) {
   const std::size_t size = points->size();
   std::vector<float> u(size), v(size), depth(size), deviations(size);
@@ -160,6 +166,7 @@ std::vector<RegionPoint> RegionAnchors::Points(std::size_t k, const AnchorTolera
   points.reserve(static_cast<std::size_t>(region.num_members));
   const Member* members = &members_[static_cast<std::size_t>(region.begin)];
   for (std::int32_t i = 0; i < region.num_members; ++i) points.push_back(PointOf(members[i]));
+  DropNeedlessClues(&points);
   points = Sorted(points);  // threads found them in any order
   SetTolerances(tolerance, &points);
   return points;

@@ -11,6 +11,7 @@
 
 #include "phi/base/image_mask.h"
 #include "phi/base/random.h"
+#include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
@@ -248,6 +249,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors, evidence.states);
   index_ = own.index();
   planes_.resize(own.size());
+  may_be_sky_.resize(own.size());
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
@@ -255,7 +257,19 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     const std::vector<RegionPoint> points = own.Points(k, tolerance_);
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
     cells_[k] = CellsOf(points, side, min_cell_points, tolerance_);
-    if (chooses) planes_[k] = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
+    if (!chooses) return;
+    const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
+    planes_[k] = chosen.planes;
+    may_be_sky_[k] = chosen.may_be_sky ? 1 : 0;
+  });
+}
+
+Mask RegionPlanes::LineLimits(const Rules& rules) const {
+  const std::uint8_t even = rules.IsOn(Rule::kEvenLines) ? kBetweenSidesOnly : 0;
+  return Transformed(regions_->region, [&](std::int32_t region) -> std::uint8_t {
+    if (region < 0) return 0;
+    const std::int32_t own = index_[static_cast<std::size_t>(region)];
+    return own >= 0 && may_be_sky_[static_cast<std::size_t>(own)] != 0 ? even | kMeasuredOnly : even;
   });
 }
 

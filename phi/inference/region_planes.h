@@ -61,6 +61,9 @@ class RegionPlanes {
     return region < 0 ? kNone : planes_[static_cast<std::size_t>(region)];
   }
 
+  // Of each pixel: LineLimit bits.
+  Mask LineLimits(const Rules& rules) const;
+
   // Whether an anchor of inverse depth w at (x, y) may lie so far, in inverse depth, from its plane.
   bool IsWithinTolerance(int x, int y, float w, double off) const {
     return tolerance_.Contains(static_cast<float>(x), static_cast<float>(y), w, off);
@@ -82,6 +85,7 @@ class RegionPlanes {
   std::shared_ptr<const ImageRegions> regions_;
   std::vector<std::int32_t> index_;  // of a region's planes; -1: too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
+  std::vector<std::uint8_t> may_be_sky_;        // as planes_; 1: the region may be
   std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };
 

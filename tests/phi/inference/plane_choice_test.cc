@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "phi/inference/hypotheses.h"
 #include "phi/inference/region_planes.h"
 #include "tests/support/centered_view.h"
 #include "tests/support/shared_regions.h"
@@ -45,12 +46,12 @@ void ExpectIs(const RegionPlane& chosen, const ImagePlane& plane) {
 
 TEST(PlaneChoice, TheScenesIsTakenWhereMoreCellsLieOnIt) {
   const auto cells = Both(CellsOn(kWall, 0, 100, 0, 40), CellsOn(kShelf, 0, 100, 100, 120));
-  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits).planes[0], kWall);
 }
 
 TEST(PlaneChoice, TheOwnIsKeptWhereMoreCellsLieOnIt) {
   const auto cells = Both(CellsOn(kShelf, 0, 100, 0, 40), CellsOn(kWall, 0, 100, 100, 120));
-  const RegionPlane chosen = ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0];
+  const RegionPlane chosen = ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits).planes[0];
   ExpectIs(chosen, kShelf);
   EXPECT_EQ(chosen.xx, 1e-9) << "with its own reach";
 }
@@ -58,29 +59,29 @@ TEST(PlaneChoice, TheOwnIsKeptWhereMoreCellsLieOnIt) {
 TEST(PlaneChoice, OfTwoThatAllCellsLieOnTheNearerIsTaken) {
   const auto cells = CellsOn(kWall, 0, 100, 0, 100, 1.0005);
   const ImagePlane off{0.3006, 0.001, 0};
-  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{off, kWall}, kLimits)[0], kWall);
-  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{kWall, off}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{off, kWall}, kLimits).planes[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{}, std::array{kWall, off}, kLimits).planes[0], kWall);
 }
 
 // Eight cells of a shelf hide nothing of the wall that six show behind it: the shelf is not the region's surface.
 TEST(PlaneChoice, WhatLiesBehindAPlaneCountsAgainstItWhatLiesBeforeDoesNot) {
   const auto cells = Both(CellsOn(kShelf, 0, 80, 50, 60), CellsOn(kWall, 0, 60, 0, 10));
   ASSERT_EQ(cells.size(), 14u);
-  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kWall);
+  ExpectIs(ChoosePlanes({cells}, Planes{Own(kShelf)}, std::array{kWall}, kLimits).planes[0], kWall);
   const auto more = Both(CellsOn(kShelf, 0, 130, 50, 60), CellsOn(kWall, 0, 60, 0, 10));
-  ExpectIs(ChoosePlanes({more}, Planes{Own(kShelf)}, std::array{kWall}, kLimits)[0], kShelf);
+  ExpectIs(ChoosePlanes({more}, Planes{Own(kShelf)}, std::array{kWall}, kLimits).planes[0], kShelf);
 }
 
 TEST(PlaneChoice, FewCellsAreNotEnough) {
-  EXPECT_FALSE(ChoosePlanes({CellsOn(kWall, 0, 20, 0, 10)}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
-  EXPECT_TRUE(ChoosePlanes({CellsOn(kWall, 0, 30, 0, 10)}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
+  EXPECT_FALSE(ChoosePlanes({CellsOn(kWall, 0, 20, 0, 10)}, Planes{}, std::array{kWall}, kLimits).planes[0].IsThere());
+  EXPECT_TRUE(ChoosePlanes({CellsOn(kWall, 0, 30, 0, 10)}, Planes{}, std::array{kWall}, kLimits).planes[0].IsThere());
   const ImagePlane lamp{1, 0, 0};
   const auto three_of_103 = Both(CellsOn(kWall, 0, 30, 0, 10), CellsOn(lamp, 0, 100, 100, 200));
-  EXPECT_FALSE(ChoosePlanes({three_of_103}, Planes{}, std::array{kWall}, kLimits)[0].IsThere());
+  EXPECT_FALSE(ChoosePlanes({three_of_103}, Planes{}, std::array{kWall}, kLimits).planes[0].IsThere());
 }
 
 TEST(PlaneChoice, APlaneOfTheSceneReachesFiveDeviationsFromItsCells) {
-  const RegionPlane chosen = ChoosePlanes({CellsOn(kWall, 0, 110, 0, 110)}, Planes{}, std::array{kWall}, kLimits)[0];
+  const RegionPlane chosen = ChoosePlanes({CellsOn(kWall, 0, 110, 0, 110)}, Planes{}, std::array{kWall}, kLimits).planes[0];
   // Places 0 to 100 in steps of 10: mean 50, variance 1000, and 64 for a cell's own size: 5 * sqrt(1064) = 163.1.
   EXPECT_GT(chosen.At(50 + 163, 50), 0);
   EXPECT_EQ(chosen.At(50 + 164, 50), 0);
@@ -91,7 +92,7 @@ TEST(PlaneChoice, TwoWallsThatMeetAreBothTaken) {
   // They meet at x = 100.
   const ImagePlane left{0.3, 0.001, 0}, right{0.5, -0.001, 0};
   const auto cells = Both(CellsOn(left, 0, 100, 0, 50), CellsOn(right, 110, 180, 0, 50));
-  const Planes chosen = ChoosePlanes({cells}, Planes{}, std::array{right, left}, kLimits);
+  const Planes chosen = ChoosePlanes({cells}, Planes{}, std::array{right, left}, kLimits).planes;
   ExpectIs(chosen[0], left);
   ExpectIs(chosen[1], right);
 }
@@ -120,7 +121,7 @@ TEST(PlaneChoice, APlaneOfAnotherViewsRegionIsTakenWhereBothTogetherLikeItBetter
   const SeenAgain scene;
   const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 50, 100, 110);
   PlaneChoiceLimits limits = kLimits;
-  const auto choose = [&] { return ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits)[0]; };
+  const auto choose = [&] { return ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits).planes[0]; };
   ExpectIs(choose(), kShelf);
   limits.source_weight = 1;
   // The shelf: 5 / 10 of its own, -1 of the other view, whose wall lies behind it. The wall: 0 and 1.
@@ -137,8 +138,8 @@ TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
   PlaneChoiceLimits limits = kLimits;
   limits.source_weight = 1;
   const std::vector<AnchorCell> cells = CellsOn(kWall, 0, 50, 100, 110);
-  ExpectIs(ChoosePlanes({cells, scene.spots}, Planes{Own(past)}, {}, limits)[0], past);
-  const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(past)}, {}, limits)[0];
+  ExpectIs(ChoosePlanes({cells, scene.spots}, Planes{Own(past)}, {}, limits).planes[0], past);
+  const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(past)}, {}, limits).planes[0];
   for (const auto& [x, y] : {std::pair(0, 0), {159, 0}, {0, 119}, {159, 119}})
     EXPECT_NEAR(chosen.InverseDepth(x, y), kWall.InverseDepth(x, y), 1e-6);
 }
@@ -174,7 +175,7 @@ struct AboveARoof {
     PlaneChoiceLimits limits = kLimits;
     limits.min_unlike_sky = min_unlike_sky;
     const SpotViews views(input, std::array{1.0f, 1.0f});
-    return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits)[0].IsThere();
+    return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits).planes[0].IsThere();
   }
 };
 
@@ -191,7 +192,7 @@ TEST(PlaneChoice, WhatMayBeSkyIsCountedBySurface) {
     for (int x = 15; x < 145; x += 10) {
       for (int row = 0; row < 10; ++row) spots.push_back({x, row < num_rows ? y : other});
     }
-    return ChoosePlanes({cells, spots, &views}, Planes{}, std::array{floor}, limits)[0].IsThere();
+    return ChoosePlanes({cells, spots, &views}, Planes{}, std::array{floor}, limits).planes[0].IsThere();
   };
   // Before cells that are far away lies little floor, though it fills most of the image: 1 of 1 + 9 / 27.
   const std::vector<AnchorCell> far = CellsOn(floor, 0, 160, 40, 70);
@@ -208,6 +209,25 @@ TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
   EXPECT_FALSE(AboveARoof(100, 100).IsTaken(0.6));
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0.4 - 1e-9)) << "as much as lies between cells";
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
+}
+
+TEST(PlaneChoice, WhatMayBeSkyIsToldFromWhatHasNoPlane) {
+  const AboveARoof scene(100, 100);
+  const SpotViews views(scene.input, std::array{1.0f, 1.0f});
+  PlaneChoiceLimits limits = kLimits;
+  const auto may_be_sky = [&](const std::vector<AnchorCell>& cells, double min_unlike_sky) {
+    limits.min_unlike_sky = min_unlike_sky;
+    return ChoosePlanes({cells, scene.spots, &views}, Planes{}, std::array{kWall}, limits).may_be_sky;
+  };
+  EXPECT_TRUE(may_be_sky(scene.roof, 0.6));
+  EXPECT_FALSE(may_be_sky(scene.roof, 0.4 - 1e-9)) << "its plane is taken";
+  EXPECT_FALSE(may_be_sky({}, 0.6)) << "no plane was offered";
+  // A plane before the roof's, with fewer cells, all over the image.
+  const ImagePlane before{0.6, 0, 0};
+  const auto cells = Both(scene.roof, CellsOn(before, 0, 160, 0, 30));
+  const ChosenPlanes chosen = ChoosePlanes({Both(cells, CellsOn(before, 0, 160, 90, 120)), scene.spots, &views}, Planes{}, std::array{kWall, before}, limits);
+  ExpectIs(chosen.planes[0], before);
+  EXPECT_FALSE(chosen.may_be_sky) << "another plane was taken";
 }
 
 // Cells all over the sky, on the roof's plane.
@@ -247,7 +267,7 @@ TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
   PlaneChoiceLimits limits = kLimits;
   limits.source_weight = 1;
   const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 50, 100, 110);
-  ExpectIs(ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits)[0], kShelf);
+  ExpectIs(ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits).planes[0], kShelf);
 }
 
 // A wall at 1 / 0.33, brighter from column 80 on, which the source camera half a metre to the right sees from 80 - 150 * 0.5 * 0.33 =
@@ -299,6 +319,37 @@ TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
   EXPECT_FALSE(planes({}).At(20, 20)[0].IsThere());
   EXPECT_TRUE(planes({kShelf, kWall}).At(20, 20)[0].IsThere());
   ExpectIs(planes({kShelf, kWall}).At(20, 20)[0], kWall);
+}
+
+// In a plain image what was measured fills the lower quarter's left end, and clues its right one, but for one measured column.
+TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
+  const AboveARoof scene(100, 100);
+  const float w = 0.3f;
+  PlaneMap planes(160, 120);
+  for (int y = 90; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      if (x < 20 || x >= 140) planes(x, y) = {{0, 0, -1}, 1 / w};
+    }
+  }
+  MeasurementMap measured = AllMeasured(std::move(planes));
+  for (int y = 90; y < 120; ++y) std::fill(&measured.states(140, y), &measured.states(140, y) + 20, PixelState::kClue);
+  for (int y = 110; y < 120; ++y) measured.states(150, y) = PixelState::kMeasured;
+  const auto offered = [&](float sky, int x, int y) {
+    Rules rules;
+    rules.Set(Rule::kSky, sky);
+    PlaneEvidence evidence;
+    evidence.scene = {{w, 0, 0}};
+    evidence.views.emplace(scene.input, std::vector<float>{1, 1});
+    evidence.states = std::as_const(measured.states).view();
+    const GrayImage& image = *scene.input.reference.image;
+    const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
+    return std::array{hypotheses.state().maps.inverse_depth[kHorizontal](x, y), hypotheses.state().maps.inverse_depth[kDescending](x, y)};
+  };
+  EXPECT_NEAR(offered(0, 80, 100)[0], w, 1e-4f) << "from measured pixels to clues";
+  EXPECT_NEAR(offered(0, 80, 100)[1], w, 1e-4f) << "the region's plane";
+  EXPECT_EQ(offered(1, 80, 100), (std::array{0.0f, 0.0f})) << "clues carry none";
+  EXPECT_EQ(offered(1, 145, 100)[0], 0) << "nor does a clue offer its own depth";
+  EXPECT_NEAR(offered(1, 80, 115)[0], w, 1e-4f) << "between measured pixels";
 }
 
 }  // namespace

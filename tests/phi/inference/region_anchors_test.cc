@@ -73,16 +73,33 @@ TEST(RegionAnchors, PointsAreTheAnchorsByHash) {
 
 TEST(RegionAnchors, PointsKnowWhetherTheyAreMeasured) {
   const Array2D<float> anchors = AnchorsOfTheLeft(50);
-  StateMap states(kWidth, kHeight, PixelState::kMeasured);
-  states(50, 100) = PixelState::kClue;
+  StateMap states(kWidth, kHeight, PixelState::kClue);
+  states(50, 100) = PixelState::kMeasured;
   const std::vector<PooledAnchor> pooled = {{20, 31, 0.9f, 77}, {22, 30, 0.9f, 5, false}};
   const RegionAnchors told(*Halves(), anchors.view(), pooled, 1, std::as_const(states).view());
   for (const RegionPoint& p : told.Points(0, kTolerance)) {
-    const bool is_clue = (p.x == 50 && p.y == 100) || p.x == 22;
-    EXPECT_EQ(p.is_measured, !is_clue) << p.x << ", " << p.y;
+    EXPECT_EQ(p.is_measured, (p.x == 50 && p.y == 100) || p.x == 20) << p.x << ", " << p.y;
   }
   const RegionAnchors untold(*Halves(), anchors.view(), {}, 1);
   for (const RegionPoint& p : untold.Points(0, kTolerance)) EXPECT_TRUE(p.is_measured);
+}
+
+// 1 measured pixel beside 1 clue and 1 pooled clue; then 2 measured ones; then 3.
+TEST(RegionAnchors, CluesAreLeftOutWhereMostWasMeasured) {
+  Array2D<float> anchors(kWidth, kHeight);
+  StateMap states(kWidth, kHeight, PixelState::kMeasured);
+  states(70, 50) = PixelState::kClue;
+  anchors(70, 50) = anchors(40, 50) = 0.4f;
+  const std::vector<PooledAnchor> pooled = {{22, 30, 0.9f, 5, false}};
+  const auto sizes = [&] {
+    const std::vector<RegionPoint> points = RegionAnchors(*Halves(), anchors.view(), pooled, 1, std::as_const(states).view()).Points(0, kTolerance);
+    return std::pair<std::int64_t, std::int64_t>(std::ranges::count_if(points, [](const RegionPoint& p) { return p.is_measured; }), std::ssize(points));
+  };
+  EXPECT_EQ(sizes(), (std::pair<std::int64_t, std::int64_t>(1, 3)));
+  anchors(41, 50) = 0.4f;
+  EXPECT_EQ(sizes(), (std::pair<std::int64_t, std::int64_t>(2, 4))) << "half is not most";
+  anchors(42, 50) = 0.4f;
+  EXPECT_EQ(sizes(), (std::pair<std::int64_t, std::int64_t>(3, 3)));
 }
 
 // About 8192 of 30000, spread evenly, by any number of threads; one anchor less leaves the others.
