@@ -13,7 +13,6 @@
 #include "phi/base/box_sums.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/join_squares.h"
-#include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 
 namespace phi {
@@ -23,10 +22,12 @@ namespace {
 // noisier, so many times its noise. Steps of noise alone have a standard deviation of 0.13 times that of the noise.
 constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
 constexpr int kSumsPerGreyLevel = 81;
-constexpr int kMargin = 1;     // pixels from an uneven one in which none is inside a region
-// Pixels beyond its inside to which a region goes on: a sharp edge leaves four on either side outside, two by smoothing, one by the
-// step to the next, one by the margin.
-constexpr int kReachPixels = 4;
+// So wide, in pixels, is an image for each pixel of the margin: so near an uneven pixel none is inside a region. What joins two surfaces
+// of one colour is a faint piece of the edge between them; its length goes with the image's size, and it is no way through if it is
+// shorter than two margins.
+constexpr int kWidthOfMargin = 768;
+// Pixels beyond its inside and the margin to which a region goes on: of a sharp edge two by smoothing, one by the step to the next.
+constexpr int kEdgePixels = 3;
 constexpr int kBandRows = 64;  // done by one thread
 constexpr std::int32_t kNoRegion = -1;
 
@@ -261,13 +262,17 @@ void ExtendRegions(const BrightnessSums& sums, const BrightnessSums& sums_inside
   }
 }
 
+int MarginOf(int width, const Rules& rules) {
+  const int margin = std::max((width + kWidthOfMargin / 2) / kWidthOfMargin, 1);
+  return std::min(rules.Count(Rule::kEvenRegions, margin), kSegment - kEdgePixels - 1);
+}
+
 }  // namespace
 
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   if (!rules.IsOn(Rule::kRegionPlanes))
     return {Array2D<std::int32_t>(image.width(), image.height(), kNoRegion), 0};
-  const int margin = rules.Count(Rule::kEvenRegions, kMargin),
-            reach = rules.Count(Rule::kEvenRegions, kReachPixels);
+  const int margin = MarginOf(image.width(), rules), reach = margin + kEdgePixels;
   const BrightnessSums sums = SumBoxes3x3Twice(image.view());
   const double max_step =
       rules.Scale(Rule::kEvenRegions) * std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
@@ -286,10 +291,6 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
     }
   });
   return regions;
-}
-
-Mask EvenPixels(const ImageRegions& regions) {
-  return Transformed(regions.region, [](std::int32_t region) -> std::uint8_t { return region >= 0 ? 255 : 0; });
 }
 
 }  // namespace phi

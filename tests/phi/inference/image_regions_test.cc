@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -51,9 +52,10 @@ std::pair<int, int> Neighbor(const GrayImage& image, int x, int y, int k) {
   return u < 0 || v < 0 || u >= image.width() || v >= image.height() ? std::pair{x, y} : std::pair{u, v};
 }
 
-// Regions by flooding, one after the other: the pixels around which, 3 x 3, none has a step of more than 4 / 3 grey levels to any of
-// its four neighbours; and then the others, each with the most similar one of those within four pixels.
-ImageRegions Flood(const GrayImage& image) {
+// Regions by flooding, one after the other: the pixels within `margin` of which none has a step of more than 4 / 3 grey levels to any of
+// its four neighbours; and then the others, each with the most similar one of those within three pixels and the margin.
+ImageRegions Flood(const GrayImage& image, int margin) {
+  const int reach = 3 + margin;
   const int width = image.width(), height = image.height();
   Array2D<int> sums(width, height);
   Array2D<char> even(width, height, 1), inside(width, height, 1);
@@ -71,9 +73,10 @@ ImageRegions Flood(const GrayImage& image) {
     }
   });
   for_pixels([&](int x, int y) {
-    for (int k = 0; k < 9; ++k) {
-      const int u = std::clamp(x + k % 3 - 1, 0, width - 1), v = std::clamp(y + k / 3 - 1, 0, height - 1);
-      if (!even(u, v)) inside(x, y) = 0;
+    for (int dv = -margin; dv <= margin; ++dv) {
+      for (int du = -margin; du <= margin; ++du) {
+        if (!even(std::clamp(x + du, 0, width - 1), std::clamp(y + dv, 0, height - 1))) inside(x, y) = 0;
+      }
     }
   });
   for_pixels([&](int x, int y) {
@@ -96,8 +99,8 @@ ImageRegions Flood(const GrayImage& image) {
   for_pixels([&](int x, int y) {
     if (inside(x, y)) return;
     int least = 1 << 30;
-    for (int k = 0; k < 81; ++k) {
-      const int u = x + k % 9 - 4, v = y + k / 9 - 4;
+    for (int k = 0; k < (2 * reach + 1) * (2 * reach + 1); ++k) {
+      const int u = x + k % (2 * reach + 1) - reach, v = y + k / (2 * reach + 1) - reach;
       if (u < 0 || v < 0 || u >= width || v >= height || !inside(u, v)) continue;
       if (std::abs(sums(u, v) - sums(x, y)) >= least) continue;
       least = std::abs(sums(u, v) - sums(x, y));
@@ -108,14 +111,14 @@ ImageRegions Flood(const GrayImage& image) {
 }
 
 TEST(ImageRegions, AreThoseOfFlooding) {
-  for (const auto& [width, height] : {std::pair{210, 300}, {37, 129}, {64, 64}, {1, 200}, {90, 1}}) {
+  for (const auto& [width, height, margin] : {std::tuple{210, 300, 1}, {37, 129, 1}, {64, 64, 1}, {1, 200, 1}, {90, 1, 1}, {1151, 30, 1}, {1152, 30, 2}, {2300, 70, 3}}) {
     const GrayImage image = Blobs(width, height);
-    const ImageRegions expected = Flood(image), found = FindRegions(image);
+    const ImageRegions expected = Flood(image, margin), found = FindRegions(image);
     ASSERT_EQ(found.num_regions, expected.num_regions) << width << "x" << height;
     EXPECT_TRUE(std::equal(found.region.begin(), found.region.end(), expected.region.begin()))
         << width << "x" << height;
   }
-  EXPECT_GT(Flood(Blobs(210, 300)).num_regions, 50) << "the image must put the labelling to work";
+  EXPECT_GT(Flood(Blobs(210, 300), 1).num_regions, 50) << "the image must put the labelling to work";
 }
 
 TEST(ImageRegions, AWindingPathIsOneRegion) {
@@ -131,6 +134,25 @@ TEST(ImageRegions, AWindingPathIsOneRegion) {
   const ImageRegions regions = FindRegions(image);
   EXPECT_EQ(regions.region(5, 200), regions.region(105, 200));
   EXPECT_NE(regions.region(5, 200), regions.region(5, 2));
+}
+
+// Two plain halves of one grey level, a dark line between, and a gap in it. The smoothed line and its step take three rows from either
+// end of the gap; what is left lets a margin of n pixels through where it is more than 2 n.
+TEST(ImageRegions, AGapShorterThanTwoMarginsIsNoWayThrough) {
+  const auto is_one = [](int width, int gap) {
+    GrayImage image(width, 80, 120);
+    for (int y = 0; y < 80; ++y) {
+      if (y < 20 || y >= 20 + gap) image(width / 2, y) = 60;
+    }
+    const ImageRegions regions = FindRegions(image);
+    return regions.region(10, 40) == regions.region(width - 10, 40);
+  };
+  EXPECT_FALSE(is_one(480, 8));
+  EXPECT_TRUE(is_one(480, 9));
+  EXPECT_FALSE(is_one(1536, 10));
+  EXPECT_TRUE(is_one(1536, 11));
+  EXPECT_FALSE(is_one(3072, 14));
+  EXPECT_TRUE(is_one(3072, 15));
 }
 
 TEST(ImageRegions, AFadingEdgeStillParts) {
