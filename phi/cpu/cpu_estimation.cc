@@ -26,6 +26,7 @@ using Matcher = SimdMatcher;
 // The view policy of estimate_pixel.h. Each row has a copy, which counts alone.
 struct CpuContext {
   using Patch = Matcher::Patch;
+  using Ranked = Matcher::Ranked;
 
   const EstimationParameters& parameters;
   EstimationState state;
@@ -37,10 +38,29 @@ struct CpuContext {
   Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
     float costs[kMaxSourceViews];
-    const int num_windows = matcher.Costs(patch, x, y, h, samples, costs);
+    Count(matcher.Costs(patch, x, y, h, samples, costs), matcher.NumSamplesPerWindow(samples));
+    return CostOfViews(x, y, h, costs);
+  }
+  float Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
+    float costs[kMaxSourceViews];
+    Count(matcher.Rank(patch, x, y, h, ranked, costs), matcher.NumSamplesPerWindow(Samples::kSparse));
+    return CostOfViews(x, y, h, costs);
+  }
+  float Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
+    float costs[kMaxSourceViews];
+    Count(matcher.Score(patch, x, y, h, ranked, costs),
+          matcher.NumSamplesPerWindow(Samples::kAll) - matcher.NumSamplesPerWindow(Samples::kSparse));
+    return CostOfViews(x, y, h, costs);
+  }
+
+ private:
+  void Count(int num_windows, int num_samples) const {
     ++counts.hypotheses;
     counts.windows += num_windows;
-    counts.samples += static_cast<std::int64_t>(num_windows) * matcher.NumSamplesPerWindow(samples);
+    counts.samples += static_cast<std::int64_t>(num_windows) * num_samples;
+  }
+  // Eq. 5, geometric guidance included.
+  float CostOfViews(int x, int y, const PlaneHypothesis& h, float (&costs)[kMaxSourceViews]) const {
     for (std::size_t j = 0; j < source_depths.size(); ++j) {
       const float guidance =
           GuidanceCost(parameters.reference, views[j], source_depths[j], x + 0.5f, y + 0.5f, h.depth);

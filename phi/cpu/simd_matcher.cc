@@ -10,8 +10,7 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
     : rays_(parameters.reference),
       matching_window_(parameters.window),
       window_(parameters.window),
-      near_window_(parameters.window.Near()),
-      ranks_(parameters.ranks) {
+      near_window_(parameters.window.Near()) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
   window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);
@@ -30,16 +29,41 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
   }
 }
 
-int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
-                       float* costs) const {
-  const float u = x + 0.5f, v = y + 0.5f;
-  const float step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
-  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
-  const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  const Windows& windows = Window(patch.scale);
-  const bool is_sparse = samples == Samples::kSparse;
-  return SimdZnccCosts(is_sparse ? windows.sparse : windows.all, levels_[patch.scale.level].sources,
-                       is_sparse ? patch.sparse : patch.all, u / step, v / step, plane, costs);
+// Inverse depths do not depend on the level, their changes do.
+PlaneAtPixel SimdMatcher::PlaneAt(WindowScale scale, int x, int y, const PlaneHypothesis& h) const {
+  const auto step = static_cast<float>(1 << scale.level);  // pixels of level 0 per pixel of the level
+  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(x + 0.5f, y + 0.5f)));
+  return {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
+}
+
+int SimdMatcher::Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
+  const SimdSources& sources = levels_[patch.scale.level].sources;
+  const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
+  ranked->num_inside = 0;
+  ranked->inside = 0;
+  if (patch.samples.sparse.textured || patch.samples.all.textured) {
+    SumSparseSamples(Window(patch.scale), sources, patch.samples, scale * (x + 0.5f), scale * (y + 0.5f),
+                     PlaneAt(patch.scale, x, y, h), ranked);
+  }
+  CostsOfSums(patch.samples.sparse, *ranked, sources.num, costs);
+  return ranked->num_inside;
+}
+
+int SimdMatcher::Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
+  const SimdSources& sources = levels_[patch.scale.level].sources;
+  const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
+  if (patch.samples.all.textured) {
+    AddOtherSamples(Window(patch.scale), sources, patch.samples, scale * (x + 0.5f), scale * (y + 0.5f),
+                    PlaneAt(patch.scale, x, y, h), ranked);
+  }
+  CostsOfSums(patch.samples.all, *ranked, sources.num, costs);
+  return patch.samples.all.textured ? ranked->num_inside : 0;
+}
+
+int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const {
+  Ranked ranked;
+  const int num_read = Rank(patch, x, y, h, &ranked, costs);
+  return samples == Samples::kAll ? Score(patch, x, y, h, &ranked, costs) : num_read;
 }
 
 }  // namespace phi

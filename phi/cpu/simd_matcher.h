@@ -12,14 +12,16 @@
 namespace phi {
 
 // Packs the images of one reference, all pyramid levels: 4 bytes a pixel for the reference and each source (a third
-// more with the coarser levels) while the matcher lives. Patches have sparse samples where the parameters ask for
-// them. LoadPatch and Costs allocate nothing and may be called from many threads.
+// more with the coarser levels) while the matcher lives. LoadPatch, Rank, Score and Costs allocate nothing and may be called from many
+// threads.
 class SimdMatcher {
  public:
   struct Patch {
     WindowScale scale;
-    SimdPatch all, sparse;
+    SimdPatch samples;
   };
+  // What ranking found of a hypothesis.
+  using Ranked = SimdSums;
 
   SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
               const std::vector<RelativeView>& views);
@@ -30,19 +32,18 @@ class SimdMatcher {
     const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
     const float decay = WindowAtScale(matching_window_, patch.scale).weight_decay;
     const PackedImage& image = levels_[patch.scale.level].reference;
-    const Windows& windows = Window(patch.scale);
-    LoadSimdPatch(image, windows.all, decay, scale * (x + 0.5f), scale * (y + 0.5f), &patch.all);
-    if (ranks_) LoadSimdPatch(image, windows.sparse, decay, scale * (x + 0.5f), scale * (y + 0.5f), &patch.sparse);
+    LoadSimdPatch(image, Window(patch.scale), decay, scale * (x + 0.5f), scale * (y + 0.5f), &patch.samples);
     return patch;
   }
 
-  // The cost of each source view . Returns how many windows it read.
-  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples,
-            float* costs) const;
+  // The cost of each source view by sparse samples; Score then gives that of all samples for the same hypothesis, and reads the others
+  // alone. Each returns how many windows it read.
+  int Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
+  int Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
+  // The cost of each source view. Returns how many windows it read.
+  int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const;
 
-  int NumSamplesPerWindow(Samples samples) const {
-    return samples == Samples::kAll ? window_.all.num_samples : window_.sparse.num_samples;
-  }
+  int NumSamplesPerWindow(Samples samples) const { return window_.NumSamples(samples); }
 
  private:
   struct Level {
@@ -51,17 +52,13 @@ class SimdMatcher {
     SimdSources sources;  // point into images
   };
 
-  struct Windows {
-    explicit Windows(const MatchingWindow& window) : all(window, Samples::kAll), sparse(window, Samples::kSparse) {}
-    SimdWindow all, sparse;
-  };
-
-  const Windows& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
+  const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
+  // The plane as its level sees it.
+  PlaneAtPixel PlaneAt(WindowScale scale, int x, int y, const PlaneHypothesis& h) const;
 
   RayModel rays_;
   MatchingWindow matching_window_;
-  Windows window_, near_window_;
-  bool ranks_;  // by sparse samples
+  SimdWindow window_, near_window_;
   std::vector<Level> levels_;
   Array2D<WindowScale> window_scales_;
 };

@@ -95,6 +95,36 @@ HWY_INLINE float SampleAt(const std::uint32_t* base, std::int64_t stride, float 
   return top + fy * (bottom - top);
 }
 
+// Sums over samples of the reference.
+struct ReferenceSums {
+  float weight = 0, sum = 0, squares = 0;
+};
+
+HWY_INLINE ReferenceSums SumReference(const SimdPatch& patch, const float* samples, int begin, int end) {
+  const Floats df;
+  Totals weight, sum, squares;
+  for (int i = begin; i < end; i += kSimdChunk) {
+    for (int p = 0; p < kParts; ++p) {
+      const int k = i + p * kLanes;
+      const VF weighted = hn::Load(df, patch.weighted + k);
+      weight.part[p] = hn::Add(weight.part[p], hn::Load(df, patch.weights + k));
+      sum.part[p] = hn::Add(sum.part[p], weighted);
+      squares.part[p] = hn::MulAdd(weighted, hn::Load(df, samples + k), squares.part[p]);
+    }
+  }
+  return {Join(weight), Join(sum), Join(squares)};
+}
+
+SimdReference MakeReference(const ReferenceSums& sums) {
+  SimdReference reference;
+  reference.inverse_weight = 1.0f / sums.weight;
+  reference.mean = sums.sum * reference.inverse_weight;
+  const float variance = sums.squares * reference.inverse_weight - reference.mean * reference.mean;
+  reference.textured = variance >= kMinVariance;
+  reference.inverse_deviation = reference.textured ? 1.0f / std::sqrt(variance) : 0.0f;
+  return reference;
+}
+
 void LoadPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u, float v,
                SimdPatch* patch) {
   const Floats df;
@@ -103,44 +133,30 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   const VF x_center = hn::Set(df, u - 0.5f), y_center = hn::Set(df, v - 0.5f), zero = hn::Zero(df);
   const auto stride = hn::Set(Ints(), static_cast<std::int32_t>(reference.stride()));
   const int padded = static_cast<int>(window.dx.size());
-  // The centre, clamped as all samples are: the padding repeats it and must not count in the sums.
+  // The centre, clamped as all samples are.
   const float x_shift = std::clamp(u - 0.5f, 0.0f, static_cast<float>(reference.width() - 1));
   const float y_shift = std::clamp(v - 0.5f, 0.0f, static_cast<float>(reference.height() - 1));
   const VF shift = hn::Set(df, SampleAt(reference.origin(), reference.stride(), x_shift, y_shift));
+  const VF decay = hn::Set(df, -weight_decay);
+  alignas(64) float samples[kMaxSimdSamples];
   for (int k = 0; k < padded; k += kLanes) {
     const VF x = hn::Min(hn::Max(hn::Add(x_center, hn::LoadU(df, window.dx.data() + k)), zero), x_last);
     const VF y = hn::Min(hn::Max(hn::Add(y_center, hn::LoadU(df, window.dy.data() + k)), zero), y_last);
-    hn::Store(hn::Sub(Sample(reference.origin(), stride, x, y), shift), df, patch->samples + k);
-  }
-  const VF decay = hn::Set(df, -weight_decay);
-  for (int k = 0; k < padded; k += kLanes) {
-    const VF sample = hn::Load(df, patch->samples + k);
+    const VF sample = hn::Sub(Sample(reference.origin(), stride, x, y), shift);
+    hn::Store(sample, df, samples + k);
     hn::Store(Exp2(hn::Mul(hn::Mul(decay, sample), sample)), df, patch->weights + k);
   }
-  std::fill(patch->weights + window.num_samples, patch->weights + padded, 0.0f);
-  Totals weight, sum, squares;
-  for (int i = 0; i < padded; i += kSimdChunk) {
-    for (int p = 0; p < kParts; ++p) {
-      const VF w = hn::Load(df, patch->weights + i + p * kLanes);
-      const VF sample = hn::Load(df, patch->samples + i + p * kLanes), weighted = hn::Mul(w, sample);
-      weight.part[p] = hn::Add(weight.part[p], w);
-      sum.part[p] = hn::Add(sum.part[p], weighted);
-      squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
-    }
-  }
-  const float inverse = 1.0f / Join(weight);
-  const float mean = Join(sum) * inverse;
-  const float variance = Join(squares) * inverse - mean * mean;
-  patch->textured = variance >= kMinVariance;
-  if (!patch->textured) return;
-  const VF inverses = hn::Set(df, inverse), means = hn::Set(df, mean);
-  const VF inverse_deviation = hn::Set(df, 1.0f / std::sqrt(variance));
+  // The padding repeats the centre and must not count.
+  const int num_rest = window.num_samples - window.num_sparse;
+  std::fill(patch->weights + window.num_sparse, patch->weights + window.end_of_sparse, 0.0f);
+  std::fill(patch->weights + window.end_of_sparse + num_rest, patch->weights + padded, 0.0f);
   for (int k = 0; k < padded; k += kLanes) {
-    const VF w = hn::Mul(hn::Load(df, patch->weights + k), inverses);
-    const VF sample = hn::Mul(hn::Sub(hn::Load(df, patch->samples + k), means), inverse_deviation);
-    hn::Store(w, df, patch->weights + k);
-    hn::Store(hn::Mul(w, sample), df, patch->samples + k);
+    hn::Store(hn::Mul(hn::Load(df, patch->weights + k), hn::Load(df, samples + k)), df, patch->weighted + k);
   }
+  const ReferenceSums sparse = SumReference(*patch, samples, 0, window.end_of_sparse);
+  const ReferenceSums rest = SumReference(*patch, samples, window.end_of_sparse, padded);
+  patch->sparse = MakeReference(sparse);
+  patch->all = MakeReference({sparse.weight + rest.weight, sparse.sum + rest.sum, sparse.squares + rest.squares});
 }
 
 // The homographies around the window's centre, by view. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy, the
@@ -213,8 +229,10 @@ HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, double 
   return bits[0];
 }
 
-HWY_INLINE float CostOfWindow(const SimdWindow& window, const SimdSources& sources, int view, const SimdPatch& patch,
-                              const LocalWarps& warps) {
+// Sets, or adds to, the sums of a view, over samples from `begin` to before `end`.
+template <bool kAdds>
+HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, int view, const SimdPatch& patch,
+                          const LocalWarps& warps, int begin, int end, SimdSums* sums) {
   const Floats df;
   const VF one = hn::Set(df, 1.0f);
   const VF wx = hn::Set(df, warps.wx[view]), wy = hn::Set(df, warps.wy[view]);
@@ -229,9 +247,8 @@ HWY_INLINE float CostOfWindow(const SimdWindow& window, const SimdSources& sourc
   const VF shift = hn::Set(df, SampleAt(base, sources.stride[view], warps.x[view], warps.y[view]));
   const float* HWY_RESTRICT dx_begin = window.dx.data();
   const float* HWY_RESTRICT dy_begin = window.dy.data();
-  const int padded = static_cast<int>(window.dx.size());
   Totals sum, squares, products;
-  for (int i = 0; i < padded; i += kSimdChunk) {
+  for (int i = begin; i < end; i += kSimdChunk) {
     for (int p = 0; p < kParts; ++p) {
       const int k = i + p * kLanes;
       const VF dx = hn::LoadU(df, dx_begin + k), dy = hn::LoadU(df, dy_begin + k);
@@ -242,29 +259,40 @@ HWY_INLINE float CostOfWindow(const SimdWindow& window, const SimdSources& sourc
       const VF weighted = hn::Mul(hn::Load(df, patch.weights + k), sample);
       sum.part[p] = hn::Add(sum.part[p], weighted);
       squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
-      products.part[p] = hn::MulAdd(sample, hn::Load(df, patch.samples + k), products.part[p]);
+      products.part[p] = hn::MulAdd(sample, hn::Load(df, patch.weighted + k), products.part[p]);
     }
   }
-  const float mean = Join(sum);
-  const float variance = Join(squares) - mean * mean;
-  if (!(variance >= kMinVariance)) return kMaxCost;
-  return std::clamp(1.0f - Join(products) / std::sqrt(variance), 0.0f, kMaxCost);
+  sums->sum[view] = (kAdds ? sums->sum[view] : 0.0f) + Join(sum);
+  sums->squares[view] = (kAdds ? sums->squares[view] : 0.0f) + Join(squares);
+  sums->products[view] = (kAdds ? sums->products[view] : 0.0f) + Join(products);
 }
 
-int Costs(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-          const PlaneAtPixel& plane, float* costs) {
+template <bool kAdds>
+HWY_INLINE void SumSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+                           const PlaneAtPixel& plane, int begin, int end, SimdSums* sums) {
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
-  int num_read = 0;
   LocalWarps warps;
+  sums->inside = 0;
+  sums->num_inside = 0;
   for (int first = 0; first < sources.num; first += kViews) {
     const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
-      const bool is_inside = inside >> (j - first) & 1u;
-      costs[j] = is_inside ? CostOfWindow(window, sources, j, patch, warps) : kMaxCost;
-      num_read += is_inside;
+      if ((inside >> (j - first) & 1u) == 0) continue;
+      SumWindow<kAdds>(window, sources, j, patch, warps, begin, end, sums);
+      sums->inside |= 1u << j;
+      ++sums->num_inside;
     }
   }
-  return num_read;
+}
+
+void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+               const PlaneAtPixel& plane, SimdSums* sums) {
+  SumSamples<false>(window, sources, patch, u, v, plane, 0, window.end_of_sparse, sums);
+}
+
+void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+               const PlaneAtPixel& plane, SimdSums* sums) {
+  SumSamples<true>(window, sources, patch, u, v, plane, window.end_of_sparse, static_cast<int>(window.dx.size()), sums);
 }
 
 std::string TargetName() { return hwy::TargetName(HWY_TARGET); }
@@ -277,22 +305,29 @@ HWY_AFTER_NAMESPACE();
 namespace phi {
 
 HWY_EXPORT(LoadPatch);
-HWY_EXPORT(Costs);
+HWY_EXPORT(SumSparse);
+HWY_EXPORT(AddOthers);
 HWY_EXPORT(TargetName);
 
-SimdWindow::SimdWindow(const MatchingWindow& window, Samples samples) : radius(window.Radius()) {
+SimdWindow::SimdWindow(const MatchingWindow& window) : radius(window.Radius()) {
   const int n = window.samples_per_side;
-  for (int row = -n; row <= n; ++row) {
-    for (int column = -n; column <= n; ++column) {
-      if (samples == Samples::kSparse && !IsSparseSample(row, column)) continue;
-      dx.push_back(static_cast<float>(column) * window.step);
-      dy.push_back(static_cast<float>(row) * window.step);
+  const auto add = [&](bool sparse) {
+    for (int row = -n; row <= n; ++row) {
+      for (int column = -n; column <= n; ++column) {
+        if (IsSparseSample(row, column) != sparse) continue;
+        dx.push_back(static_cast<float>(column) * window.step);
+        dy.push_back(static_cast<float>(row) * window.step);
+        ++num_samples;
+      }
     }
-  }
-  num_samples = static_cast<int>(dx.size());
-  const std::size_t padded = (dx.size() + kSimdChunk - 1) / kSimdChunk * kSimdChunk;
-  dx.resize(padded, 0.0f);
-  dy.resize(padded, 0.0f);
+    const std::size_t padded = (dx.size() + kSimdChunk - 1) / kSimdChunk * kSimdChunk;
+    dx.resize(padded, 0.0f);
+    dy.resize(padded, 0.0f);
+  };
+  add(true);
+  num_sparse = num_samples;
+  end_of_sparse = static_cast<int>(dx.size());
+  add(false);
 }
 
 SimdSources::SimdSources(std::span<const PackedImage> images, std::span<const RelativeView> views)
@@ -314,11 +349,26 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
   HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, weight_decay, u, v, patch);
 }
 
-int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
-                  double u, double v, const PlaneAtPixel& plane, float* costs) {
-  if (patch.textured) return HWY_DYNAMIC_DISPATCH(Costs)(window, sources, patch, u, v, plane, costs);
-  std::fill_n(costs, sources.num, kMaxCost);
-  return 0;
+void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+                      const PlaneAtPixel& plane, SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, u, v, plane, sums);
+}
+
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+                     const PlaneAtPixel& plane, SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, u, v, plane, sums);
+}
+
+void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs) {
+  for (int j = 0; j < num_views; ++j) {
+    costs[j] = kMaxCost;
+    if (!reference.textured || (sums.inside >> j & 1u) == 0) continue;
+    const float mean = sums.sum[j] * reference.inverse_weight;
+    const float variance = sums.squares[j] * reference.inverse_weight - mean * mean;
+    if (!(variance >= kMinVariance)) continue;
+    const float covariance = sums.products[j] * reference.inverse_weight - reference.mean * mean;
+    costs[j] = std::clamp(1.0f - covariance * reference.inverse_deviation / std::sqrt(variance), 0.0f, kMaxCost);
+  }
 }
 
 std::string SimdTargetName() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }

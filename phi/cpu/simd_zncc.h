@@ -21,11 +21,15 @@ namespace phi {
 inline constexpr int kSimdChunk = 16;                 // samples; the longest vector has so many lanes
 inline constexpr int kMaxSimdSamples = 66 * 64 + 16;  // of a window with r_now = 32, in whole chunks
 
-// Offsets of the window's samples from its centre, pixels; padded to whole chunks with the centre itself.
+// Offsets of the window's samples from its centre, pixels: the sparse ones, then the rest, each padded to whole chunks with the centre
+// itself.
 struct SimdWindow {
-  SimdWindow(const MatchingWindow& window, Samples samples);
-  int num_samples = 0;
-  float radius = 0;  // of all samples
+  explicit SimdWindow(const MatchingWindow& window);
+  int NumSamples(Samples samples) const { return samples == Samples::kAll ? num_samples : num_sparse; }
+
+  int num_samples = 0, num_sparse = 0;
+  int end_of_sparse = 0;  // with their padding
+  float radius = 0;       // of all samples
   std::vector<float> dx, dy;
 };
 
@@ -44,12 +48,30 @@ struct SimdSources {
   alignas(64) double last_column[kMaxSourceViews] = {}, last_row[kMaxSourceViews] = {};
 };
 
-// Reference samples: weighted, zero mean, unit variance; zero in the padding.
-struct SimdPatch {
-  bool textured;                               // false: no cost below kMaxCost is possible
-  alignas(64) float samples[kMaxSimdSamples];  // weight * (sample - mean) / deviation
-  alignas(64) float weights[kMaxSimdSamples];  // their sum is 1
+// What a cost needs of some of the reference's samples.
+struct SimdReference {
+  bool textured;  // false: no cost below kMaxCost is possible
+  float inverse_weight, mean, inverse_deviation;
 };
+
+// The reference's samples, less the one at the centre; zero in the padding.
+struct SimdPatch {
+  SimdReference sparse, all;
+  alignas(64) float weights[kMaxSimdSamples];
+  alignas(64) float weighted[kMaxSimdSamples];  // weight * sample
+
+  const SimdReference& Of(Samples samples) const { return samples == Samples::kAll ? all : sparse; }
+};
+
+// Of the samples so far, less the one at the centre, by source view. What ranked a hypothesis is part of what scores it.
+struct SimdSums {
+  int num_inside = 0;           // views
+  std::uint32_t inside = 0;     // bit j: view j's window lies inside its image; the sums of others mean nothing
+  float sum[kMaxSourceViews];       // weight * source
+  float squares[kMaxSourceViews];   // weight * source^2
+  float products[kMaxSourceViews];  // weight * reference * source
+};
+static_assert(kMaxSourceViews <= 32);
 
 // Inverse depth at the window's centre and its change per pixel.
 struct PlaneAtPixel {
@@ -59,9 +81,14 @@ struct PlaneAtPixel {
 // (u, v): the window's centre in the reference, K's coordinates. weight_decay: as MatchingWindow's.
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
                    float v, SimdPatch* patch);
-// Returns how many source windows it read: not those that leave their image.
-int SimdZnccCosts(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch,
-                  double u, double v, const PlaneAtPixel& plane, float* costs);
+// Sums over the sparse samples alone.
+void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+                      const PlaneAtPixel& plane, SimdSums* sums);
+// The same plane's sums over all samples, from those over the sparse ones.
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
+                     const PlaneAtPixel& plane, SimdSums* sums);
+// The cost in each source view (Eq. 4) of what was summed.
+void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs);
 
 // "AVX2", "AVX3", "SSE4", ...
 std::string SimdTargetName();

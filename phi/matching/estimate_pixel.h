@@ -5,6 +5,8 @@
 //   state                          EstimationState
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
 //   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views, geometric guidance included
+//   Ranked, Rank(patch, x, y, h, &ranked), Score(patch, x, y, h, &ranked)   for UpdateByRanking alone: the same by sparse samples, and
+//                                  then, for the same hypothesis, by all
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
 #pragma once
 
@@ -192,10 +194,9 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
 
   const Candidates candidates = GatherCandidates(p, state, x, y);
   float ranks[kNumRegions];
+  typename Context::Ranked ranked[kNumRegions];
   for (int k = 0; k < kNumRegions; ++k) {
-    if ((candidates.offered >> k & 1u) != 0) {
-      ranks[k] = context.Cost(patch, x, y, candidates.planes[k], Samples::kSparse);
-    }
+    if ((candidates.offered >> k & 1u) != 0) ranks[k] = context.Rank(patch, x, y, candidates.planes[k], &ranked[k]);
   }
 
   ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
@@ -204,24 +205,26 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
     const int k = Cheapest(left, ranks);
     if (k < 0) break;
     left &= ~(1u << k);
-    const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);
+    const float cost = context.Score(patch, x, y, candidates.planes[k], &ranked[k]);
     if (cost < current.cost) current = {candidates.planes[k], cost, ranks[k]};
   }
 
   const PlaneHypothesis disturbed = Disturbed(p, state, current.plane, x, y, iteration);
+  typename Context::Ranked promising_ranked, tried;
   int promising = 0;
   float lowest = current.sparse_cost;
   for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, variant);
-    const float cost = context.Cost(patch, x, y, h, Samples::kSparse);
+    const float cost = context.Rank(patch, x, y, h, &tried);
     if (lowest >= 0 && !(cost < lowest)) continue;
     lowest = cost;
     promising = variant;
+    promising_ranked = tried;
   }
 
   if (promising > 0) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, promising);
-    const float cost = context.Cost(patch, x, y, h, Samples::kAll);
+    const float cost = context.Score(patch, x, y, h, &promising_ranked);
     if (cost < current.cost) current = {h, cost};
   }
   WriteState(state, x, y, current.plane, current.cost);

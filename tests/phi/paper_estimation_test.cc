@@ -50,7 +50,7 @@ PlaneMap UpdateOnce(Formulas formulas) {
     for (int x = 0; x < kWidth; ++x) InitializePixelState(context, x, y, {{0, 0, -1}, kStartDepth});
   }
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = y & 1; x < kWidth; x += 2) UpdatePixel(context, x, y, 0);
+    for (int x = y & 1; x < kWidth; x += 2) UpdateByAllSamples(context, x, y, 0);
   }
   return planes;
 }

@@ -264,9 +264,36 @@ TEST(SimdMatcher, SparseSamplesAgreeWithTheReadableCost) {
 }
 
 TEST(SimdMatcher, LargestWindowFitsThePatch) {
-  const SimdWindow window(MatchingWindow{32, 1}, Samples::kAll);
-  EXPECT_EQ(window.num_samples, 65 * 65);
-  EXPECT_LE(window.dx.size(), static_cast<std::size_t>(kMaxSimdSamples));
+  const SimdWindow window(MatchingWindow{32, 1});
+  EXPECT_EQ(window.NumSamples(Samples::kAll), 65 * 65);
+  EXPECT_EQ(window.NumSamples(Samples::kSparse), 33 * 33);
+  for (int n = 1; n <= 32; ++n) {
+    EXPECT_LE(SimdWindow(MatchingWindow{n, 1}).dx.size(), static_cast<std::size_t>(kMaxSimdSamples)) << n;
+  }
+}
+
+// Ranked and then scored, to the bit what all samples at once give; and each sample is read once.
+TEST(SimdMatcher, ScoringGoesOnFromRanking) {
+  const Scene scene;
+  const SimdMatcher matcher(scene.input, scene.parameters, scene.relative);
+  int num_read = 0;
+  for (int y = 0; y < scene.parameters.reference.height; y += 3) {
+    for (int x = 0; x < scene.parameters.reference.width; x += 3) {
+      const auto patch = matcher.LoadPatch(x, y);
+      const PlaneHypothesis h = scene.Hypothesis(x, y, 5);
+      SimdMatcher::Ranked ranked;
+      float sparse[4], sparse_alone[4], scored[4], at_once[4];
+      const int read_sparse = matcher.Rank(patch, x, y, h, &ranked, sparse), read_rest = matcher.Score(patch, x, y, h, &ranked, scored);
+      EXPECT_EQ(read_rest, matcher.Costs(patch, x, y, h, Samples::kAll, at_once));
+      EXPECT_EQ(read_sparse, matcher.Costs(patch, x, y, h, Samples::kSparse, sparse_alone));
+      EXPECT_EQ(std::memcmp(scored, at_once, sizeof(scored)), 0) << x << ", " << y;
+      EXPECT_EQ(std::memcmp(sparse, sparse_alone, sizeof(sparse)), 0) << x << ", " << y;
+      num_read += read_rest;
+    }
+  }
+  EXPECT_GT(num_read, 1000);
+  EXPECT_EQ(matcher.NumSamplesPerWindow(Samples::kSparse), 25);
+  EXPECT_EQ(matcher.NumSamplesPerWindow(Samples::kAll), 121);
 }
 
 TEST(SimdMatcher, InstructionSetsWithFusedMultiplyAddAgreeToTheBit) {
