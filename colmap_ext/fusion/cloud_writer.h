@@ -40,7 +40,7 @@ struct LasCloudOptions {
   // Points are written as whole multiples of the scale from the offset, 32 bits each; world units.
   double scale = 0.001;
   std::array<double, 3> offset{0, 0, 0};
-  std::string crs;  // WKT of the world's coordinate system, at most kMaxCrsBytes; empty: none
+  std::string crs = {};  // WKT of the world's coordinate system, at most kMaxCrsBytes; empty: none
 };
 inline constexpr std::size_t kMaxCrsBytes = 65534;  // of a LAS record, but for its final zero
 

@@ -19,13 +19,13 @@ namespace colmap_ext {
 
 // The first line of a journal.
 struct ShardProcess {
-  std::string shard;        // "3/8", from 0
-  std::string only_stage;   // empty: all
-  std::string options_hash;
+  std::string shard = {};       // "3/8", from 0
+  std::string only_stage = {};  // empty: all
+  std::string options_hash = {};
   int generation = 0;
-  int num_workers = 1;              // images at once
-  int num_images = 0;               // of the whole workspace
-  std::vector<std::string> stages;  // all kinds of results, in their order
+  int num_workers = 1;                   // images at once
+  int num_images = 0;                    // of the whole workspace
+  std::vector<std::string> stages = {};  // all kinds of results, in their order
   bool has_ended = false;
 };
 

@@ -19,7 +19,7 @@ struct TaskRecord {
   std::string key;  // hash of the options and the inputs that the result depends on
   double seconds = 0;
   std::int64_t peak_memory_bytes = 0;      // of the process, when the task ended
-  std::vector<std::string> warnings;       // for a failed task, why
+  std::vector<std::string> warnings = {};  // for a failed task, why
   std::vector<FileIdentity> files = {};    // of the result; none where an earlier program made it
   std::vector<FileIdentity> earlier = {};  // of earlier results that may still lie under its names
   std::string options_hash = {};  // of the last run that made it or found it up to date; empty: not known

@@ -29,8 +29,8 @@ namespace phi {
 
 // The same for all pixels of a reference image. Plain data: passed to kernels by value.
 struct InferenceParameters {
-  RayModel reference;
-  MatchingWindow window;
+  RayModel reference = {};
+  MatchingWindow window = {};
   int num_views = 0;
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};
