@@ -1,5 +1,6 @@
 #include "phi/cpu/simd_matcher.h"
 
+#include <bit>
 #include <utility>
 
 #include "phi/matching/pyramid.h"
@@ -29,35 +30,26 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
   }
 }
 
-// Inverse depths do not depend on the level, their changes do.
-PlaneAtPixel SimdMatcher::PlaneAt(WindowScale scale, int x, int y, const PlaneHypothesis& h) const {
-  const auto step = static_cast<float>(1 << scale.level);  // pixels of level 0 per pixel of the level
-  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(x + 0.5f, y + 0.5f)));
-  return {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
+void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h,
+                      Ranked* ranked) const {
+  const float u = x + 0.5f, v = y + 0.5f;
+  const auto step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
+  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
+  const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
+  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, u / step, v / step, plane, ranked);
 }
 
 int SimdMatcher::Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
-  const SimdSources& sources = levels_[patch.scale.level].sources;
-  const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
-  ranked->num_inside = 0;
   ranked->inside = 0;
-  if (patch.samples.sparse.textured || patch.samples.all.textured) {
-    SumSparseSamples(Window(patch.scale), sources, patch.samples, scale * (x + 0.5f), scale * (y + 0.5f),
-                     PlaneAt(patch.scale, x, y, h), ranked);
-  }
-  CostsOfSums(patch.samples.sparse, *ranked, sources.num, costs);
-  return ranked->num_inside;
+  if (patch.samples.sparse.textured || patch.samples.all.textured) Sum(SumSparseSamples, patch, x, y, h, ranked);
+  CostsOfSums(patch.samples.sparse, *ranked, levels_[patch.scale.level].sources.num, costs);
+  return std::popcount(ranked->inside);
 }
 
 int SimdMatcher::Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
-  const SimdSources& sources = levels_[patch.scale.level].sources;
-  const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
-  if (patch.samples.all.textured) {
-    AddOtherSamples(Window(patch.scale), sources, patch.samples, scale * (x + 0.5f), scale * (y + 0.5f),
-                    PlaneAt(patch.scale, x, y, h), ranked);
-  }
-  CostsOfSums(patch.samples.all, *ranked, sources.num, costs);
-  return patch.samples.all.textured ? ranked->num_inside : 0;
+  if (patch.samples.all.textured) Sum(AddOtherSamples, patch, x, y, h, ranked);
+  CostsOfSums(patch.samples.all, *ranked, levels_[patch.scale.level].sources.num, costs);
+  return patch.samples.all.textured ? std::popcount(ranked->inside) : 0;
 }
 
 int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const {

@@ -53,8 +53,8 @@ class SimdMatcher {
   };
 
   const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
-  // The plane as its level sees it.
-  PlaneAtPixel PlaneAt(WindowScale scale, int x, int y, const PlaneHypothesis& h) const;
+  // `sum`: SumSparseSamples or AddOtherSamples.
+  void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;
 
   RayModel rays_;
   MatchingWindow matching_window_;

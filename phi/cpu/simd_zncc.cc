@@ -273,14 +273,12 @@ HWY_INLINE void SumSamples(const SimdWindow& window, const SimdSources& sources,
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
   LocalWarps warps;
   sums->inside = 0;
-  sums->num_inside = 0;
   for (int first = 0; first < sources.num; first += kViews) {
     const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
       if ((inside >> (j - first) & 1u) == 0) continue;
       SumWindow<kAdds>(window, sources, j, patch, warps, begin, end, sums);
       sums->inside |= 1u << j;
-      ++sums->num_inside;
     }
   }
 }

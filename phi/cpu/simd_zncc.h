@@ -59,14 +59,11 @@ struct SimdPatch {
   SimdReference sparse, all;
   alignas(64) float weights[kMaxSimdSamples];
   alignas(64) float weighted[kMaxSimdSamples];  // weight * sample
-
-  const SimdReference& Of(Samples samples) const { return samples == Samples::kAll ? all : sparse; }
 };
 
 // Of the samples so far, less the one at the centre, by source view. What ranked a hypothesis is part of what scores it.
 struct SimdSums {
-  int num_inside = 0;           // views
-  std::uint32_t inside = 0;     // bit j: view j's window lies inside its image; the sums of others mean nothing
+  std::uint32_t inside = 0;         // bit j: view j's window lies inside its image; the sums of others mean nothing
   float sum[kMaxSourceViews];       // weight * source
   float squares[kMaxSourceViews];   // weight * source^2
   float products[kMaxSourceViews];  // weight * reference * source

@@ -19,12 +19,15 @@ constexpr float kStartDepth = 2;
 // One view, in which a plane matches the better the farther away it is.
 struct FarIsBetter {
   using Patch = int;
+  struct Ranked {};
 
   EstimationParameters parameters;
   EstimationState state;
 
   int LoadPatch(int, int) const { return 0; }
   float Cost(int, int, int, const PlaneHypothesis& h, Samples) const { return 1 - h.depth / 1000; }
+  float Rank(int patch, int x, int y, const PlaneHypothesis& h, Ranked*) const { return Cost(patch, x, y, h, Samples::kSparse); }
+  float Score(int patch, int x, int y, const PlaneHypothesis& h, Ranked*) const { return Cost(patch, x, y, h, Samples::kAll); }
 };
 
 // One iteration over planes that all face the camera at kStartDepth, without any range of the view. The sparse points' depths
@@ -50,7 +53,7 @@ PlaneMap UpdateOnce(Formulas formulas) {
     for (int x = 0; x < kWidth; ++x) InitializePixelState(context, x, y, {{0, 0, -1}, kStartDepth});
   }
   for (int y = 0; y < kHeight; ++y) {
-    for (int x = y & 1; x < kWidth; x += 2) UpdateByAllSamples(context, x, y, 0);
+    for (int x = y & 1; x < kWidth; x += 2) UpdatePixel(context, x, y, 0);
   }
   return planes;
 }
