@@ -60,8 +60,7 @@ def parse_arguments():
     parser.add_argument("--options", default="", help="of patch_match_stereo, for every run")
     parser.add_argument("--fusion_options", default="", help="of stereo_fusion, for every run")
     parser.add_argument("--max_image_size", type=int, help="of patch_match_stereo, pixels")
-    parser.add_argument("--lanes", type=int, default=4, help="sets that are worked on at once, on one GPU")
-    parser.add_argument("--threads", type=int, default=4, help="of each fusion and evaluation")
+    benchmark.add_lanes(parser)
     parser.add_argument("--time_limit", type=float, help="seconds: what is under way then is stopped, and the tables hold what there is")
     parser.add_argument("--work", type=Path, help="folder for workspaces; kept by runs that end early, for the next one to go on from")
     parser.add_argument("--split", type=Path, default=ROOT / "scripts/scenes/split.json")
@@ -112,9 +111,10 @@ class Results:
 class Lane(threading.Thread):
     """Takes sets and seeds until there are none, or the time is up."""
 
-    def __init__(self, arguments, results, units, settings, deadline):
+    def __init__(self, arguments, results, units, settings, deadline, environment):
         super().__init__()
         self.arguments, self.results, self.units, self.settings, self.deadline = arguments, results, units, settings, deadline
+        self.environment = environment
         self.error, self.was_stopped = None, False
 
     def run(self):
@@ -135,7 +135,7 @@ class Lane(threading.Thread):
         if start >= self.deadline:
             raise TimeIsUp
         with open(log, "ab") as out:
-            process = subprocess.Popen(words, stdout=out, stderr=out)
+            process = subprocess.Popen(words, stdout=out, stderr=out, env=self.environment)
             try:
                 code = process.wait(None if self.deadline == float("inf") else self.deadline - start)
             except subprocess.TimeoutExpired:
@@ -297,7 +297,8 @@ def main():
         units.put(unit)
     with tempfile.TemporaryDirectory(prefix="phimvs_rules_") as temporary:
         arguments.work = arguments.work or Path(temporary)
-        lanes = [Lane(arguments, results, units, settings, deadline) for _ in range(arguments.lanes)]
+        lanes = [Lane(arguments, results, units, settings, deadline, environment)
+                 for environment in benchmark.environments(arguments)]
         for lane in lanes:
             lane.start()
         for lane in lanes:
