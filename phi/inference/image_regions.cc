@@ -1,5 +1,3 @@
-// Union-find over bands of rows, which are labelled in parallel and then joined along their seams. The root of a set is
-// its smallest pixel index, whatever the bands.
 #include "phi/inference/image_regions.h"
 
 #include <algorithm>
@@ -13,7 +11,10 @@
 #include "phi/base/box_sums.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/join_squares.h"
+#include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
+#include "phi/inference/connected_runs.h"
+#include "phi/inference/region_parts.h"
 
 namespace phi {
 namespace {
@@ -26,6 +27,9 @@ constexpr int kSumsPerGreyLevel = 81;
 // of one colour is a faint piece of the edge between them; its length goes with the image's size, and it is no way through if it is
 // shorter than two margins.
 constexpr int kWidthOfMargin = 768;
+// The same of necks: where an even area is no wider than twice this, but for specks, it joins no two surfaces that have a core, more than
+// the square of the 32nd part of the width farther from what is uneven. Specks, no larger than half the square of a neck, are noise.
+constexpr int kWidthOfNeck = 96, kWidthOfCore = 32;
 // Pixels beyond its inside and the margin to which a region goes on: of a sharp edge two by smoothing, one by the step to the next.
 constexpr int kEdgePixels = 3;
 constexpr int kBandRows = 64;  // done by one thread
@@ -73,121 +77,6 @@ Mask FindInside(const BrightnessSums& sums, int max_step, int margin) {
   });
   return inside;
 }
-
-class RegionLabelling {
- public:
-  explicit RegionLabelling(const Mask& inside)
-      : width_(inside.width()),
-        height_(inside.height()),
-        num_bands_((height_ + kBandRows - 1) / kBandRows),
-        inside_(inside.data()),
-        regions_(Array2D<std::int32_t>::Uninitialized(width_, height_)),
-        labels_(regions_.data()) {}
-
-  // Pixels hold ~n for the region n.
-  ImageRegions Run() {
-    ForBands([&](int band) { LabelBand(band); });
-    JoinBands();
-    ForBands([&](int band) { ResolveBand(band); });
-    const std::int32_t num_regions = NumberRoots();
-    ForBands([&](int band) { NumberBand(band); });
-    return {std::move(regions_), num_regions};
-  }
-
- private:
-  template <class Function>
-  void ForBands(const Function& function) const {
-    tbb::parallel_for(0, num_bands_, function);
-  }
-
-  std::int32_t BandBegin(int band) const { return band * kBandRows * width_; }
-  std::int32_t BandEnd(int band) const { return std::min((band + 1) * kBandRows, height_) * width_; }
-
-  bool Alike(std::int32_t i, std::int32_t j) const { return inside_[i] != 0 && inside_[j] != 0; }
-
-  // Root of a pixel's set. Path halving.
-  std::int32_t Find(std::int32_t i) {
-    while (labels_[i] != i) i = labels_[i] = labels_[labels_[i]];
-    return i;
-  }
-
-  // The root that is no longer one, or -1.
-  std::int32_t Join(std::int32_t i, std::int32_t j) {
-    const std::int32_t a = Find(i), b = Find(j);
-    if (a == b) return -1;
-    labels_[std::max(a, b)] = std::min(a, b);
-    return std::max(a, b);
-  }
-
-  // Every pixel gets its root within the band.
-  void LabelBand(int band) {
-    const std::int32_t begin = BandBegin(band), end = BandEnd(band);
-    for (std::int32_t row = begin; row < end; row += width_) {
-      bool corner = false;  // the pixel to the left is like the one above it
-      for (std::int32_t i = row; i < row + width_; ++i) {
-        const bool left = i > row && Alike(i, i - 1);
-        const bool above = row > begin && Alike(i, i - width_);
-        labels_[i] = left ? labels_[i - 1] : above ? labels_[i - width_] : i;
-        // Where all four pixels of the square are alike in a ring, the left one and the one above are joined already.
-        if (left && above && !(corner && Alike(i - width_, i - width_ - 1))) Join(i, i - width_);
-        corner = above;
-      }
-    }
-    for (std::int32_t i = begin; i < end; ++i) labels_[i] = labels_[labels_[i]];  // roots come first
-  }
-
-  // Afterwards the root of a pixel is its band root's label.
-  void JoinBands() {
-    std::vector<std::int32_t> joined;
-    for (int band = 1; band < num_bands_; ++band) {
-      const std::int32_t row = BandBegin(band);
-      for (std::int32_t i = row; i < row + width_; ++i) {
-        if (!Alike(i, i - width_)) continue;
-        const std::int32_t former_root = Join(i, i - width_);
-        if (former_root >= 0) joined.push_back(former_root);
-      }
-    }
-    for (const std::int32_t i : joined) labels_[i] = Find(i);
-  }
-
-  // Writes no label that another band reads: those of former band roots are right already.
-  void ResolveBand(int band) {
-    for (std::int32_t i = BandBegin(band); i < BandEnd(band); ++i) {
-      const std::int32_t root = labels_[labels_[i]];
-      if (labels_[i] != root) labels_[i] = root;
-    }
-  }
-
-  bool IsRoot(std::int32_t i) const { return labels_[i] == i && inside_[i] != 0; }
-
-  // Roots take the number n of their region as ~n, so that they still differ from pixel indices.
-  std::int32_t NumberRoots() {
-    std::vector<std::int32_t> first(num_bands_ + 1, 0);
-    ForBands([&](int band) {
-      for (std::int32_t i = BandBegin(band); i < BandEnd(band); ++i) first[band + 1] += IsRoot(i);
-    });
-    for (int band = 0; band < num_bands_; ++band) first[band + 1] += first[band];
-    ForBands([&](int band) {
-      std::int32_t number = first[band];
-      for (std::int32_t i = BandBegin(band); i < BandEnd(band); ++i) {
-        if (IsRoot(i)) labels_[i] = ~number++;
-      }
-    });
-    return first.back();
-  }
-
-  // Writes pixels that are no roots; other bands read only roots.
-  void NumberBand(int band) {
-    for (std::int32_t i = BandBegin(band); i < BandEnd(band); ++i) {
-      if (labels_[i] >= 0) labels_[i] = inside_[i] != 0 ? labels_[labels_[i]] : ~kNoRegion;
-    }
-  }
-
-  const int width_, height_, num_bands_;
-  const std::uint8_t* inside_;
-  Array2D<std::int32_t> regions_;
-  std::int32_t* labels_;  // regions_' pixels; while at work, each one's parent in the forest
-};
 
 // The sums of what is inside a region; elsewhere more than any pixel's, so that nothing is alike.
 constexpr std::uint16_t kOutside = 65535, kUnlike = kOutside - 255 * kSumsPerGreyLevel;
@@ -267,6 +156,31 @@ int MarginOf(int width, const Rules& rules) {
   return std::min(rules.Count(Rule::kEvenRegions, margin), kSegment - kEdgePixels - 1);
 }
 
+// With the connected pixels outside that are no more than `most`.
+Mask WithSpecks(const Mask& inside, std::int64_t most) {
+  const auto outside = Transformed(inside, [](std::uint8_t is_inside) -> std::uint8_t { return ~is_inside; });
+  const ConnectedRuns pieces = FindConnectedRuns(outside);
+  Mask areas = inside;
+  for (const PixelRun& run : pieces.runs) {
+    if (pieces.sizes[static_cast<std::size_t>(run.label)] > most) continue;
+    std::fill(areas.data() + run.begin, areas.data() + run.end, std::uint8_t{255});
+  }
+  return areas;
+}
+
+// What of the even areas lies farther than a neck's half width from their border.
+Mask FindWide(const Mask& inside, int margin, const Rules& rules) {
+  const int half_width = rules.Count(Rule::kEvenRegions, (inside.width() + kWidthOfNeck / 2) / kWidthOfNeck);
+  if (half_width <= margin) return inside;
+  const Mask areas = WithSpecks(inside, std::int64_t{2} * half_width * half_width);
+  Mask wide = Mask::Uninitialized(inside.width(), inside.height());
+  tbb::parallel_for(0, inside.height(), [&](int y) {
+    JoinSquares(areas, half_width - margin, y, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; }, &wide(0, y));
+    for (int x = 0; x < inside.width(); ++x) wide(x, y) &= inside(x, y);
+  });
+  return wide;
+}
+
 }  // namespace
 
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
@@ -274,17 +188,15 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
     return {Array2D<std::int32_t>(image.width(), image.height(), kNoRegion), 0};
   const int margin = MarginOf(image.width(), rules), reach = margin + kEdgePixels;
   const BrightnessSums sums = SumBoxes3x3Twice(image.view());
-  const double max_step =
+  const double max_grey_step =
       rules.Scale(Rule::kEvenRegions) * std::max(kMaxStep, kMaxStepOverNoise * NoiseDeviation(image.view()));
-  const Mask inside = FindInside(sums, static_cast<int>(kSumsPerGreyLevel * max_step), margin);
-  ImageRegions regions = RegionLabelling(inside).Run();
-  const int width = image.width(), height = image.height();
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) regions.region(x, y) = ~regions.region(x, y);
-  });
+  const auto max_step = static_cast<int>(kSumsPerGreyLevel * max_grey_step);
+  const Mask inside = FindInside(sums, max_step, margin);
+  const std::int64_t core_side = image.width() / kWidthOfCore;
+  ImageRegions regions = PartAtNecks(inside, FindWide(inside, margin, rules), core_side * core_side);
   const BrightnessSums sums_inside = SumsInside(sums, inside);
   const Segments segments(inside);
-  tbb::parallel_for(0, height, [&](int y) {
+  tbb::parallel_for(0, image.height(), [&](int y) {
     for (int column = 0; column < segments.has_inside.width(); ++column) {
       if (segments.has_outside(column, y) == 0) continue;
       ExtendRegions(sums, sums_inside, inside, segments, reach, column, y, &regions.region);

@@ -136,23 +136,44 @@ TEST(ImageRegions, AWindingPathIsOneRegion) {
   EXPECT_NE(regions.region(5, 200), regions.region(5, 2));
 }
 
-// Two plain halves of one grey level, a dark line between, and a gap in it. The smoothed line and its step take three rows from either
-// end of the gap; what is left lets a margin of n pixels through where it is more than 2 n.
+// A plain image of one grey level with a dark frame of `side` pixels, which has a gap in its left side.
+bool GapJoins(int width, int side, int gap) {
+  GrayImage image(width, width / 2, 120);
+  const int left = width / 3, top = width / 8;
+  for (int k = 0; k <= side; ++k) {
+    image(left + k, top) = image(left + k, top + side) = image(left + side, top + k) = 60;
+    if (k < 8 || k >= 8 + gap) image(left, top + k) = 60;
+  }
+  const ImageRegions regions = FindRegions(image);
+  const std::int32_t within = regions.region(left + side / 2, top + side / 2);
+  EXPECT_GE(within, 0);
+  return within == regions.region(10, 10);
+}
+
+// The smoothed line and its step take three rows from either end of the gap; what is left lets a margin of n pixels through where it is
+// more than 2 n. The frame is too small to hold a core.
 TEST(ImageRegions, AGapShorterThanTwoMarginsIsNoWayThrough) {
-  const auto is_one = [](int width, int gap) {
-    GrayImage image(width, 80, 120);
-    for (int y = 0; y < 80; ++y) {
-      if (y < 20 || y >= 20 + gap) image(width / 2, y) = 60;
-    }
-    const ImageRegions regions = FindRegions(image);
-    return regions.region(10, 40) == regions.region(width - 10, 40);
-  };
-  EXPECT_FALSE(is_one(480, 8));
-  EXPECT_TRUE(is_one(480, 9));
-  EXPECT_FALSE(is_one(1536, 10));
-  EXPECT_TRUE(is_one(1536, 11));
-  EXPECT_FALSE(is_one(3072, 14));
-  EXPECT_TRUE(is_one(3072, 15));
+  EXPECT_FALSE(GapJoins(480, 30, 8));
+  EXPECT_TRUE(GapJoins(480, 30, 9));
+  EXPECT_FALSE(GapJoins(1536, 60, 10));
+  EXPECT_TRUE(GapJoins(1536, 60, 11));
+  EXPECT_FALSE(GapJoins(3072, 120, 14));
+  EXPECT_TRUE(GapJoins(3072, 120, 15));
+}
+
+// Half a neck is a 96th of the width: 5 pixels, and 16; as above, three rows are lost at either end.
+TEST(ImageRegions, AGapShorterThanANeckPartsSurfaces) {
+  EXPECT_FALSE(GapJoins(480, 80, 16));
+  EXPECT_TRUE(GapJoins(480, 80, 17));
+  EXPECT_FALSE(GapJoins(1536, 200, 38));
+  EXPECT_TRUE(GapJoins(1536, 200, 39));
+}
+
+// A frame spoils three pixels and half a neck five more: of the n - 1 within, n - 17 are wide. A core has 15 x 15, the square of the 32nd
+// part of the width.
+TEST(ImageRegions, WhatHasNoCoreIsNotParted) {
+  EXPECT_TRUE(GapJoins(480, 31, 12));
+  EXPECT_FALSE(GapJoins(480, 32, 12));
 }
 
 TEST(ImageRegions, AFadingEdgeStillParts) {
