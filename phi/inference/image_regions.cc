@@ -27,8 +27,9 @@ constexpr int kSumsPerGreyLevel = 81;
 // of one colour is a faint piece of the edge between them; its length goes with the image's size, and it is no way through if it is
 // shorter than two margins.
 constexpr int kWidthOfMargin = 768;
-// The same of necks: where an even area is no wider than twice this, but for specks, it joins no two surfaces that have a core, more than
-// the square of the 32nd part of the width farther from what is uneven. Specks, no larger than half the square of a neck, are noise.
+// The same of half a neck. A piece that is longer than two margins still leaves a way that is narrow beside the surfaces: where an even
+// area is no wider than a neck it does not join two cores, which lie farther than half a neck from what is uneven and have more pixels
+// than the square of the 32nd part of the width. Specks, no larger than half the square of a neck, are noise and no edges.
 constexpr int kWidthOfNeck = 96, kWidthOfCore = 32;
 // Pixels beyond its inside and the margin to which a region goes on: of a sharp edge two by smoothing, one by the step to the next.
 constexpr int kEdgePixels = 3;
@@ -63,9 +64,10 @@ void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* eve
   }
 }
 
+constexpr auto kBoth = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
+
 // Where all pixels up to `margin` away are even.
 Mask FindInside(const BrightnessSums& sums, int max_step, int margin) {
-  const auto both = [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; };
   const int width = sums.width(), height = sums.height(), num_bands = (height + kBandRows - 1) / kBandRows;
   Mask inside = Mask::Uninitialized(width, height);
   tbb::parallel_for(0, num_bands, [&](int band) {
@@ -73,7 +75,7 @@ Mask FindInside(const BrightnessSums& sums, int max_step, int margin) {
     const int first = std::max(begin - margin, 0), last = std::min(end + margin, height) - 1;
     Mask even(width, last - first + 1);
     for (int y = first; y <= last; ++y) FindEven(sums, max_step, y, &even(0, y - first));
-    for (int y = begin; y < end; ++y) JoinSquares(even, margin, y - first, both, &inside(0, y));
+    for (int y = begin; y < end; ++y) JoinSquares(even, margin, y - first, kBoth, &inside(0, y));
   });
   return inside;
 }
@@ -156,7 +158,7 @@ int MarginOf(int width, const Rules& rules) {
   return std::min(rules.Count(Rule::kEvenRegions, margin), kSegment - kEdgePixels - 1);
 }
 
-// With the connected pixels outside that are no more than `most`.
+// And the specks in it: connected pixels outside, no more than `most` of them.
 Mask WithSpecks(const Mask& inside, std::int64_t most) {
   const auto outside = Transformed(inside, [](std::uint8_t is_inside) -> std::uint8_t { return ~is_inside; });
   const ConnectedRuns pieces = FindConnectedRuns(outside);
@@ -175,7 +177,7 @@ Mask FindWide(const Mask& inside, int margin, const Rules& rules) {
   const Mask areas = WithSpecks(inside, std::int64_t{2} * half_width * half_width);
   Mask wide = Mask::Uninitialized(inside.width(), inside.height());
   tbb::parallel_for(0, inside.height(), [&](int y) {
-    JoinSquares(areas, half_width - margin, y, [](std::uint8_t a, std::uint8_t b) -> std::uint8_t { return a & b; }, &wide(0, y));
+    JoinSquares(areas, half_width - margin, y, kBoth, &wide(0, y));
     for (int x = 0; x < inside.width(); ++x) wide(x, y) &= inside(x, y);
   });
   return wide;

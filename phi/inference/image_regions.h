@@ -1,7 +1,7 @@
 // Evenly coloured regions of an image: connected pixels (four neighbours) whose smoothed brightness changes slowly, in
 // all four directions and a margin around. Whatever is next to a step of brightness connects nothing, so that
-// two walls do not become one region where the edge between them fades for a few pixels. Then each region goes on by the
-// few pixels that a sharp edge spoils, so that two of them meet at it.
+// two walls do not become one region where the edge between them fades for a few pixels; where it fades for more, the region is parted
+// at the neck (region_parts.h). Then each region goes on by the few pixels that a sharp edge spoils, so that two of them meet at it.
 #pragma once
 
 #include <cstddef>

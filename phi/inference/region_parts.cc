@@ -38,24 +38,36 @@ Parts FindParts(const ConnectedRuns& areas, const Array2D<std::int32_t>& area_at
   return parts;
 }
 
+// Calls function(neighbor) for the four neighbours of pixel i that lie in the image.
+template <class Function>
+void ForNeighbors(std::int32_t i, int width, int height, const Function& function) {
+  const int x = i % width, y = i / width;
+  if (x > 0) function(i - 1);
+  if (x + 1 < width) function(i + 1);
+  if (y > 0) function(i - width);
+  if (y + 1 < height) function(i + width);
+}
+
+// The core's pixels that have open neighbours: a wall is not to be listed whole.
+void AddFront(const PixelRun& core, const Array2D<std::int32_t>& core_at, std::vector<std::int32_t>* front) {
+  for (std::int32_t i = core.begin; i < core.end; ++i) {
+    bool is_front = false;
+    ForNeighbors(i, core_at.width(), core_at.height(), [&](std::int32_t neighbor) { is_front |= core_at.data()[neighbor] == kOpen; });
+    if (is_front) front->push_back(i);
+  }
+}
+
 // Goes on from the pixels of `front` into open ones, a pixel a round.
 void Spread(std::vector<std::int32_t> front, Array2D<std::int32_t>* core_at) {
-  const int width = core_at->width(), height = core_at->height();
-  std::int32_t* cores = core_at->data();
   std::vector<std::int32_t> next;
   for (; !front.empty(); std::swap(front, next)) {
     next.clear();
     for (const std::int32_t i : front) {
-      const auto visit = [&](std::int32_t neighbor) {
-        if (cores[neighbor] != kOpen) return;
-        cores[neighbor] = cores[i];
+      ForNeighbors(i, core_at->width(), core_at->height(), [&](std::int32_t neighbor) {
+        if (core_at->data()[neighbor] != kOpen) return;
+        core_at->data()[neighbor] = core_at->data()[i];
         next.push_back(neighbor);
-      };
-      const int x = i % width, y = i / width;
-      if (x > 0) visit(i - 1);
-      if (x + 1 < width) visit(i + 1);
-      if (y > 0) visit(i - width);
-      if (y + 1 < height) visit(i + width);
+      });
     }
   }
 }
@@ -63,17 +75,19 @@ void Spread(std::vector<std::int32_t> front, Array2D<std::int32_t>* core_at) {
 // Of the pixels of areas with parts the core that they go to; kNone elsewhere.
 Array2D<std::int32_t> NearestParts(const ConnectedRuns& areas, const ConnectedRuns& cores, const Parts& parts, int width, int height) {
   Array2D<std::int32_t> core_at(width, height, kNone);
+  const auto fill = [&](const PixelRun& run, std::int32_t value) {
+    std::fill(core_at.data() + run.begin, core_at.data() + run.end, value);
+  };
   for (const PixelRun& run : areas.runs) {
-    if (parts.has_parts[static_cast<std::size_t>(run.label)] == 0) continue;
-    std::fill(core_at.data() + run.begin, core_at.data() + run.end, kOpen);
+    if (parts.has_parts[static_cast<std::size_t>(run.label)] != 0) fill(run, kOpen);
+  }
+  const auto is_part = [&](const PixelRun& run) { return parts.is_part[static_cast<std::size_t>(run.label)] != 0; };
+  for (const PixelRun& run : cores.runs) {
+    if (is_part(run)) fill(run, run.label);
   }
   std::vector<std::int32_t> front;
   for (const PixelRun& run : cores.runs) {
-    if (parts.is_part[static_cast<std::size_t>(run.label)] == 0) continue;
-    for (std::int32_t i = run.begin; i < run.end; ++i) {
-      core_at.data()[i] = run.label;
-      front.push_back(i);
-    }
+    if (is_part(run)) AddFront(run, core_at, &front);
   }
   Spread(std::move(front), &core_at);
   return core_at;
