@@ -10,7 +10,6 @@ namespace phi {
 namespace {
 
 constexpr int kBandRows = 64;  // searched by one thread
-constexpr std::int32_t kNone = -1;
 
 // The first pixel of `value` from `begin` to before `end`; end: there is none.
 const std::uint8_t* FindValue(const std::uint8_t* begin, const std::uint8_t* end, std::uint8_t value) {
@@ -23,7 +22,7 @@ void AddRunsOfRow(const Mask& mask, int y, std::vector<PixelRun>* runs) {
   for (const std::uint8_t* next = row; (next = FindValue(next, end, 255)) != end;) {
     const std::uint8_t* first = next;
     next = FindValue(first, end, 0);
-    runs->push_back({static_cast<std::int32_t>(first - origin), static_cast<std::int32_t>(next - origin), kNone});
+    runs->push_back({static_cast<std::int32_t>(first - origin), static_cast<std::int32_t>(next - origin), kInNoRun});
   }
 }
 
@@ -84,7 +83,7 @@ ConnectedRuns FindConnectedRuns(const Mask& mask) {
 }
 
 Array2D<std::int32_t> LabelImage(const ConnectedRuns& connected, int width, int height) {
-  Array2D<std::int32_t> labels(width, height, kNone);
+  Array2D<std::int32_t> labels(width, height, kInNoRun);
   tbb::parallel_for(std::size_t{0}, connected.runs.size(), [&](std::size_t i) {
     const PixelRun& run = connected.runs[i];
     std::fill(labels.data() + run.begin, labels.data() + run.end, run.label);

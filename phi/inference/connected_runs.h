@@ -22,7 +22,9 @@ struct ConnectedRuns {
 // `mask`: 0 or 255. The same for any number of threads.
 ConnectedRuns FindConnectedRuns(const Mask& mask);
 
-// The label of each pixel of an image; -1: of no run.
+inline constexpr std::int32_t kInNoRun = -1;
+
+// The label of each pixel of an image; kInNoRun: of no run.
 Array2D<std::int32_t> LabelImage(const ConnectedRuns& connected, int width, int height);
 
 }  // namespace phi

@@ -10,7 +10,7 @@
 namespace phi {
 namespace {
 
-constexpr std::int32_t kNone = -1, kOpen = -2;
+constexpr std::int32_t kOpen = -2;  // of a part, but not yet of which
 
 struct Parts {
   std::vector<std::uint8_t> is_part;    // of each core, 1: it becomes one
@@ -72,9 +72,9 @@ void Spread(std::vector<std::int32_t> front, Array2D<std::int32_t>* core_at) {
   }
 }
 
-// Of the pixels of areas with parts the core that they go to; kNone elsewhere.
+// Of the pixels of areas with parts the core that they go to; kInNoRun elsewhere.
 Array2D<std::int32_t> NearestParts(const ConnectedRuns& areas, const ConnectedRuns& cores, const Parts& parts, int width, int height) {
-  Array2D<std::int32_t> core_at(width, height, kNone);
+  Array2D<std::int32_t> core_at(width, height, kInNoRun);
   const auto fill = [&](const PixelRun& run, std::int32_t value) {
     std::fill(core_at.data() + run.begin, core_at.data() + run.end, value);
   };
@@ -103,13 +103,13 @@ ImageRegions PartAtNecks(const Mask& inside, const Mask& wide, std::int64_t min_
   const Array2D<std::int32_t> core_at = NearestParts(areas, cores, parts, inside.width(), inside.height());
 
   // numbered anew, by first pixels
-  std::vector<std::int32_t> of_area(areas.sizes.size(), kNone), of_core(cores.sizes.size(), kNone);
+  std::vector<std::int32_t> of_area(areas.sizes.size(), kInNoRun), of_core(cores.sizes.size(), kInNoRun);
   std::int32_t num_regions = 0;
   for (const PixelRun& run : areas.runs) {
     for (std::int32_t i = run.begin; i < run.end; ++i) {
       const std::int32_t core = core_at.data()[i];
       std::int32_t& number = core >= 0 ? of_core[static_cast<std::size_t>(core)] : of_area[static_cast<std::size_t>(run.label)];
-      if (number == kNone) number = num_regions++;
+      if (number == kInNoRun) number = num_regions++;
       region.data()[i] = number;
     }
   }
