@@ -158,7 +158,7 @@ int MarginOf(int width, const Rules& rules) {
   return std::min(rules.Count(Rule::kEvenRegions, margin), kSegment - kEdgePixels - 1);
 }
 
-// And the specks in it: connected pixels outside, no more than `most` of them.
+// `inside` and its specks: connected pixels outside, no more than `most` of them.
 Mask WithSpecks(const Mask& inside, std::int64_t most) {
   const auto outside = Transformed(inside, [](std::uint8_t is_inside) -> std::uint8_t { return ~is_inside; });
   const ConnectedRuns pieces = FindConnectedRuns(outside);
