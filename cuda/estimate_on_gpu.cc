@@ -46,6 +46,7 @@ void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPl
 void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
   scratch->estimation.window_scales.Reserve(num_pixels, task);
+  scratch->estimation.changed.Reserve(num_pixels, task);
   scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
   scratch->estimation.notes.Reserve(NumHalfPassNotes(task.width, plan.band_rows > 0 ? plan.band_rows : task.height), task);
   if (plan.band_rows > 0) return;
@@ -59,6 +60,7 @@ void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaun
   launch->window_scales = scratch.estimation.window_scales.View(width, height);
   launch->state = {scratch.plane.View(width, height),
                    scratch.cost.View(width, height),
+                   scratch.estimation.changed.View(width, height),
                    ranges};
 }
 

@@ -60,7 +60,7 @@ PHI_HD std::int64_t NumHalfPassNotes(std::int64_t width, std::int64_t num_rows) 
 // Passed to the kernels by value: no device globals, so that several references and GPUs run at once.
 struct EstimationLaunch {
   EstimationParameters parameters;
-  EstimationState state;           // of all rows; only first_row to end_row and what those read need be there
+  EstimationState state;           // of all rows; of planes and costs only first_row to end_row and what those read need be there
   int first_row = 0, end_row = 0;  // the rows to work on; first_row is a multiple of kTileSide
   unsigned long long* num_samples = nullptr;  // counts the source samples that were read, on the device
   TextureSampler reference[kMaxPyramidLevels];

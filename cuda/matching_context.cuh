@@ -69,11 +69,9 @@ struct WindowWarp {
 // a side of the window, odd; or 0 for any window, whose samples are then read again for each hypothesis and view.
 template <int kSide, Samples kSamples>
 class ReferenceWindow {
-  static constexpr bool kIsSparse = kSamples == Samples::kSparse;
-  static constexpr int kStride = kIsSparse ? 2 : 1;
-  static constexpr int kFirst = kIsSparse ? kSide / 2 % 2 : 0;  // row and column of the first sample: even from the centre
-  static constexpr int kCount = (kSide - kFirst + kStride - 1) / kStride;  // on a side
-  static constexpr int kPairs = (kCount + 1) / 2;                          // of samples in a row
+  static constexpr int kCount = kSamples == Samples::kSparse ? kSparseSide : kSide;  // on a side
+  static constexpr int kPairs = (kCount + 1) / 2;                                    // of samples in a row
+  static constexpr bool kHasCentreApart = kSamples == Samples::kSparse;              // from the rows
 
  public:
   static constexpr int kSharedBytes = kCount * kPairs * kThreads * static_cast<int>(sizeof(__half2));
@@ -102,6 +100,7 @@ class ReferenceWindow {
         SharedSamples()[(row * kPairs + pair) * kThreads] = packed;
       }
     }
+    if (kHasCentreApart) total_weight += 1;  // less itself it is 0
     inverse_weight_ = 1.0f / total_weight;
     mean_ = sum * inverse_weight_;
     const float variance = fmaf(-sum, mean_, squares) * inverse_weight_;
@@ -110,17 +109,17 @@ class ReferenceWindow {
 
   __device__ __forceinline__ float Cost(TextureSampler source, const WindowWarp& warp) const {
     SourceSums sums;
-    Vec3f middle = warp.centre + static_cast<float>(Offset(0)) * warp.down;
 #pragma unroll 1
     for (int row = 0; row < kCount; ++row) {
+      const Vec3f middle = warp.centre + static_cast<float>(Offset(row)) * warp.down;
 #pragma unroll
       for (int pair = 0; pair < kPairs; ++pair) {
         const float2 r = __half22float2(SharedSamples()[(row * kPairs + pair) * kThreads]);
         Add(source, warp, middle, static_cast<float>(Offset(2 * pair)), r.x, &sums);
         if (2 * pair + 1 < kCount) Add(source, warp, middle, static_cast<float>(Offset(2 * pair + 1)), r.y, &sums);
       }
-      middle = middle + static_cast<float>(kStride) * warp.down;
     }
+    if (kHasCentreApart) Add(source, warp, warp.centre, 0, 0, &sums);
     return CostOf(sums);
   }
 
@@ -138,7 +137,9 @@ class ReferenceWindow {
   }
 
   // Of row or column i from the centre, in samples of the whole window.
-  __device__ __forceinline__ static constexpr int Offset(int i) { return kFirst + i * kStride - kSide / 2; }
+  __device__ __forceinline__ static constexpr int Offset(int i) {
+    return kSamples == Samples::kSparse ? SparseOffset(i, kSide / 2) : i - kSide / 2;
+  }
 
   // Of a window, one a thread: threads of a warp read different banks, whichever windows they work on.
   __device__ __forceinline__ __half2* SharedSamples() const {
@@ -184,26 +185,29 @@ class ReferenceWindow<0, kSamples> {
   __device__ __forceinline__ float Cost(TextureSampler source, const WindowWarp& warp) const {
     ZnccSums sums;
     float total_weight = 0;
-    constexpr int kStep = kSamples == Samples::kSparse ? 2 : 1;
-    const int n = window_.samples_per_side / kStep * kStep;
+    const auto add = [&](int row, int column) {
+      const Vec3f p =
+          warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
+      const float inverse_w = FastReciprocal(p.z);
+      const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
+      const float s = source(p.x * inverse_w, p.y * inverse_w) - shift_;
+      const float w = window_.Weight(r), weighted = w * s;
+      total_weight += w;
+      sums.r += w * r;
+      sums.rr = fmaf(w * r, r, sums.rr);
+      sums.s += weighted;
+      sums.ss = fmaf(weighted, s, sums.ss);
+      sums.rs = fmaf(weighted, r, sums.rs);
+    };
+    constexpr bool kIsSparse = kSamples == Samples::kSparse;
+    const int n = window_.samples_per_side, count = kIsSparse ? kSparseSide : 2 * n + 1;
+    const auto offset = [n](int i) { return kIsSparse ? SparseOffset(i, n) : i - n; };
 #pragma unroll 1
-    for (int row = -n; row <= n; row += kStep) {
+    for (int i = 0; i < count; ++i) {
 #pragma unroll 4
-      for (int column = -n; column <= n; column += kStep) {
-        const Vec3f p =
-            warp.centre + static_cast<float>(row) * warp.down + static_cast<float>(column) * warp.right;
-        const float inverse_w = FastReciprocal(p.z);
-        const float r = texture_(u_ + column * window_.step, v_ + row * window_.step) - shift_;
-        const float s = source(p.x * inverse_w, p.y * inverse_w) - shift_;
-        const float w = window_.Weight(r), weighted = w * s;
-        total_weight += w;
-        sums.r += w * r;
-        sums.rr = fmaf(w * r, r, sums.rr);
-        sums.s += weighted;
-        sums.ss = fmaf(weighted, s, sums.ss);
-        sums.rs = fmaf(weighted, r, sums.rs);
-      }
+      for (int j = 0; j < count; ++j) add(offset(i), offset(j));
     }
+    if (kIsSparse) add(0, 0);
     return sums.Cost(total_weight);
   }
 
@@ -283,7 +287,7 @@ struct GpuContext {
                                                      const PlaneHypothesis& h, Vec3f q,
                                                      const Function& function) const {
     const MatchingWindow& form = parameters.window;
-    const int num_window_samples = kSamples == Samples::kSparse ? form.NumSparseSamples() : form.NumSamples();
+    const int num_window_samples = kSamples == Samples::kSparse ? kNumSparseSamples : form.NumSamples();
     const float inverse_depth = 1.0f / h.depth;
     const float pixels = 1 << level, scale = 1.0f / pixels;
 #pragma unroll 1

@@ -36,7 +36,7 @@ struct EstimationSizes {
     width = input.reference.image->width();
     const std::int64_t height = input.reference.image->height();
     if (coarse_start) coarse_width = (width + 1) / 2;
-    fixed = width * height * sizeof(std::uint8_t);  // scales of the windows
+    fixed = 2 * width * height * sizeof(std::uint8_t);  // scales of the windows, and whether pixels changed
     for (const auto& depths : input.source_depths) {
       if (depths != nullptr) fixed += static_cast<std::int64_t>(depths->bytes());
     }

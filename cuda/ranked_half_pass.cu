@@ -22,7 +22,7 @@ struct OnePerThread {
 // The candidates that are scored by all samples. Any thread of the block ranks any pixel's candidate: pixels have one to eight.
 template <class V>
 __global__ void __launch_bounds__(kThreads)
-    RankCandidatesKernel(const __grid_constant__ EstimationLaunch launch, int colour) {
+    RankCandidatesKernel(const __grid_constant__ EstimationLaunch launch, int iteration, int colour) {
   using Context = typename V::Context;
   __shared__ WorkItem order[kThreads], items[kNumRegions * kThreads];
   __shared__ OnePerThread<typename Context::Patch> patches;
@@ -34,7 +34,7 @@ __global__ void __launch_bounds__(kThreads)
   unsigned offered = 0;
   if (pixels.IsMine()) {
     const PixelPosition pixel = pixels.Mine();
-    const Candidates candidates = GatherCandidates(p, launch.state, pixel.x, pixel.y);
+    const Candidates candidates = GatherCandidates(p, launch.state, pixel.x, pixel.y, iteration);
     offered = candidates.offered;
 #pragma unroll
     for (int k = 0; k < kNumRegions; ++k) {
@@ -81,6 +81,7 @@ __global__ void __launch_bounds__(kThreads)
   if (pixels.IsMine()) {
     const PixelPosition pixel = pixels.Mine();
     const HalfPassNote note = NoteOf(launch, threadIdx.x);
+    launch.state.changed(pixel.x, pixel.y) = 0;
     if (note.HasFinalist(0)) {
       const auto patch = context.LoadPatch(pixel.x, pixel.y);
       PlaneHypothesis best;
@@ -165,7 +166,7 @@ void LaunchRankedHalfPass(const EstimationLaunch& launch, int iteration, int col
     CheckLaunch("a kernel of the half-pass", task);
   };
   WithVariant<Samples::kSparse>(launch, [&](auto variant) {
-    launch_step(variant, RankCandidatesKernel<decltype(variant)>, colour);
+    launch_step(variant, RankCandidatesKernel<decltype(variant)>, iteration, colour);
   });
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
     launch_step(variant, ScoreFinalistsKernel<decltype(variant)>, colour);

@@ -43,7 +43,7 @@ struct InferenceScratch {
 };
 
 struct EstimationScratch {
-  DeviceBuffer<std::uint8_t> window_scales;
+  DeviceBuffer<std::uint8_t> window_scales, changed;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<HalfPassNote> notes;
   DeviceBuffer<DepthRange> ranges;
@@ -53,6 +53,7 @@ struct EstimationScratch {
 
   void FreeDeviceMaps() {
     window_scales.Free();
+    changed.Free();
     coarse_plane.Free();
     notes.Free();
   }

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -130,12 +131,13 @@ EstimationResult EstimatePart(const EstimationInput& input, const StereoOptions&
   const std::vector<RelativeView> views = MakeRelativeViews(input);
   PlaneMap plane(parameters.reference.width, parameters.reference.height);
   CostMap cost(plane.width(), plane.height());
+  Array2D<std::uint8_t> changed(plane.width(), plane.height());
   const Matcher matcher(input, parameters, views);
   std::vector<ArrayView2D<const float>> source_depths;
   for (const auto& depths : input.source_depths) {
     source_depths.push_back(depths != nullptr ? depths->view() : ArrayView2D<const float>{});
   }
-  const CpuContext context{parameters, {plane.view(), cost.view(), start.ranges}, matcher, views, source_depths};
+  const CpuContext context{parameters, {plane.view(), cost.view(), changed.view(), start.ranges}, matcher, views, source_depths};
   Run(context, start, work);
   return {std::move(plane), std::move(cost), {}};
 }

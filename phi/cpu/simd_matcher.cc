@@ -3,6 +3,8 @@
 #include <bit>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 #include "phi/matching/pyramid.h"
 
 namespace phi {
@@ -14,7 +16,6 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
       near_window_(parameters.window.Near()) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
-  window_scales_ = SelectWindowScales(*input.reference.image, reference, parameters.window);
   levels_.push_back({PackedImage(*input.reference.image), {}, {}});
   for (const GrayImage& image : reference) levels_.push_back({PackedImage(image), {}, {}});
   for (const ViewImage& source : input.sources) {
@@ -28,6 +29,24 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
     for (const RelativeView& view : views) scaled.push_back(ScaleView(view, scale));
     levels_[l].sources = SimdSources(levels_[l].images, scaled);
   }
+  window_scales_ = SelectScales();
+}
+
+// As SelectWindowScales of pyramid.h does, but for rounding.
+Array2D<WindowScale> SimdMatcher::SelectScales() const {
+  const auto variance = [this](int level, bool is_near, float u, float v) {
+    SimdPatch patch;
+    LoadSimdPatch(levels_[level].reference, is_near ? near_window_ : window_, matching_window_.weight_decay, u, v, &patch);
+    return patch.all.variance;
+  };
+  const int width = levels_[0].reference.width(), height = levels_[0].reference.height();
+  Array2D<WindowScale> scales(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      scales(x, y) = SelectWindowScaleBy(variance, static_cast<int>(levels_.size()), matching_window_, x + 0.5f, y + 0.5f);
+    }
+  });
+  return scales;
 }
 
 void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h,

@@ -52,6 +52,7 @@ class SimdMatcher {
     SimdSources sources;  // point into images
   };
 
+  Array2D<WindowScale> SelectScales() const;
   const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
   // `sum`: SumSparseSamples or AddOtherSamples.
   void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;

@@ -36,21 +36,44 @@ struct Totals {
   }
 };
 
-// The sum of the totals: lane k with lane k + 8, then k + 4, k + 2, k + 1.
-HWY_INLINE float Join(const Totals& totals) {
-  alignas(64) float lane[kSimdChunk];
-  for (int p = 0; p < kParts; ++p) hn::Store(totals.part[p], Floats(), lane + p * kLanes);
-  constexpr hn::CappedTag<float, 4> quarter;
-  if constexpr (hn::MaxLanes(quarter) == 4) {
-    const auto even = hn::Add(hn::Load(quarter, lane), hn::Load(quarter, lane + 8));
-    const auto odd = hn::Add(hn::Load(quarter, lane + 4), hn::Load(quarter, lane + 12));
-    hn::Store(hn::Add(even, odd), quarter, lane);
-    return (lane[0] + lane[2]) + (lane[1] + lane[3]);
+// Four of the totals, or as many as there are lanes: lane k with lane k + 8, then with lane k + 4.
+using Quarter = hn::CappedTag<float, 4>;
+template <class D>
+HWY_INLINE hn::Vec<Quarter> FoldToQuarter([[maybe_unused]] D d, hn::Vec<D> v) {
+#if HWY_TARGET == HWY_SCALAR
+  return v;
+#else
+  if constexpr (hn::MaxLanes(d) <= 4) {
+    return v;
+  } else {
+    const hn::Half<D> half;
+    return FoldToQuarter(half, hn::Add(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
   }
-  for (int half = kSimdChunk / 2; half > 0; half /= 2) {
-    for (int k = 0; k < half; ++k) lane[k] += lane[k + half];
+#endif
+}
+HWY_INLINE hn::Vec<Quarter> JoinToQuarter(const Totals& totals) {
+  Totals joined = totals;
+  for (int half = kParts / 2; half > 0; half /= 2) {
+    for (int p = 0; p < half; ++p) joined.part[p] = hn::Add(joined.part[p], joined.part[p + half]);
   }
-  return lane[0];
+  return FoldToQuarter(Floats(), joined.part[0]);
+}
+
+// The sums of three totals, lane k with lane k + 8, then k + 4, k + 2, k + 1, to or onto to[0] to to[2].
+template <bool kAdds>
+HWY_INLINE void Join(const Totals& a, const Totals& b, const Totals& c, float* to) {
+  const auto qa = JoinToQuarter(a), qb = JoinToQuarter(b), qc = JoinToQuarter(c);
+#if HWY_TARGET == HWY_SCALAR
+  const float joined[3] = {hn::GetLane(qa), hn::GetLane(qb), hn::GetLane(qc)};
+  for (int k = 0; k < 3; ++k) to[k] = (kAdds ? to[k] : 0.0f) + joined[k];
+#else
+  constexpr Quarter d;
+  const auto none = hn::Zero(d);
+  const auto ab = hn::Add(hn::ConcatLowerLower(d, qb, qa), hn::ConcatUpperUpper(d, qb, qa));
+  const auto c0 = hn::Add(hn::ConcatLowerLower(d, none, qc), hn::ConcatUpperUpper(d, none, qc));
+  const auto joined = hn::Add(hn::ConcatEven(d, c0, ab), hn::ConcatOdd(d, c0, ab));
+  hn::Store(kAdds ? hn::Add(hn::Load(d, to), joined) : joined, d, to);
+#endif
 }
 
 // 2^x for x <= 0, to about a unit in the last place; 2^-126 below that.
@@ -112,16 +135,18 @@ HWY_INLINE ReferenceSums SumReference(const SimdPatch& patch, const float* sampl
       squares.part[p] = hn::MulAdd(weighted, hn::Load(df, samples + k), squares.part[p]);
     }
   }
-  return {Join(weight), Join(sum), Join(squares)};
+  alignas(16) float joined[4];
+  Join<false>(weight, sum, squares, joined);
+  return {joined[0], joined[1], joined[2]};
 }
 
 SimdReference MakeReference(const ReferenceSums& sums) {
   SimdReference reference;
   reference.inverse_weight = 1.0f / sums.weight;
   reference.mean = sums.sum * reference.inverse_weight;
-  const float variance = sums.squares * reference.inverse_weight - reference.mean * reference.mean;
-  reference.textured = variance >= kMinVariance;
-  reference.inverse_deviation = reference.textured ? 1.0f / std::sqrt(variance) : 0.0f;
+  reference.variance = sums.squares * reference.inverse_weight - reference.mean * reference.mean;
+  reference.textured = reference.variance >= kMinVariance;
+  reference.inverse_deviation = reference.textured ? 1.0f / std::sqrt(reference.variance) : 0.0f;
   return reference;
 }
 
@@ -148,12 +173,13 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   }
   // The padding repeats the centre and must not count.
   const int num_rest = window.num_samples - window.num_sparse;
-  std::fill(patch->weights + window.num_sparse, patch->weights + window.end_of_sparse, 0.0f);
+  std::fill(patch->weights + window.num_sparse - 1, patch->weights + window.end_of_sparse, 0.0f);
   std::fill(patch->weights + window.end_of_sparse + num_rest, patch->weights + padded, 0.0f);
   for (int k = 0; k < padded; k += kLanes) {
     hn::Store(hn::Mul(hn::Load(df, patch->weights + k), hn::Load(df, samples + k)), df, patch->weighted + k);
   }
-  const ReferenceSums sparse = SumReference(*patch, samples, 0, window.end_of_sparse);
+  ReferenceSums sparse = SumReference(*patch, samples, 0, window.end_of_sparse);
+  sparse.weight += 1;  // the centre
   const ReferenceSums rest = SumReference(*patch, samples, window.end_of_sparse, padded);
   patch->sparse = MakeReference(sparse);
   patch->all = MakeReference({sparse.weight + rest.weight, sparse.sum + rest.sum, sparse.squares + rest.squares});
@@ -262,9 +288,7 @@ HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, 
       products.part[p] = hn::MulAdd(sample, hn::Load(df, patch.weighted + k), products.part[p]);
     }
   }
-  sums->sum[view] = (kAdds ? sums->sum[view] : 0.0f) + Join(sum);
-  sums->squares[view] = (kAdds ? sums->squares[view] : 0.0f) + Join(squares);
-  sums->products[view] = (kAdds ? sums->products[view] : 0.0f) + Join(products);
+  Join<kAdds>(sum, squares, products, sums->of_view[view]);
 }
 
 template <bool kAdds>
@@ -309,10 +333,17 @@ HWY_EXPORT(TargetName);
 
 SimdWindow::SimdWindow(const MatchingWindow& window) : radius(window.Radius()) {
   const int n = window.samples_per_side;
+  const auto is_sparse = [n](int offset) {
+    for (int i = 0; i < kSparseSide; ++i) {
+      if (SparseOffset(i, n) == offset) return true;
+    }
+    return false;
+  };
   const auto add = [&](bool sparse) {
     for (int row = -n; row <= n; ++row) {
       for (int column = -n; column <= n; ++column) {
-        if (IsSparseSample(row, column) != sparse) continue;
+        const bool is_centre = row == 0 && column == 0;
+        if (is_centre || (is_sparse(row) && is_sparse(column)) != sparse) continue;
         dx.push_back(static_cast<float>(column) * window.step);
         dy.push_back(static_cast<float>(row) * window.step);
         ++num_samples;
@@ -361,10 +392,11 @@ void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_v
   for (int j = 0; j < num_views; ++j) {
     costs[j] = kMaxCost;
     if (!reference.textured || (sums.inside >> j & 1u) == 0) continue;
-    const float mean = sums.sum[j] * reference.inverse_weight;
-    const float variance = sums.squares[j] * reference.inverse_weight - mean * mean;
+    const float* of_view = sums.of_view[j];
+    const float mean = of_view[0] * reference.inverse_weight;
+    const float variance = of_view[1] * reference.inverse_weight - mean * mean;
     if (!(variance >= kMinVariance)) continue;
-    const float covariance = sums.products[j] * reference.inverse_weight - reference.mean * mean;
+    const float covariance = of_view[2] * reference.inverse_weight - reference.mean * mean;
     costs[j] = std::clamp(1.0f - covariance * reference.inverse_deviation / std::sqrt(variance), 0.0f, kMaxCost);
   }
 }

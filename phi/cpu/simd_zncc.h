@@ -21,13 +21,13 @@ namespace phi {
 inline constexpr int kSimdChunk = 16;                 // samples; the longest vector has so many lanes
 inline constexpr int kMaxSimdSamples = 66 * 64 + 16;  // of a window with r_now = 32, in whole chunks
 
-// Offsets of the window's samples from its centre, pixels: the sparse ones, then the rest, each padded to whole chunks with the centre
-// itself.
+// Offsets of the window's samples from its centre, pixels: the sparse ones, then the rest, each padded to whole chunks with the centre.
+// The centre itself is not among them: less itself it is 0 in both images, and adds but its weight, 1.
 struct SimdWindow {
   explicit SimdWindow(const MatchingWindow& window);
   int NumSamples(Samples samples) const { return samples == Samples::kAll ? num_samples : num_sparse; }
 
-  int num_samples = 0, num_sparse = 0;
+  int num_samples = 1, num_sparse = 1;  // with the centre
   int end_of_sparse = 0;  // with their padding
   float radius = 0;       // of all samples
   std::vector<float> dx, dy;
@@ -51,7 +51,7 @@ struct SimdSources {
 // What a cost needs of some of the reference's samples.
 struct SimdReference {
   bool textured;  // false: no cost below kMaxCost is possible
-  float inverse_weight, mean, inverse_deviation;
+  float variance, inverse_weight, mean, inverse_deviation;
 };
 
 // The reference's samples, less the one at the centre; zero in the padding.
@@ -64,9 +64,7 @@ struct SimdPatch {
 // Of the samples so far, less the one at the centre, by source view. What ranked a hypothesis is part of what scores it.
 struct SimdSums {
   std::uint32_t inside = 0;         // bit j: view j's window lies inside its image; the sums of others mean nothing
-  float sum[kMaxSourceViews];       // weight * source
-  float squares[kMaxSourceViews];   // weight * source^2
-  float products[kMaxSourceViews];  // weight * reference * source
+  alignas(16) float of_view[kMaxSourceViews][4];  // weight * source, weight * source^2, weight * reference * source; a padding
 };
 static_assert(kMaxSourceViews <= 32);
 

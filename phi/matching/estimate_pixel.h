@@ -51,6 +51,7 @@ struct EstimationParameters {
 struct EstimationState {
   ArrayView2D<PlaneHypothesis> plane;
   ArrayView2D<float> cost;                    // aggregated
+  ArrayView2D<std::uint8_t> changed;          // 1: the pixel took another plane when it was last worked on
   DepthRanges ranges = {};                    // of the sparse points, of the whole image; never written
 };
 
@@ -87,6 +88,7 @@ PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHy
                        float cost) {
   state.plane(x, y) = hypothesis;
   state.cost(x, y) = cost;
+  state.changed(x, y) = 1;
 }
 
 // The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where that is
@@ -121,14 +123,16 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   return -1;
 }
 
-// What a pixel may become in an iteration beside what it is: each region's best hypothesis, moved to the pixel.
+// What a pixel may become in an iteration beside what it is: each region's best hypothesis, moved to the pixel. What has not changed
+// since the pixel was last worked on was the best of its region then too, as costs only fall, and a candidate: that is settled.
 struct Candidates {
-  std::uint32_t offered = 0;  // bit k: region k has one that is neither the pixel's own plane nor an earlier region's
+  std::uint32_t offered = 0;  // bit k: region k has a new one that is neither the pixel's own plane nor an earlier region's
   PixelOffset offsets[kNumRegions];
   PlaneHypothesis planes[kNumRegions];
 };
 
-PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const EstimationState& state, int x, int y) {
+PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const EstimationState& state, int x, int y, int iteration) {
+  const bool is_first = iteration == p.first_iteration;  // nothing was a candidate before
   Candidates candidates;
   PlaneHypothesis met[kNumRegions + 1];
   met[0] = state.plane(x, y);
@@ -136,6 +140,7 @@ PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const Estimati
   for (int region = 0; region < kNumRegions; ++region) {
     PixelOffset offset;
     if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
+    if (!is_first && state.changed(x + offset.dx, y + offset.dy) == 0) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
     if (FindSame(p, met, num_met, moved) < 0) candidates.offered |= 1u << region;
@@ -154,6 +159,12 @@ struct ScoredHypothesis {
   float cost = 0;
   float sparse_cost = kUnknownCost;  // the same of sparse samples
 };
+
+// The end of a pixel's turn.
+PHI_HD void WriteBetter(const EstimationState& state, int x, int y, const ScoredHypothesis& found) {
+  state.changed(x, y) = 0;
+  if (found.cost < state.cost(x, y)) WriteState(state, x, y, found.plane, found.cost);
+}
 
 // Sparse samples rank the candidates, and so many of them are scored by all samples. With one of them raw depths lose half a
 // point. The pixel's own hypothesis needs no ranking: where it is better than these, it stays.
@@ -192,7 +203,7 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
 
-  const Candidates candidates = GatherCandidates(p, state, x, y);
+  const Candidates candidates = GatherCandidates(p, state, x, y, iteration);
   float ranks[kNumRegions];
   typename Context::Ranked ranked[kNumRegions];
   for (int k = 0; k < kNumRegions; ++k) {
@@ -227,7 +238,7 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
     const float cost = context.Score(patch, x, y, h, &promising_ranked);
     if (cost < current.cost) current = {h, cost};
   }
-  WriteState(state, x, y, current.plane, current.cost);
+  WriteBetter(state, x, y, current);
 }
 
 // The same where everything is scored by all samples.
@@ -238,7 +249,7 @@ PHI_HD void UpdateByAllSamples(const Context& context, int x, int y, int iterati
   const auto patch = context.LoadPatch(x, y);
 
   ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
-  const Candidates candidates = GatherCandidates(p, state, x, y);
+  const Candidates candidates = GatherCandidates(p, state, x, y, iteration);
   for (int k = 0; k < kNumRegions; ++k) {
     if ((candidates.offered >> k & 1u) == 0) continue;
     const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);
@@ -252,7 +263,7 @@ PHI_HD void UpdateByAllSamples(const Context& context, int x, int y, int iterati
     const float cost = context.Cost(patch, x, y, h, Samples::kAll);
     if (cost < current.cost) current = {h, cost};
   }
-  WriteState(state, x, y, current.plane, current.cost);
+  WriteBetter(state, x, y, current);
 }
 
 template <class Context>

@@ -12,7 +12,6 @@
 namespace phi {
 namespace {
 
-constexpr int kMinSparseSamples = 25;  // a window that has fewer ranks noise
 constexpr float kNearStep = 1.0f;  // pixels between the samples of a narrow window
 
 // The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is
@@ -103,7 +102,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.formulas = options.formulas;
   p.rules = options.rules;
   p.ranks = options.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kSparseRanking) &&
-            p.window.NumSparseSamples() >= kMinSparseSamples;
+            p.window.samples_per_side >= kMinSideForSparse;
   return p;
 }
 

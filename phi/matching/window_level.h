@@ -78,19 +78,20 @@ PHI_HD float WindowVariance(const Sampler& image, const MatchingWindow& window, 
 }
 
 // The scale for the pixel (u, v) (K's coordinates of level 0); the coarsest level where none has enough contrast.
-template <class Sampler>
-PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
-                                     float u, float v) {
+// variance(level, is_near, u, v): WindowVariance of the whole or the narrow window on that level.
+template <class Variance>
+PHI_HD WindowScale SelectWindowScaleBy(const Variance& variance_of, int num_levels, const MatchingWindow& window, float u,
+                                       float v) {
   WindowScale result;
   if (window.near_step > 0) {
-    const float variance = WindowVariance(levels[0], window.Near(), u, v);
+    const float variance = variance_of(0, true, u, v);
     result.near = variance >= window.near_variance;
     if (result.near) result.range_step = RangeStep(window, variance);
   }
   if (result.near) return result;
   float needed = window.level_variance, scale = 1.0f;
   for (; result.level + 1 < num_levels; ++result.level) {
-    const float variance = WindowVariance(levels[result.level], window, u * scale, v * scale);
+    const float variance = variance_of(result.level, false, u * scale, v * scale);
     if (variance >= needed) {
       if (result.level == 0) result.range_step = RangeStep(window, variance);
       break;
@@ -99,6 +100,16 @@ PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, cons
     scale *= 0.5f;
   }
   return result;
+}
+
+// The same, from the levels' images.
+template <class Sampler>
+PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
+                                     float u, float v) {
+  const auto variance = [&](int level, bool is_near, float at_u, float at_v) {
+    return WindowVariance(levels[level], is_near ? window.Near() : window, at_u, at_v);
+  };
+  return SelectWindowScaleBy(variance, num_levels, window, u, v);
 }
 
 // The homography between images that are both reduced by `scale` (level l: 2^-l), from that between the full ones.

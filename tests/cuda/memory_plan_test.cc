@@ -61,8 +61,8 @@ TEST(MemoryPlan, CountsStateAndImages) {
   const RenderedScene scene = TallScene();
   const EstimationInput input = InputOf(scene);
   ASSERT_EQ(input.sources.size(), std::size_t{kNumSources});
-  // Plane 16, cost 4, window level 1.
-  const std::int64_t state = 96 * 160 * (16 + 4 + 1);
+  // Plane 16, cost 4, window level 1, whether it changed 1.
+  const std::int64_t state = 96 * 160 * (16 + 4 + 1 + 1);
   // Five bytes for each pixel of one colour, 128 in a tile of 16 x 16.
   const std::int64_t notes = 6 * 10 * 128 * 5;
   // A byte a pixel on four levels: 96x160, 48x80, 24x40, 12x20.
@@ -96,8 +96,8 @@ TEST(MemoryPlan, TakesTheWholeWhereItFits) {
 
 TEST(MemoryPlan, RefusesWithTheBytesNeededAndAvailable) {
   const RenderedScene scene = TallScene();
-  // Images as above, levels of the windows, notes of a row of tiles, and 16 rows with 23 on each side.
-  const std::int64_t needed = 6 * 20400 + 96 * 160 + 6 * 128 * 5 + 96 * (16 + 2 * 23) * (16 + 4);
+  // Images as above, levels of the windows and whether pixels changed, notes of a row of tiles, and 16 rows with 23 on each side.
+  const std::int64_t needed = 6 * 20400 + 2 * 96 * 160 + 6 * 128 * 5 + 96 * (16 + 2 * 23) * (16 + 4);
   EXPECT_NO_THROW(PlanEstimation(InputOf(scene), needed, TestTask()));
   try {
     PlanEstimation(InputOf(scene), needed - 1, TestTask());

@@ -35,6 +35,7 @@ struct FarIsBetter {
 PlaneMap UpdateOnce(Formulas formulas) {
   PlaneMap planes(kWidth, kHeight);
   CostMap cost(kWidth, kHeight);
+  Array2D<std::uint8_t> changed(kWidth, kHeight);
   Array2D<DepthRange> cells(kWidth / kDepthRangeCell, kHeight / kDepthRangeCell);
   for (int y = 0; y < cells.height() / 2; ++y) {
     for (int x = 0; x < cells.width(); ++x) cells(x, y) = {1, x < cells.width() / 2 ? 4.0f : 40.0f};
@@ -48,7 +49,7 @@ PlaneMap UpdateOnce(Formulas formulas) {
   context.parameters.num_views = 1;
   context.parameters.formulas = formulas;
   const Array2D<DepthRange>& read_only = cells;
-  context.state = {planes.view(), cost.view(), {read_only.view()}};
+  context.state = {planes.view(), cost.view(), changed.view(), {read_only.view()}};
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) InitializePixelState(context, x, y, {{0, 0, -1}, kStartDepth});
   }

@@ -239,7 +239,7 @@ TEST(SimdMatcher, SparseSamplesAgreeWithTheReadableCost) {
   const SimdMatcher simd(scene.input, scene.parameters, scene.relative);
   const ScalarMatcher scalar(scene.input, scene.parameters, scene.relative);
   EXPECT_EQ(simd.NumSamplesPerWindow(Samples::kAll), 121);
-  EXPECT_EQ(simd.NumSamplesPerWindow(Samples::kSparse), 25);
+  EXPECT_EQ(simd.NumSamplesPerWindow(Samples::kSparse), 17);
   int matched = 0, unlike_all = 0;
   for (int y = 0; y < scene.parameters.reference.height; y += 2) {
     for (int x = 0; x < scene.parameters.reference.width; x += 5) {
@@ -266,7 +266,7 @@ TEST(SimdMatcher, SparseSamplesAgreeWithTheReadableCost) {
 TEST(SimdMatcher, LargestWindowFitsThePatch) {
   const SimdWindow window(MatchingWindow{32, 1});
   EXPECT_EQ(window.NumSamples(Samples::kAll), 65 * 65);
-  EXPECT_EQ(window.NumSamples(Samples::kSparse), 33 * 33);
+  EXPECT_EQ(window.NumSamples(Samples::kSparse), 17);
   for (int n = 1; n <= 32; ++n) {
     EXPECT_LE(SimdWindow(MatchingWindow{n, 1}).dx.size(), static_cast<std::size_t>(kMaxSimdSamples)) << n;
   }
@@ -292,7 +292,7 @@ TEST(SimdMatcher, ScoringGoesOnFromRanking) {
     }
   }
   EXPECT_GT(num_read, 1000);
-  EXPECT_EQ(matcher.NumSamplesPerWindow(Samples::kSparse), 25);
+  EXPECT_EQ(matcher.NumSamplesPerWindow(Samples::kSparse), 17);
   EXPECT_EQ(matcher.NumSamplesPerWindow(Samples::kAll), 121);
 }
 
