@@ -32,7 +32,7 @@ ViewSampler::ViewSampler(const std::vector<SceneView>& views, const std::vector<
     : views_(views),
       centers_(centers),
       options_(options),
-      scale_(options.rules.Scale(Rule::kCameraEvidence)),
+      scale_(options.rules.Scale(Rule::kWeakViews)),
       reference_(reference) {}
 
 // False when the point is behind one of the cameras, or when `inside` asks for it and the source's image misses it.
@@ -81,7 +81,7 @@ std::vector<ViewSample> ViewSampler::FromPoints(const SparseScene& scene,
 }
 
 std::vector<Eigen::Vector3d> ViewSampler::FrustumPoints(double depth_min, double depth_max) const {
-  constexpr Rule kRule = Rule::kCameraEvidence;
+  constexpr Rule kRule = Rule::kWeakViews;
   const int num_columns = options_.rules.Count(kRule, 8), num_rows = options_.rules.Count(kRule, 6),
             num_depths = options_.rules.Count(kRule, 6);
   const Camera& camera = views_[reference_].camera;
@@ -108,7 +108,7 @@ std::vector<int> ViewSampler::NearbyCameras() const {
     order.emplace_back((centers_[view] - centers_[reference_]).squaredNorm(), views_[view].image_id, view);
   }
   const std::size_t count =
-      std::min<std::size_t>(order.size(), options_.rules.Count(Rule::kCameraEvidence, kMostNearbyCameras));
+      std::min<std::size_t>(order.size(), options_.rules.Count(Rule::kWeakViews, kMostNearbyCameras));
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end());
   std::vector<int> nearby;
   for (std::size_t i = 0; i < count; ++i) nearby.push_back(std::get<2>(order[i]));

@@ -160,8 +160,6 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
   const Rules& rules = options_.rules;
   const int wanted = rules.IsOn(Rule::kWeakViews) ? rules.Count(Rule::kWeakViews, kFewestViews) : 0;
   const std::size_t fewest = std::min<std::size_t>(size, wanted);
-  const std::size_t fewest_of_cameras =
-      rules.IsOn(Rule::kCameraEvidence) ? std::max<std::size_t>(fewest, 1) : 0;
   const float scale = rules.Scale(Rule::kViewCoverage);
   std::vector<SourceView> selected;
   ViewCoverage coverage(samples, image_ids_, scale);
@@ -172,7 +170,7 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
     selected.resize(std::min(selected.size(), size));
   }
   Cover(evidence, kOnePlace * bound, bound, /*from_points=*/true, fewest, &coverage, &selected);
-  if (selected.size() >= fewest_of_cameras) return selected;
+  if (!rules.IsOn(Rule::kWeakViews) || selected.size() >= std::max<std::size_t>(fewest, 1)) return selected;
 
   const DepthRange range = DepthRangeWithoutOwnPoints(views_, scene_, reference);
   samples = sampler.FromFrustum(range.min, range.max);

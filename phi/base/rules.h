@@ -20,7 +20,6 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
 // Identifier, name, first stage, settings; the order is that of rules.md.
 #define PHI_RULES(X)                                                \
   X(kViewCoverage, "view_coverage", kSourceViews, kOffAndScale)     \
-  X(kCameraEvidence, "camera_evidence", kSourceViews, kOffAndScale) \
   X(kWeakViews, "weak_views", kSourceViews, kOffAndScale)           \
   X(kSampleWeights, "sample_weights", kEstimation, kOffAndScale)    \
   X(kNarrowWindows, "narrow_windows", kEstimation, kOffAndScale)    \

@@ -27,7 +27,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 const std::set<std::string> kTestedElsewhere = {
-    "view_coverage",  "camera_evidence", "weak_views",  // view_selection_test.cc
+    "view_coverage",  "weak_views",  // view_selection_test.cc
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "overexposed",     // region_planes_test.cc
     "spot_brightness", "sky",  // plane_choice_test.cc

@@ -299,7 +299,7 @@ TEST(ViewSelection, WithoutPointsTheCamerasDecide) {
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 9u), 0);
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 2u), 1);  // the neighbour
   ViewSelectionOptions options;
-  options.rules.Set(Rule::kCameraEvidence, 0);
+  options.rules.Set(Rule::kWeakViews, 0);
   EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 4).empty());
 }
 
