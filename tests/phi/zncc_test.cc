@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "phi/matching/cost_aggregation.h"
@@ -73,6 +74,14 @@ TEST(CostAggregation, HarmonicMeanIgnoresViewsThatDoNotSeeTheWindow) {
   EXPECT_FLOAT_EQ(HarmonicMeanCost(costs, 3), 2 / (2.0f + 4.0f));
   const float none[] = {kMaxCost, kMaxCost};
   EXPECT_EQ(HarmonicMeanCost(none, 2), kMaxCost);
+}
+
+// On both sides of the centre, and inside the window whatever its size.
+TEST(SparseSamples, LieNearTheCentreAndNearTheRim) {
+  const auto rows = [](int n) { return std::array{SparseOffset(0, n), SparseOffset(1, n), SparseOffset(2, n), SparseOffset(3, n)}; };
+  EXPECT_EQ(rows(5), (std::array{-4, -1, 1, 4}));
+  EXPECT_EQ(rows(kMinSideForSparse), (std::array{-3, -1, 1, 3}));
+  EXPECT_EQ(rows(32), (std::array{-26, -6, 6, 26}));
 }
 
 }  // namespace
