@@ -3,8 +3,6 @@
 #include <bit>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 #include "phi/matching/pyramid.h"
 
 namespace phi {
@@ -39,14 +37,10 @@ Array2D<WindowScale> SimdMatcher::SelectScales() const {
     LoadSimdPatch(levels_[level].reference, is_near ? near_window_ : window_, matching_window_.weight_decay, u, v, &patch);
     return patch.all.variance;
   };
-  const int width = levels_[0].reference.width(), height = levels_[0].reference.height();
-  Array2D<WindowScale> scales(width, height);
-  tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      scales(x, y) = SelectWindowScaleBy(variance, static_cast<int>(levels_.size()), matching_window_, x + 0.5f, y + 0.5f);
-    }
+  const PackedImage& reference = levels_[0].reference;
+  return ScalesOfPixels(reference.width(), reference.height(), [&](float u, float v) {
+    return SelectWindowScaleBy(variance, static_cast<int>(levels_.size()), matching_window_, u, v);
   });
-  return scales;
 }
 
 void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h,

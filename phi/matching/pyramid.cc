@@ -33,13 +33,9 @@ Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vecto
   std::vector<GraySampler> samplers = {{image.view()}};
   for (const GrayImage& level : coarser) samplers.push_back({level.view()});
   const int num_levels = static_cast<int>(samplers.size());
-  Array2D<WindowScale> scales(image.width(), image.height());
-  tbb::parallel_for(0, image.height(), [&](int y) {
-    for (int x = 0; x < image.width(); ++x) {
-      scales(x, y) = SelectWindowScale(samplers.data(), num_levels, window, x + 0.5f, y + 0.5f);
-    }
+  return ScalesOfPixels(image.width(), image.height(), [&](float u, float v) {
+    return SelectWindowScale(samplers.data(), num_levels, window, u, v);
   });
-  return scales;
 }
 
 RelativeView ScaleView(RelativeView view, float scale) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <tbb/parallel_for.h>
+
 #include "phi/base/images.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/matching/window_level.h"
@@ -15,6 +17,16 @@ GrayImage HalveImage(const GrayImage& image);
 
 // Levels 1 to num_levels - 1 of `image`.
 std::vector<GrayImage> BuildPyramid(const GrayImage& image, int num_levels);
+
+// select(u, v) of each pixel's centre, K's coordinates.
+template <class Select>
+Array2D<WindowScale> ScalesOfPixels(int width, int height, const Select& select) {
+  Array2D<WindowScale> scales(width, height);
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) scales(x, y) = select(x + 0.5f, y + 0.5f);
+  });
+  return scales;
+}
 
 // The scale of each pixel's window (see window_level.h). `coarser`: BuildPyramid(image, ...).
 Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vector<GrayImage>& coarser,
