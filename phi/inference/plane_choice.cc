@@ -20,7 +20,7 @@ constexpr std::size_t kFewRefitted = 6;
 
 // What a view's region says of a plane.
 struct Verdict {
-  double score = 0;   // from -1 to 1
+  double score = 0;   // of one view from -1 to 1
   double num_on = 0;  // cells
 };
 
@@ -170,21 +170,18 @@ class PlaneChoice {
     return verdict;
   }
 
+  // Each view is a witness like the image itself, by the share of the spots that its regions show.
   Verdict JudgeOfSources(const ImagePlane& plane) const {
     Verdict sum;
-    int num_views = 0;
     for (const SourceRegions& source : region_.sources) {
       ImagePlane there;
       if (!source.ToSource(plane, &there)) continue;
-      const auto overlaps = source.OverlapsUnder(plane, region_.spots);
-      for (const auto& [region, share] : overlaps) {
+      for (const auto& [region, share] : source.OverlapsUnder(plane, region_.spots)) {
         const Verdict verdict = Judge(there, source.regions()[static_cast<std::size_t>(region)].cells);
         sum.score += share * verdict.score;
         sum.num_on += share * verdict.num_on;
       }
-      num_views += !overlaps.empty();
     }
-    if (num_views > 0) sum.score /= num_views;
     return sum;
   }
 

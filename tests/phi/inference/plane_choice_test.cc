@@ -103,10 +103,12 @@ struct SeenAgain {
   std::vector<SourceRegions> sources;
   std::vector<Spot> spots;
 
-  explicit SeenAgain(bool tells_plane = true) {
+  // `columns`: of its spots that are the region's.
+  explicit SeenAgain(bool tells_plane = true, int columns = 27) {
     const SpotGrid grid(160, 120);
     ViewRegions regions;
-    regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
+    regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+    for (int row = 0; row < grid.rows; ++row) std::fill_n(&regions.label(0, row), columns, 0);
     SpotBox whole;
     whole.AddCell(0, 0, grid.step);
     whole.AddCell(grid.columns - 1, grid.rows - 1, grid.step);
@@ -129,6 +131,19 @@ TEST(PlaneChoice, APlaneOfAnotherViewsRegionIsTakenWhereBothTogetherLikeItBetter
   EXPECT_NEAR(chosen.a, kWall.a, 1e-6);
   EXPECT_NEAR(chosen.b, kWall.b, 1e-9);
   EXPECT_TRUE(chosen.IsThere()) << "it reaches around the other view's cells";
+}
+
+// The region's cells are the shelf's. Each view shows 8 of its 25 spots, as part of the wall: what two views say together, not
+// on average, outweighs the cells. The shelf's 1 - 0.32 against the wall's 0.32, then 1 - 0.64 against 0.64.
+TEST(PlaneChoice, EachViewIsAWitness) {
+  SeenAgain scene(true, 8);
+  const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 100, 100, 120);
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  const auto choose = [&] { return ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits).planes[0]; };
+  EXPECT_NEAR(choose().a, kShelf.a, 1e-6);
+  scene.sources.push_back(scene.sources[0]);
+  EXPECT_NEAR(choose().a, kWall.a, 1e-6);
 }
 
 // Both views' cells lie on the wall; the region's own plane goes past them by 0.2 %, within their tolerance.
