@@ -34,7 +34,7 @@ __global__ void __launch_bounds__(kThreads)
   unsigned offered = 0;
   if (pixels.IsMine()) {
     const PixelPosition pixel = pixels.Mine();
-    const Candidates candidates = GatherCandidates(p, launch.state, pixel.x, pixel.y, iteration);
+    const Candidates candidates = GatherCandidates(context, pixel.x, pixel.y, iteration);
     offered = candidates.offered;
 #pragma unroll
     for (int k = 0; k < kNumRegions; ++k) {

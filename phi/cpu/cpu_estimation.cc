@@ -10,6 +10,7 @@
 
 #include "phi/base/cancellation.h"
 #include "phi/cpu/estimation_work.h"
+#include "phi/cpu/region_bests.h"
 #include "phi/cpu/simd_matcher.h"
 #include "phi/initialization.h"
 #include "phi/matching/coarse_hypothesis.h"
@@ -24,7 +25,7 @@ namespace {
 
 using Matcher = SimdMatcher;
 
-// The view policy of estimate_pixel.h. Each row has a copy, which counts alone.
+// The view policy of estimate_pixel.h. Each row has a copy, which counts alone and knows the row's regions.
 struct CpuContext {
   using Patch = Matcher::Patch;
   using Ranked = Matcher::Ranked;
@@ -35,7 +36,9 @@ struct CpuContext {
   const std::vector<RelativeView>& views;
   std::span<const ArrayView2D<const float>> source_depths;  // empty: no guidance
   mutable EstimationCounts counts = {};
+  RegionBests bests = {};
 
+  bool BestInRegion(int x, int, int region, PixelOffset* best) const { return bests.BestInRegion(x, region, best); }
   Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
     float costs[kMaxSourceViews];
@@ -95,6 +98,7 @@ PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& star
 
 void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
+  const EstimationState& state = context.state;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
     const CpuContext of_row = context;
@@ -106,8 +110,10 @@ void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   for (int iteration = p.first_iteration; iteration < p.end_iteration; ++iteration) {
     for (int colour = 0; colour < 2; ++colour) {
       ForEachRow(height, [&](int y) {
-        const CpuContext of_row = context;
-        for (int x = (y + colour) & 1; x < width; x += 2) UpdatePixel(of_row, x, y, iteration);
+        CpuContext of_row = context;
+        const int first_x = (y + colour) & 1;
+        of_row.bests.Find(state.cost, first_x, y);
+        for (int x = first_x; x < width; x += 2) UpdatePixel(of_row, x, y, iteration);
         work->RowDone(width, EstimationWork::kHalfPassHypotheses, of_row.counts);
       });
     }

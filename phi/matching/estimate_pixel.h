@@ -3,6 +3,7 @@
 // `Context` is the view policy of a backend. It provides
 //   parameters                     EstimationParameters
 //   state                          EstimationState
+//   BestInRegion(x, y, region, &offset)   propagation.h's, over the state's costs
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
 //   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views, geometric guidance included
 //   Ranked, Rank(patch, x, y, h, &ranked), Score(patch, x, y, h, &ranked)   for UpdateByRanking alone: the same by sparse samples, and
@@ -131,7 +132,10 @@ struct Candidates {
   PlaneHypothesis planes[kNumRegions];
 };
 
-PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const EstimationState& state, int x, int y, int iteration) {
+template <class Context>
+PHI_HD Candidates GatherCandidates(const Context& context, int x, int y, int iteration) {
+  const EstimationParameters& p = context.parameters;
+  const EstimationState& state = context.state;
   const bool is_first = iteration == p.first_iteration;  // nothing was a candidate before
   Candidates candidates;
   PlaneHypothesis met[kNumRegions + 1];
@@ -139,7 +143,7 @@ PHI_HD Candidates GatherCandidates(const EstimationParameters& p, const Estimati
   int num_met = 1;
   for (int region = 0; region < kNumRegions; ++region) {
     PixelOffset offset;
-    if (!BestInRegion(state.cost, x, y, region, &offset)) continue;
+    if (!context.BestInRegion(x, y, region, &offset)) continue;
     if (!is_first && state.changed(x + offset.dx, y + offset.dy) == 0) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
@@ -203,7 +207,7 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
   const EstimationState& state = context.state;
   const auto patch = context.LoadPatch(x, y);
 
-  const Candidates candidates = GatherCandidates(p, state, x, y, iteration);
+  const Candidates candidates = GatherCandidates(context, x, y, iteration);
   float ranks[kNumRegions];
   typename Context::Ranked ranked[kNumRegions];
   for (int k = 0; k < kNumRegions; ++k) {
@@ -249,7 +253,7 @@ PHI_HD void UpdateByAllSamples(const Context& context, int x, int y, int iterati
   const auto patch = context.LoadPatch(x, y);
 
   ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
-  const Candidates candidates = GatherCandidates(p, state, x, y, iteration);
+  const Candidates candidates = GatherCandidates(context, x, y, iteration);
   for (int k = 0; k < kNumRegions; ++k) {
     if ((candidates.offered >> k & 1u) == 0) continue;
     const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);

@@ -31,6 +31,7 @@ struct CountingContext {
   World* world;
   bool knows_truth = false;
 
+  bool BestInRegion(int x, int y, int region, PixelOffset* best) const { return phi::BestInRegion(state.cost, x, y, region, best); }
   int LoadPatch(int, int) const { return 0; }
   float Cost(int, int x, int y, const PlaneHypothesis& h, Samples) const {
     ++world->num_costs(x, y);

@@ -1,0 +1,36 @@
+#include "phi/cpu/region_bests.h"
+
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace phi {
+namespace {
+
+// Few levels, so that many samples tie; images that are narrower than a region reaches, and odd ones.
+TEST(RegionBests, AreThoseOfEachPixelByItself) {
+  for (const auto& [width, height] : {std::pair{61, 40}, std::pair{60, 33}, std::pair{9, 7}, std::pair{1, 3}}) {
+    Array2D<float> cost(width, height);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) cost(x, y) = 0.1f * static_cast<float>((x * x * 7 + y * 13 + x * y * 5) % 11);
+    }
+    RegionBests bests;  // one for all rows, of one width and another
+    for (int y = 0; y < height; ++y) {
+      for (const int first_x : {0, 1}) {
+        bests.Find(std::as_const(cost).view(), first_x, y);
+        for (int x = first_x; x < width; x += 2) {
+          for (int region = 0; region < kNumRegions; ++region) {
+            PixelOffset expected, found;
+            const bool is_there = BestInRegion(std::as_const(cost).view(), x, y, region, &expected);
+            ASSERT_EQ(bests.BestInRegion(x, region, &found), is_there) << x << ", " << y << ", region " << region;
+            if (!is_there) continue;
+            EXPECT_EQ(std::pair(found.dx, found.dy), std::pair(expected.dx, expected.dy)) << x << ", " << y << ", region " << region;
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phi
