@@ -27,7 +27,7 @@ struct LevelShare {
 };
 using Schedule = std::array<LevelShare, 3>;
 constexpr Schedule kStandardSchedule = {{{2, 0, 6}, {1, 4, 8}, {0, 4, 8}}};
-constexpr Schedule kFastSchedule = {{{2, 0, 5}, {1, 4, 7}, {0, 6, 8}}};
+constexpr Schedule kFastSchedule = {{{2, 0, 5}, {1, 4, 7}, {0, 7, 8}}};
 
 // So many times as many iterations; the coarsest level's stay the first ones, the others' the last ones.
 LevelShare Scaled(LevelShare share, const Rules& rules) {
