@@ -81,12 +81,10 @@ __global__ void __launch_bounds__(kThreads)
   if (pixels.IsMine()) {
     const PixelPosition pixel = pixels.Mine();
     const HalfPassNote note = NoteOf(launch, threadIdx.x);
-    launch.state.changed(pixel.x, pixel.y) = 0;
+    ScoredHypothesis best;
+    best.cost = launch.state.cost(pixel.x, pixel.y);
     if (note.HasFinalist(0)) {
       const auto patch = context.LoadPatch(pixel.x, pixel.y);
-      PlaneHypothesis best;
-      float lowest = launch.state.cost(pixel.x, pixel.y);
-      bool is_better = false;
 #pragma unroll 1
       for (int i = 0; i < kNumFinalists; ++i) {
         if (!note.HasFinalist(i)) break;
@@ -95,13 +93,10 @@ __global__ void __launch_bounds__(kThreads)
         MoveHypothesis(launch.parameters, launch.state.plane(pixel.x + offset.dx, pixel.y + offset.dy), offset, pixel.x,
                        pixel.y, &moved);
         const float cost = context.Cost(patch, pixel.x, pixel.y, moved);
-        if (!(cost < lowest)) continue;
-        best = moved;
-        lowest = cost;
-        is_better = true;
+        if (cost < best.cost) best = {moved, cost};
       }
-      if (is_better) WriteState(launch.state, pixel.x, pixel.y, best, lowest);
     }
+    WriteBetter(launch.state, pixel.x, pixel.y, best);
   }
   context.CountSamples();
 }

@@ -3,28 +3,9 @@
 #include <bit>
 #include <utility>
 
-#include "phi/matching/cost_aggregation.h"
 #include "phi/matching/pyramid.h"
 
 namespace phi {
-namespace {
-
-constexpr std::uint32_t kAllViews = ~0u;
-// A view's say in Eq. 5 is the inverse of its cost. With less than this share of the views' mean it hardly moves theirs.
-constexpr float kMinSay = 0.7f;
-
-// Bit j: view j. One of which the cost is not known (kMaxCost) counts among them.
-std::uint32_t ViewsWithSay(const float* costs, int num_views) {
-  const float highest = HarmonicMeanCost(costs, num_views) / kMinSay;
-  std::uint32_t views = kAllViews;
-  for (int j = 0; j < num_views; ++j) {
-    if (costs[j] > highest && costs[j] < kMaxCost) views &= ~(1u << j);
-  }
-  return views;
-}
-
-}  // namespace
-
 SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameters& parameters,
                          const std::vector<RelativeView>& views)
     : rays_(parameters.reference),
@@ -63,44 +44,31 @@ Array2D<WindowScale> SimdMatcher::SelectScales() const {
 }
 
 void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h,
-                      std::uint32_t views, Ranked* ranked) const {
+                      Ranked* ranked) const {
   const float u = x + 0.5f, v = y + 0.5f;
   const auto step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
   const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, u / step, v / step, plane, views, ranked);
+  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, u / step, v / step, plane, ranked);
 }
 
 int SimdMatcher::Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
   ranked->inside = 0;
-  if (patch.samples.sparse.textured || patch.samples.all.textured) Sum(SumSparseSamples, patch, x, y, h, kAllViews, ranked);
+  if (patch.samples.sparse.textured || patch.samples.all.textured) Sum(SumSparseSamples, patch, x, y, h, ranked);
   CostsOfSums(patch.samples.sparse, *ranked, levels_[patch.scale.level].sources.num, costs);
   return std::popcount(ranked->inside);
 }
 
 int SimdMatcher::Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
-  const int num_views = levels_[patch.scale.level].sources.num;
-  float sparse[kMaxSourceViews];
-  CostsOfSums(patch.samples.sparse, *ranked, num_views, sparse);
-  const std::uint32_t views = ViewsWithSay(sparse, num_views);
-  const int num_read = ScoreIn(views, patch, x, y, h, ranked, costs);
-  for (int j = 0; j < num_views; ++j) {
-    if ((views >> j & 1u) == 0) costs[j] = sparse[j];
-  }
-  return num_read;
+  if (patch.samples.all.textured) Sum(AddOtherSamples, patch, x, y, h, ranked);
+  CostsOfSums(patch.samples.all, *ranked, levels_[patch.scale.level].sources.num, costs);
+  return patch.samples.all.textured ? std::popcount(ranked->inside) : 0;
 }
 
 int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const {
   Ranked ranked;
   const int num_read = Rank(patch, x, y, h, &ranked, costs);
-  return samples == Samples::kAll ? ScoreIn(kAllViews, patch, x, y, h, &ranked, costs) : num_read;
-}
-
-int SimdMatcher::ScoreIn(std::uint32_t views, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked,
-                         float* costs) const {
-  if (patch.samples.all.textured) Sum(AddOtherSamples, patch, x, y, h, views, ranked);
-  CostsOfSums(patch.samples.all, *ranked, levels_[patch.scale.level].sources.num, costs);
-  return patch.samples.all.textured ? std::popcount(ranked->inside & views) : 0;
+  return samples == Samples::kAll ? Score(patch, x, y, h, &ranked, costs) : num_read;
 }
 
 }  // namespace phi

@@ -1,7 +1,6 @@
 // The view policy's matcher (see estimate_pixel.h) over the vectorised cost; scalar_matcher.h is the readable one.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "phi/backend.h"
@@ -38,11 +37,10 @@ class SimdMatcher {
   }
 
   // The cost of each source view by sparse samples; Score then gives that of all samples for the same hypothesis, and reads the others
-  // alone, and not in views that have little say in Eq. 5 (kMinSay): these keep the cost of the sparse ones. Each returns how many
-  // windows it read.
+  // alone. Each returns how many windows it read.
   int Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
   int Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
-  // The cost of each source view, of these samples in all of them. Returns how many windows it read.
+  // The cost of each source view. Returns how many windows it read.
   int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const;
 
   int NumSamplesPerWindow(Samples samples) const { return window_.NumSamples(samples); }
@@ -57,10 +55,7 @@ class SimdMatcher {
   Array2D<WindowScale> SelectScales() const;
   const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
   // `sum`: SumSparseSamples or AddOtherSamples.
-  void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, std::uint32_t views,
-           Ranked* ranked) const;
-  // Of all samples, in these views, after ranking. Returns how many windows it read.
-  int ScoreIn(std::uint32_t views, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
+  void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;
 
   RayModel rays_;
   MatchingWindow matching_window_;

@@ -293,7 +293,7 @@ HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, 
 
 template <bool kAdds>
 HWY_INLINE void SumSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                           const PlaneAtPixel& plane, int begin, int end, std::uint32_t views, SimdSums* sums) {
+                           const PlaneAtPixel& plane, int begin, int end, SimdSums* sums) {
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
   LocalWarps warps;
   sums->inside = 0;
@@ -301,20 +301,20 @@ HWY_INLINE void SumSamples(const SimdWindow& window, const SimdSources& sources,
     const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
       if ((inside >> (j - first) & 1u) == 0) continue;
+      SumWindow<kAdds>(window, sources, j, patch, warps, begin, end, sums);
       sums->inside |= 1u << j;
-      if ((views >> j & 1u) != 0) SumWindow<kAdds>(window, sources, j, patch, warps, begin, end, sums);
     }
   }
 }
 
 void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-               const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums) {
-  SumSamples<false>(window, sources, patch, u, v, plane, 0, window.end_of_sparse, views, sums);
+               const PlaneAtPixel& plane, SimdSums* sums) {
+  SumSamples<false>(window, sources, patch, u, v, plane, 0, window.end_of_sparse, sums);
 }
 
 void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-               const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums) {
-  SumSamples<true>(window, sources, patch, u, v, plane, window.end_of_sparse, static_cast<int>(window.dx.size()), views, sums);
+               const PlaneAtPixel& plane, SimdSums* sums) {
+  SumSamples<true>(window, sources, patch, u, v, plane, window.end_of_sparse, static_cast<int>(window.dx.size()), sums);
 }
 
 std::string TargetName() { return hwy::TargetName(HWY_TARGET); }
@@ -379,13 +379,13 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
 }
 
 void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                      const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums) {
-  HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, u, v, plane, views, sums);
+                      const PlaneAtPixel& plane, SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, u, v, plane, sums);
 }
 
 void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                     const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums) {
-  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, u, v, plane, views, sums);
+                     const PlaneAtPixel& plane, SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, u, v, plane, sums);
 }
 
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs) {

@@ -76,12 +76,12 @@ struct PlaneAtPixel {
 // (u, v): the window's centre in the reference, K's coordinates. weight_decay: as MatchingWindow's.
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
                    float v, SimdPatch* patch);
-// Sums over the sparse samples alone, in the source views of `views` (bit j: view j).
+// Sums over the sparse samples alone.
 void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                      const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums);
-// The same plane's sums over all samples, from those over the sparse ones. The sums of other views stay.
+                      const PlaneAtPixel& plane, SimdSums* sums);
+// The same plane's sums over all samples, from those over the sparse ones.
 void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                     const PlaneAtPixel& plane, std::uint32_t views, SimdSums* sums);
+                     const PlaneAtPixel& plane, SimdSums* sums);
 // The cost in each source view (Eq. 4) of what was summed.
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs);
 
