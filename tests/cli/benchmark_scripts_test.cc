@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "colmap_ext/evaluation/ply_rows.h"
@@ -361,6 +362,17 @@ TEST_F(Benchmark, AblationRunsEachRuleOffAndScaledAndGoesOn) {
 
   ASSERT_EQ(Script("ablation", words).exit_code, 0);
   EXPECT_EQ(Calls("stereo_fusion"), 24u) << "nothing runs twice";
+
+  // A set that lacks a seed counts as a whole one: the number of runs tells.
+  auto results = nlohmann::json::parse(ReadBytes(folder_ / "rules/results.json"));
+  results["rows"]["judge"]["own_texture=0"]["tiny"].erase("1");
+  std::ofstream(folder_ / "rules/results.json") << results;
+  ASSERT_EQ(Script("ablation", no_time).exit_code, 0);
+  const auto partly = nlohmann::json::parse(ReadBytes(folder_ / "rules/rules.json"))["rows"];
+  EXPECT_EQ(partly[0]["sets"], 2);
+  EXPECT_EQ(partly[0]["seeds"], 2);
+  EXPECT_EQ(partly[0]["runs"], 3);
+  EXPECT_EQ(partly[1]["runs"], 4);
 }
 
 }  // namespace
