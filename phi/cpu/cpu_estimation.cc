@@ -98,7 +98,6 @@ PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& star
 
 void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
-  const EstimationState& state = context.state;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
     const CpuContext of_row = context;
@@ -112,7 +111,7 @@ void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
       ForEachRow(height, [&](int y) {
         CpuContext of_row = context;
         const int first_x = (y + colour) & 1;
-        of_row.bests.Find(state.cost, first_x, y);
+        of_row.bests.Find(context.state.cost, first_x, y);
         for (int x = first_x; x < width; x += 2) UpdatePixel(of_row, x, y, iteration);
         work->RowDone(width, EstimationWork::kHalfPassHypotheses, of_row.counts);
       });

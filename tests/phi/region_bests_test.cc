@@ -14,7 +14,7 @@ TEST(RegionBests, AreThoseOfEachPixelByItself) {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) cost(x, y) = 0.1f * static_cast<float>((x * x * 7 + y * 13 + x * y * 5) % 11);
     }
-    RegionBests bests;  // one for all rows, of one width and another
+    RegionBests bests;  // one for all rows, whose numbers of pixels differ
     for (int y = 0; y < height; ++y) {
       for (const int first_x : {0, 1}) {
         bests.Find(std::as_const(cost).view(), first_x, y);
