@@ -45,7 +45,7 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
   handles.textures.push_back(device->images.Get(input.reference.image, stream));
   launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
-  const std::size_t num_sources = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
+  const std::size_t num_sources = input.NumMatched();
   for (std::size_t j = 0; j < num_sources; ++j) {
     const ViewImage& source = input.sources[j];
     handles.textures.push_back(device->images.Get(source.image, stream));

@@ -1,6 +1,7 @@
 #include "cuda/memory_plan.h"
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "cuda/estimation_kernels.h"
@@ -13,7 +14,7 @@ namespace {
 // The cache frees an image or map that is no longer used after it has uploaded the next one.
 constexpr int kInTransit = 1;
 
-std::int64_t ImageBytes(const ViewImage& reference, const std::vector<ViewImage>& sources) {
+std::int64_t ImageBytes(const ViewImage& reference, std::span<const ViewImage> sources) {
   const auto bytes = [](const ViewImage& view) {
     return static_cast<std::int64_t>(GrayPyramid::Bytes(view.image->width(), view.image->height()));
   };
@@ -110,13 +111,15 @@ std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, con
   const std::int64_t width = input.measured->width(), height = input.measured->height();
   const std::int64_t nodes =
       ((width + kFieldStride - 1) / kFieldStride) * ((height + kFieldStride - 1) / kFieldStride);
+  const std::size_t num_matched = input.NumMatched();
   std::int64_t depth_bytes = 0;
-  for (const auto& depths : input.source_depths) {
+  for (std::size_t j = 0; j < std::min(num_matched, input.source_depths.size()); ++j) {
+    const auto& depths = input.source_depths[j];
     if (depths != nullptr) depth_bytes += static_cast<std::int64_t>(depths->bytes());
   }
   const std::int64_t bytes = depth_bytes + width * height * InferenceScratch::kPixelBytes +
                              nodes * InferenceScratch::kNodeBytes +
-                             ImageBytes(input.reference, input.sources);
+                             ImageBytes(input.reference, std::span(input.sources).first(num_matched));
   if (bytes > budget) ThrowTooLittleMemory(bytes, budget, task);
   return bytes;
 }

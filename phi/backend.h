@@ -5,6 +5,8 @@
 // view. Errors are phi::Error.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -12,6 +14,7 @@
 #include <vector>
 
 #include "phi/base/images.h"
+#include "phi/matching/cost_aggregation.h"
 #include "phi/options.h"
 #include "phi/scene_view.h"
 
@@ -71,7 +74,10 @@ struct InferenceInput {
   ViewImage reference;
   std::vector<ViewImage> sources;
   std::shared_ptr<const MeasurementMap> measured;  // after the first filter
-  // Of the sources, which tell free space: empty, or parallel to sources; null where there are none.
+  // Hypotheses are matched in the first so many sources at most, and these tell free space. The others are witnesses of the
+  // regions' planes alone: that is work of the host, and takes no memory of a device.
+  int max_matched = kMaxSourceViews;
+  // Of the sources: empty, or parallel to sources; null where there are none.
   std::vector<std::shared_ptr<const MeasuredDepths>> source_depths;
   // Of the sources, which have a say in the planes of the reference's regions (FindViewRegions): empty, or parallel to sources;
   // null where there are none.
@@ -82,6 +88,8 @@ struct InferenceInput {
   // Of the reference's image, its mask cut out (FindRegions). Null: the backend finds them.
   std::shared_ptr<const ImageRegions> regions;
   bool keeps_measured = false;  // another program measured: holes are filled, and no measured pixel is made one
+
+  std::size_t NumMatched() const { return std::min(sources.size(), static_cast<std::size_t>(max_matched)); }
 };
 
 // Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.

@@ -19,7 +19,11 @@ OptionList ViewSelectionOptions::List() {
       .LessThan(90)
       .NotInKey(kInSources);
   list.Add("PhiStereo.num_source_views", &num_source_views,
-           "Most source images that __auto__ in patch-match.cfg selects")
+           "Most source images that matching compares, of those that __auto__ in patch-match.cfg selects")
+      .Between(1, 32)
+      .NotInKey(kInSources);
+  list.Add("PhiStereo.num_witness_views", &num_witness_views,
+           "Most source images that __auto__ selects to confirm or refute depths; those to match are among them")
       .Between(1, 32)
       .NotInKey(kInSources);
   list.Add("PhiStereo.min_displacement", &min_displacement,

@@ -2,6 +2,7 @@
 // has its meaning here. Check() returns an empty string, or one sentence naming option, value and rule.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -25,12 +26,16 @@ struct Method {
 enum class Quality { kStandard, kFast };
 
 struct ViewSelectionOptions {
-  int num_source_views = 8;
+  int num_source_views = 8;               // that matching compares
+  int num_witness_views = 16;             // that confirm or refute depths: these and more
   double displacement_epsilon = 0.002;    // eps of Eq. 1, relative depth change
   double min_displacement = 0.1;          // t_tau of Eq. 2, pixels at the working resolution
   double min_triangulation_angle = 1;     // degrees
   Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
   Rules rules = {};                       // as StereoOptions::rules
+
+  // What is selected: the views to match, best first, and the witnesses behind them.
+  int NumSelectedViews() const { return std::max(num_source_views, num_witness_views); }
   OptionList List();
   std::string Check() const;
 };

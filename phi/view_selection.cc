@@ -187,7 +187,7 @@ std::vector<std::vector<SourceView>> SelectSourceViews(const std::vector<SceneVi
   const ViewSelector selector(views, scene, options);
   std::vector<std::vector<SourceView>> selected(views.size());
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
-    selected[view] = selector.Select(static_cast<int>(view), options.num_source_views);
+    selected[view] = selector.Select(static_cast<int>(view), options.NumSelectedViews());
   });
   return selected;
 }

@@ -41,7 +41,7 @@ class ViewSelector {
   std::vector<std::uint32_t> image_ids_;
 };
 
-// Select(reference, options.num_source_views) for every view, in parallel.
+// Select(reference, options.NumSelectedViews()) for every view, in parallel.
 std::vector<std::vector<SourceView>> SelectSourceViews(const std::vector<SceneView>& views,
                                                        const SparseScene& scene,
                                                        const ViewSelectionOptions& options);

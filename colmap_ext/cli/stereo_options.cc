@@ -61,6 +61,7 @@ void StereoCommandOptions::RegisterColmapOnly(OptionParser* parser) {
 void StereoCommandOptions::RegisterPreset(OptionParser* parser) {
   parser->AddPaperPreset({{"PhiStereo.formulas", "paper"},
                           {"PhiStereo.num_source_views", "8"},
+                          {"PhiStereo.num_witness_views", "8"},
                           {"PhiStereo.min_displacement", "0.1"},
                           {"PatchMatchStereo.min_triangulation_angle", "0"},
                           {"PatchMatchStereo.window_radius", "7"},  // r_orig; r_now is 5

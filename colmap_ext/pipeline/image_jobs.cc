@@ -96,8 +96,9 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
       (*jobs)[j].sources = RankSources(selector, named, problems[j].reference, num_views);
       ++num_long_lists;
     }
-    const int max_sources = std::min(problems[j].max_automatic_sources, options.num_source_views);
+    const int max_sources = std::min(problems[j].max_automatic_sources, options.NumSelectedViews());
     if (max_sources <= 0) return;
+    (*jobs)[j].max_matched = options.num_source_views;
     for (const phi::SourceView& source : selector.Select(problems[j].reference, max_sources)) {
       (*jobs)[j].sources.push_back(source.view);
     }
@@ -193,11 +194,12 @@ phi::SparseScene MakeSparseScene(const SparseModel& model) {
 
 std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
   std::set<std::pair<int, int>> sizes;
-  std::set<std::size_t> num_sources;
+  std::set<std::size_t> num_sources, num_matched;
   for (const ImageJob& job : jobs) {
     const phi::Pinhole& size = workspace.views()[job.image].camera.pinhole;
     sizes.emplace(size.width, size.height);
-    num_sources.insert(std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews));
+    num_sources.insert(job.sources.size());
+    num_matched.insert(job.NumMatched());
   }
   const auto size_text = [](const std::pair<int, int>& size) {
     return std::to_string(size.first) + "x" + std::to_string(size.second);
@@ -205,9 +207,14 @@ std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>
   std::string text = std::to_string(jobs.size()) + (jobs.size() == 1 ? " image, " : " images, ");
   text += size_text(*sizes.begin());
   if (sizes.size() > 1) text += " to " + size_text(*sizes.rbegin());
-  text += ", " + std::to_string(*num_sources.begin());
-  if (num_sources.size() > 1) return text + " to " + std::to_string(*num_sources.rbegin()) + " source views";
-  return text + " source views each";
+  const auto count_text = [](const std::set<std::size_t>& counts) {
+    std::string range = std::to_string(*counts.begin());
+    if (counts.size() > 1) range += " to " + std::to_string(*counts.rbegin());
+    return range;
+  };
+  text += ", " + count_text(num_matched) + " source views each";
+  if (num_sources != num_matched) text += " (" + count_text(num_sources) + " with witnesses)";
+  return text;
 }
 
 std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
@@ -230,8 +237,11 @@ void AddInputs(const Workspace& workspace, const phi::SparseScene& scene, phi::F
     ImageJob& job = (*jobs)[index];
     ResultKey key;
     key.Add(scene_key).Add(view_keys[job.image]);
-    for (const int source : job.sources) key.Add(view_keys[source]);
+    for (std::size_t i = 0; i < job.NumMatched(); ++i) key.Add(view_keys[job.sources[i]]);
     job.input_key = key.Hex();
+    ResultKey witnesses;
+    for (std::size_t i = job.NumMatched(); i < job.sources.size(); ++i) witnesses.Add(view_keys[job.sources[i]]);
+    job.witness_key = witnesses.Hex();
     std::error_code unreachable;  // one image's fault, as if there were none
     job.file_is_missing = !std::filesystem::exists(workspace.ImagePath(job.image), unreachable);
     job.problem = ProblemOf(workspace, job, formulas);
@@ -255,7 +265,7 @@ std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::Spar
   for (std::size_t i = 0; i < problems.size(); ++i) {
     problems[i].reference = static_cast<int>(i);
     if (i < sources.size()) problems[i].sources = sources[i];
-    problems[i].max_automatic_sources = problems[i].sources.empty() ? options.num_source_views : 0;
+    problems[i].max_automatic_sources = problems[i].sources.empty() ? options.NumSelectedViews() : 0;
   }
   std::vector<ImageJob> jobs = JobsOf(problems);
   SelectSources(workspace, scene, problems, options, &jobs);

@@ -1,6 +1,7 @@
 #include "colmap_ext/pipeline/stage_graph.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "colmap_ext/pipeline/result_key.h"
@@ -12,7 +13,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 12, kFilterRevision = 13, kInferRevision = 28;
+constexpr int kEstimateRevision = 12, kFilterRevision = 14, kInferRevision = 29;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -86,6 +87,18 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
   }
 }
 
+// Of those sources whose maps of the stage before this one reads; -1 where no job makes one.
+std::span<const int> SourceJobsRead(const Stage& stage, const ImageJob& job) {
+  if (!stage.reads_source_maps) return {};
+  const std::span<const int> all(job.source_jobs);
+  return stage.kind == StageKind::kEstimate ? all.first(job.NumMatched()) : all;
+}
+
+bool Reads(const Stage& stage, const ImageJob& reader, int job) {
+  const std::span<const int> read = SourceJobsRead(stage, reader);
+  return std::find(read.begin(), read.end(), job) != read.end();
+}
+
 void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const StagePlan* previous,
                  StagePlan* plan) {
   plan->keys.resize(jobs.size());
@@ -96,8 +109,8 @@ void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const St
     key.Add(stage.result).Add(stage.options).Add(jobs[j].input_key);
     if (previous) key.Add(previous->keys[j]);
     if (stage.reads_source_maps) {
-      for (const int source : jobs[j].source_jobs)
-        key.Add(source < 0 ? std::string() : previous->keys[source]);
+      if (stage.kind != StageKind::kEstimate) key.Add(jobs[j].witness_key);
+      for (const int source : SourceJobsRead(stage, jobs[j])) key.Add(source < 0 ? std::string() : previous->keys[source]);
     }
     plan->keys[j] = std::string(stage.key_prefix) + key.Hex();
   }
@@ -164,8 +177,9 @@ class Planner {
       const int next = stage + 1;
       if (next == static_cast<int>(stages_.size())) return false;
       if (IsMissing(next, job)) return true;
-      return stages_[next].reads_source_maps && std::any_of(readers_[job].begin(), readers_[job].end(),
-                                                            [&](int reader) { return IsMissing(next, reader); });
+      return std::any_of(readers_[job].begin(), readers_[job].end(), [&](int reader) {
+        return Reads(stages_[next], jobs_[reader], job) && IsMissing(next, reader);
+      });
     });
   }
 
@@ -195,11 +209,10 @@ class Planner {
 
 // Marks what the marked jobs read, too.
 void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, std::vector<char>* marked) {
-  if (!stage.reads_source_maps) return;
   const std::vector<char> before = *marked;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     if (before[j] == 0) continue;
-    for (const int source : jobs[j].source_jobs) {
+    for (const int source : SourceJobsRead(stage, jobs[j])) {
       if (source >= 0) (*marked)[source] = 1;
     }
   }
@@ -207,10 +220,9 @@ void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, std::vect
 
 // Marks what reads a marked job's map, too.
 void MarkReaders(const Stage& stage, const std::vector<ImageJob>& jobs, std::vector<char>* marked) {
-  if (!stage.reads_source_maps) return;
   const std::vector<char> before = *marked;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
-    const auto& sources = jobs[j].source_jobs;
+    const std::span<const int> sources = SourceJobsRead(stage, jobs[j]);
     if (std::any_of(sources.begin(), sources.end(), [&](int source) { return source >= 0 && before[source] != 0; }))
       (*marked)[j] = 1;
   }
@@ -234,8 +246,7 @@ std::string ActivityName(StageKind kind) {
 
 std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
   std::vector<int> inputs = {job};
-  if (!stage.reads_source_maps) return inputs;
-  for (const int source : jobs[job].source_jobs) {
+  for (const int source : SourceJobsRead(stage, jobs[job])) {
     if (source >= 0) inputs.push_back(source);
   }
   return inputs;

@@ -2,6 +2,7 @@
 // often the sources'. The plan says which results are still to be made.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "colmap_ext/pipeline/pipeline_options.h"
+#include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
 
@@ -51,12 +53,16 @@ std::string EstimateKind(const PipelineOptions& options);
 // One reference image of patch-match.cfg.
 struct ImageJob {
   int image = 0;                 // index into the workspace's views
-  std::vector<int> sources;      // likewise, best first; matching takes phi::kMaxSourceViews at most
+  std::vector<int> sources;      // likewise, best first: those to match, and behind them those that are witnesses alone
   std::vector<int> source_jobs;  // parallel to sources: index of the job that makes the source's map, or -1
-  std::string input_key;         // hash of cameras, image files and sparse points
+  int max_matched = phi::kMaxSourceViews;
+  std::string input_key;         // hash of cameras, image files and sparse points: of the image and the sources to match
+  std::string witness_key;       // hash of cameras and image files of the others
   bool file_is_missing = false;
   std::string problem;  // not empty: the job cannot run, for this reason
   bool keeps_measured = false;  // its measured map is another program's: inference fills holes alone
+
+  std::size_t NumMatched() const { return std::min(sources.size(), static_cast<std::size_t>(max_matched)); }
 };
 
 // The jobs whose maps of the stage before this one a job reads: its own first.

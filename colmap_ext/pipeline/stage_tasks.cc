@@ -88,7 +88,7 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
                      has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
   input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
   std::vector<int> used;
-  input.sources = ReadSources(job, &used, warnings);
+  input.sources = ReadSources(job, job.NumMatched(), &used, warnings);
   if (input.sources.empty()) {
     throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
   }
@@ -154,8 +154,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
 
 phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
   std::vector<const phi::Camera*> sources;
-  for (const int source : job.sources) sources.push_back(&workspace_.views()[source].camera);
-  sources.resize(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));  // those that matching uses
+  for (std::size_t i = 0; i < job.NumMatched(); ++i) sources.push_back(&workspace_.views()[job.sources[i]].camera);
   return phi::DepthPrecision(workspace_.views()[job.image].camera, sources);
 }
 
@@ -165,7 +164,9 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;
-  input.sources = ReadSources(job, &used, warnings);
+  input.sources = ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, warnings);
+  input.max_matched = static_cast<int>(
+      std::count_if(used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
@@ -207,11 +208,10 @@ phi::ViewImage StageTasks::ReadView(int image) const {
   return {&workspace_.views()[image], store_.Gray(image)};
 }
 
-std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::vector<int>* used,
+std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::size_t num_sources, std::vector<int>* used,
                                                     std::vector<std::string>* warnings) const {
   std::vector<phi::ViewImage> sources;
-  for (std::size_t i = 0; i < job.sources.size(); ++i) {
-    if (sources.size() == static_cast<std::size_t>(phi::kMaxSourceViews)) break;
+  for (std::size_t i = 0; i < num_sources; ++i) {
     try {
       sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));

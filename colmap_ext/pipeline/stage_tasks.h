@@ -48,9 +48,9 @@ class StageTasks {
   void CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
   phi::ViewImage ReadView(int image) const;
-  // The sources whose image can be read; the others become warnings. `used` gets their positions in
-  // job.sources.
-  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::vector<int>* used,
+  // Of the first `num_sources` sources those whose image can be read; the others become warnings. `used` gets their
+  // positions in job.sources.
+  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::size_t num_sources, std::vector<int>* used,
                                           std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
   std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(

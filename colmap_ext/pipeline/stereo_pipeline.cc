@@ -11,7 +11,6 @@
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
-#include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
 namespace {
@@ -168,8 +167,7 @@ void StereoPipeline::LogPlan(const std::vector<StagePlan>& plan) {
   for (const Stage& stage : stages_) weight += stage.weight;
   for (const int job : plan[static_cast<std::size_t>(scope_.first_stage)].pending) {
     const phi::Pinhole& size = workspace_.views()[jobs_[job].image].camera.pinhole;
-    const std::size_t num_views = std::min<std::size_t>(jobs_[job].sources.size(), phi::kMaxSourceViews);
-    work += weight * size.width * size.height * static_cast<double>(num_views);
+    work += weight * size.width * size.height * static_cast<double>(jobs_[job].NumMatched());
   }
   if (speed > 0 && work > 0) text += ", about " + FormatDuration(work / speed);
   phi::LogInfo(text);

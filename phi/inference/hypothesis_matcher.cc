@@ -15,7 +15,7 @@ constexpr int kLanes = 8;  // independent partial sums, so that the compiler may
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
                                      const StereoOptions& stereo, const Method& method)
     : reference_{input.reference.image->view()}, state_(hypotheses.state()) {
-  const std::size_t num_views = std::min<std::size_t>(input.sources.size(), kMaxSourceViews);
+  const std::size_t num_views = input.NumMatched();
   for (std::size_t j = 0; j < num_views; ++j) {
     sources_.push_back({input.sources[j].image->view()});
     views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));

@@ -182,10 +182,10 @@ std::vector<AnchorCell> CellsOf(const std::vector<RegionPoint>& points, float si
   return MakeAnchorCells(places, side, min_points, tolerance);
 }
 
-// Of the reference view, as its sources tell it.
+// Of the reference view, as the sources that it was matched with tell it.
 DepthPrecision PrecisionOf(const InferenceInput& input) {
   std::vector<const Camera*> sources;
-  for (const ViewImage& source : input.sources) sources.push_back(&source.view->camera);
+  for (std::size_t j = 0; j < input.NumMatched(); ++j) sources.push_back(&input.sources[j].view->camera);
   return {input.reference.view->camera, sources};
 }
 

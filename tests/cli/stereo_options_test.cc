@@ -37,6 +37,7 @@ TEST(StereoOptions, ThePaperPresetSetsThePapersValues) {
   EXPECT_EQ(paper.filter.formulas, phi::Formulas::kPaper);
   EXPECT_EQ(paper.inference.formulas, phi::Formulas::kPaper);
   EXPECT_EQ(paper.view_selection.num_source_views, 8);
+  EXPECT_EQ(paper.view_selection.NumSelectedViews(), 8);
   EXPECT_EQ(paper.view_selection.min_displacement, 0.1);
   EXPECT_EQ(paper.view_selection.displacement_epsilon, 0.002);
   EXPECT_EQ(paper.view_selection.min_triangulation_angle, 0);

@@ -71,6 +71,23 @@ TEST(MemoryPlan, CountsStateAndImages) {
   EXPECT_EQ(EstimationBytes(input), state + notes + num_images * image);
 }
 
+// A witness's image and depths stay on the host.
+TEST(MemoryPlan, AnInferenceCountsTheSourcesThatItIsMatchedWith) {
+  const RenderedScene scene = TallScene();
+  InferenceInput input;
+  input.reference = InputOf(scene).reference;
+  input.sources = InputOf(scene).sources;
+  input.measured = std::make_shared<const MeasurementMap>(MeasurementMap{*scene.truth[0], {}});
+  for (std::size_t j = 1; j < scene.views.size(); ++j) {
+    input.source_depths.push_back(std::make_shared<const MeasuredDepths>(MeasuredDepths{DepthsOf(*scene.truth[j]), {}}));
+  }
+  const auto bytes = [&] { return PlanInference(input, std::int64_t{1} << 40, TestTask()); };
+  const std::int64_t of_all = bytes();
+  input.max_matched = 2;
+  const std::int64_t image = 15360 + 3840 + 960 + 240, depths = 96 * 160 * 4;
+  EXPECT_EQ(of_all - bytes(), 2 * (image + depths));
+}
+
 TEST(MemoryPlan, CountsTheCoarseStart) {
   const RenderedScene scene = TallScene();
   const EstimationInput input = InputOf(scene);

@@ -22,7 +22,6 @@
 #include "phi/filtering/confidence.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/geometry/depth_precision.h"
-#include "phi/matching/cost_aggregation.h"
 
 namespace {
 
@@ -66,7 +65,7 @@ class Table {
     for (const int source : job.sources) {
       if (maps_[source] == nullptr) continue;
       input.sources.push_back({&workspace_.views()[source], [map = maps_[source]] { return map; }});
-      if (cameras.size() < phi::kMaxSourceViews) cameras.push_back(&workspace_.views()[source].camera);
+      if (cameras.size() < job.NumMatched()) cameras.push_back(&workspace_.views()[source].camera);
     }
     const phi::DepthPrecision precision(view.camera, cameras);
     const phi::MeasurementMap filtered = phi::FilterOnCpu(input, phi::FilterOptions());

@@ -94,6 +94,32 @@ TEST(StageGraphTest, AShardsKeysAreThoseOfTheWholeRun) {
   }
 }
 
+// Each image's neighbours are matched, and the one two places on is a witness: the guided pass reads the neighbours' maps, the
+// filter all, and what a witness is concerns the filter and those after it alone.
+TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
+  PipelineOptions options;
+  options.num_guided_passes = 1;
+  const std::vector<Stage> stages = BuildStages(options);
+  ASSERT_EQ(stages.size(), 5u);
+  std::vector<ImageJob> jobs = Row();
+  for (int j = 1; j < 8; ++j) {
+    jobs[j].sources.push_back(j + 2);
+    jobs[j].source_jobs.push_back(j + 2);
+    jobs[j].max_matched = 2;
+  }
+  EXPECT_EQ(InputJobs(stages[1], jobs, 4), (std::vector<int>{4, 3, 5}));
+  EXPECT_EQ(InputJobs(stages[2], jobs, 4), (std::vector<int>{4, 3, 5, 6}));
+  PlanScope scope = Only(4);
+  scope.end_stage = 2;
+  EXPECT_EQ(JobsInReach(stages, jobs, scope), (std::vector<int>{2, 3, 4, 5, 6})) << "whoever reads 4's first estimate";
+  const PlanQueries nothing_done = {.is_done = [](int, int, const std::string&) { return false; },
+                                    .has_failed = [](int, int, const std::string&) { return false; }};
+  const std::vector<StagePlan> before = MakePlan(stages, jobs, nothing_done);
+  jobs[4].witness_key = "another camera";
+  const std::vector<StagePlan> after = MakePlan(stages, jobs, nothing_done);
+  for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 2) << s;
+}
+
 // Images beside it in the row have their geometric maps already, and so need its inferred one no more.
 TEST(StageGraphTest, AnIntermediateMapIsWantedByItsReadersOfOtherShards) {
   const std::vector<Stage> stages = BuildStages(PipelineOptions());

@@ -213,6 +213,44 @@ TEST_F(StereoPipelineTest, MatchesInTheBestOfALongListOfSources) {
   for (std::size_t i = 1; i < 39; ++i) EXPECT_EQ(filtered[i].front(), filtered[i - 1].back()) << i;
 }
 
+// The best three of five selected sources are matched, and the other two are witnesses. With other witnesses the estimates stay.
+TEST_F(StereoPipelineTest, WitnessesAreFilteredAndInferredWithAndNotMatched) {
+  TemporaryFolder other;
+  const std::vector<std::string> names = test_support::WriteNoiseWorkspace(other.path(), {.num_images = 12});
+  std::string config;
+  for (const std::string& name : names) config += name + "\n__auto__, 20\n";
+  test_support::WriteBytes(other / "stereo/patch-match.cfg", config);
+  std::mutex mutex;
+  std::map<std::string, std::vector<std::string>> matched, all;
+  calls_.on_estimate = [&](const phi::EstimationInput& input) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (const phi::ViewImage& source : input.sources) matched[input.reference.view->name].push_back(source.view->name);
+  };
+  calls_.on_filter = [&](const phi::FilterInput& input) { EXPECT_THAT(input.sources, SizeIs(5)); };
+  calls_.on_infer = [&](const phi::InferenceInput& input) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (const phi::ViewImage& source : input.sources) all[input.reference.view->name].push_back(source.view->name);
+    EXPECT_EQ(input.NumMatched(), 3u);
+    EXPECT_THAT(input.source_depths, SizeIs(5));
+  };
+  options_.view_selection.num_source_views = 3;
+  options_.view_selection.num_witness_views = 5;
+  EXPECT_TRUE(Run(other.path()).failures.empty());
+  ASSERT_THAT(matched, SizeIs(12));
+  for (const std::string& name : names) {
+    EXPECT_THAT(matched[name], SizeIs(3));
+    ASSERT_THAT(all[name], SizeIs(5));
+    EXPECT_TRUE(std::equal(matched[name].begin(), matched[name].end(), all[name].begin())) << name;
+  }
+  const int num_estimates = calls_.estimates, num_inferences = calls_.inferences;
+  options_.view_selection.num_witness_views = 1;  // those that are matched are witnesses in any case
+  calls_.on_filter = [](const phi::FilterInput& input) { EXPECT_THAT(input.sources, SizeIs(3)); };
+  calls_.on_infer = nullptr;
+  EXPECT_TRUE(Run(other.path()).failures.empty());
+  EXPECT_EQ(calls_.estimates, num_estimates);
+  EXPECT_EQ(calls_.inferences, 2 * num_inferences);
+}
+
 TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
   options_.filter.formulas = phi::Formulas::kPaper;  // no other rule takes pixels away
   Run();

@@ -105,6 +105,16 @@ TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
   }
 }
 
+// A witness has no say in what a hypothesis costs.
+TEST_F(HypothesisMatcherTest, OnlyTheFirstSourcesAreMatched) {
+  input_.max_matched = 1;
+  const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
+  const HypothesisMatcher matcher(input_, hypotheses, StereoOptions(), Formulas::kRobust);
+  for (const auto& [x, y] : {std::pair{20, 15}, {31, 24}, {40, 30}}) {
+    EXPECT_NEAR(Judge(matcher, x, y).cost[0], ExpectedCost(x, y, 0), 2e-4) << x << ", " << y;
+  }
+}
+
 // The window reaches 7 pixels from the centre, and the first source shows it 100 * 0.21 * w = 4 to 5 pixels further left.
 TEST_F(HypothesisMatcherTest, AWindowThatLeavesTheSourceImageHasNoCost) {
   input_.sources.resize(1);
