@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "phi/base/wide_vectors.h"
 #include "phi/geometry/camera.h"
 #include "phi/inference/confirmation.h"
 
@@ -30,6 +31,35 @@ Eigen::Vector3d Times(const Mat3f& m, Vec3f v) {
   return {p.x, p.y, p.z};
 }
 
+// Places of a SpotGrid in one row after the other.
+struct PlaceGrid {
+  float inverse_step;
+  int columns;
+};
+
+// For each spot the place of the source's grid that its point on the plane falls in; -1: none. ProjectInverseDepth, in vectors.
+PHI_WIDE_VECTORS void FindPlaces(const ImagePlane plane, const RelativeView view, const RayModel& source,
+                                 const PlaceGrid grid, std::span<const Spot> spots, std::int32_t* __restrict places) {
+  const float* const a = view.a.m;
+  const Vec3f b = view.b;
+  const auto width = static_cast<float>(source.width), height = static_cast<float>(source.height);
+  const Spot* __restrict const spot = spots.data();
+  const auto num_spots = static_cast<std::ptrdiff_t>(spots.size());
+  for (std::ptrdiff_t i = 0; i < num_spots; ++i) {
+    const auto w = static_cast<float>(plane.a + plane.b * spot[i].x + plane.c * spot[i].y);
+    const float x = static_cast<float>(spot[i].x) + 0.5f, y = static_cast<float>(spot[i].y) + 0.5f;
+    const float pz = a[6] * x + a[7] * y + a[8] + w * b.z;
+    const float u = (a[0] * x + a[1] * y + a[2] + w * b.x) / pz, v = (a[3] * x + a[4] * y + a[5] + w * b.y) / pz;
+    const std::int32_t is_seen = (w > 0) & (pz > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
+    // Of the pixel's middle, so that no rounding takes it to the place before.
+    const auto pixel_u = static_cast<std::int32_t>(std::min(std::max(0.0f, u), width)),
+               pixel_v = static_cast<std::int32_t>(std::min(std::max(0.0f, v), height));
+    const auto column = static_cast<std::int32_t>((static_cast<float>(pixel_u) + 0.5f) * grid.inverse_step),
+               row = static_cast<std::int32_t>((static_cast<float>(pixel_v) + 0.5f) * grid.inverse_step);
+    places[i] = (row * grid.columns + column) | (is_seen - 1);
+  }
+}
+
 }  // namespace
 
 SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source,
@@ -42,6 +72,7 @@ SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const C
       translation_(view_.translation.x, view_.translation.y, view_.translation.z) {
   rotation_ << Times(view_.rotation, {1, 0, 0}), Times(view_.rotation, {0, 1, 0}),
       Times(view_.rotation, {0, 0, 1});
+  for (const std::int32_t label : regions_->label) end_label_ = std::max(end_label_, label + 1);
 }
 
 bool SourceRegions::ToSource(const ImagePlane& plane, ImagePlane* result) const {
@@ -73,30 +104,26 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
   return true;
 }
 
-std::int32_t SourceRegions::RegionUnder(const ImagePlane& plane, const Spot& spot) const {
-  const double w = plane.InverseDepth(spot.x, spot.y);
-  if (!(w > 0)) return -1;
-  const Vec3f p = ProjectInverseDepth(view_, static_cast<float>(spot.x) + 0.5f,
-                                      static_cast<float>(spot.y) + 0.5f, static_cast<float>(w));
-  if (!(p.z > 0)) return -1;
-  const float u = p.x / p.z, v = p.y / p.z;
-  if (!(u >= 0 && v >= 0 && u < static_cast<float>(source_.width) && v < static_cast<float>(source_.height)))
-    return -1;
-  return regions_->label(static_cast<int>(u) / step_, static_cast<int>(v) / step_);
+std::vector<std::int32_t> SourceRegions::RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const {
+  std::vector<std::int32_t> regions(spots.size());
+  const Array2D<std::int32_t>& label = regions_->label;
+  FindPlaces(plane, view_, source_, {1.0f / static_cast<float>(step_), label.width()}, spots, regions.data());
+  for (std::int32_t& region : regions) {
+    if (region >= 0) region = label.data()[region];
+  }
+  return regions;
 }
 
 std::vector<SourceRegions::Overlap> SourceRegions::OverlapsUnder(const ImagePlane& plane,
                                                                  std::span<const Spot> spots) const {
-  std::vector<std::int32_t> labels;
-  for (const Spot& spot : spots) {
-    if (const std::int32_t region = RegionUnder(plane, spot); region >= 0) labels.push_back(region);
+  std::vector<int> counts(static_cast<std::size_t>(end_label_), 0);
+  for (const std::int32_t region : RegionsUnder(plane, spots)) {
+    if (region >= 0) ++counts[static_cast<std::size_t>(region)];
   }
-  std::sort(labels.begin(), labels.end());
   std::vector<Overlap> overlaps;
-  for (std::size_t begin = 0, end = 0; begin < labels.size(); begin = end) {
-    while (end < labels.size() && labels[end] == labels[begin]) ++end;
-    const double share = static_cast<double>(end - begin) / static_cast<double>(spots.size());
-    if (share >= kMinOverlap) overlaps.push_back({labels[begin], share});
+  for (std::int32_t region = 0; region < end_label_; ++region) {
+    const double share = counts[static_cast<std::size_t>(region)] / static_cast<double>(spots.size());
+    if (share >= kMinOverlap) overlaps.push_back({region, share});
   }
   return overlaps;
 }
@@ -104,12 +131,9 @@ std::vector<SourceRegions::Overlap> SourceRegions::OverlapsUnder(const ImagePlan
 bool SourceRegions::Overlaps(std::size_t index, const ImagePlane& there, const ImagePlane& here,
                              std::span<const Spot> spots, const SpotBox& box) const {
   if (!BoxesMeet(regions()[index].box, there, box)) return false;
-  std::size_t num_inside = 0;
-  for (std::size_t i = 0; i < spots.size(); ++i) {
-    num_inside += RegionUnder(here, spots[i]) == static_cast<std::int32_t>(index);
-    if (static_cast<double>(num_inside) / static_cast<double>(spots.size()) >= kMinOverlap) return true;
-  }
-  return false;
+  const std::vector<std::int32_t> regions = RegionsUnder(here, spots);
+  const auto num_inside = std::count(regions.begin(), regions.end(), static_cast<std::int32_t>(index));
+  return static_cast<double>(num_inside) / static_cast<double>(spots.size()) >= kMinOverlap;
 }
 
 // Whether the source's box, put on its plane, may be seen within the reference's. Seen from the reference it is the quadrangle

@@ -42,8 +42,8 @@ class SourceRegions {
   // A cell in the reference image and camera; false: it lies behind the camera. Its column and row mean nothing then.
   bool ToReference(const AnchorCell& cell, AnchorCell* result) const;
 
-  // The source's region that the spot's point on the plane falls in; -1: none.
-  std::int32_t RegionUnder(const ImagePlane& plane, const Spot& spot) const;
+  // For each spot the source's region that its point on the plane falls in; -1: none.
+  std::vector<std::int32_t> RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
 
   // The region's share of the reference's spots.
   struct Overlap {
@@ -61,6 +61,7 @@ class SourceRegions {
   bool BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const;
 
   std::shared_ptr<const ViewRegions> regions_;
+  std::int32_t end_label_ = 0;
   int step_;
   RayModel source_, reference_;
   RelativeView view_;  // source from reference

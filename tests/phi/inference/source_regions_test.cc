@@ -69,11 +69,9 @@ TEST(SourceRegions, TheRegionThatASpotFallsIn) {
   told.label(101 / 6, 91 / 6) = 4;
   const SourceRegions regions = TwoViews().Regions(told);
   const ImagePlane wall{1 / 3.0, 0, 0};
-  EXPECT_EQ(regions.RegionUnder(wall, {75, 45}), 4);
-  EXPECT_EQ(regions.RegionUnder(wall, {76, 45}), -1);
-  EXPECT_EQ(regions.RegionUnder(wall, {73, 45}), 4);
-  EXPECT_EQ(regions.RegionUnder(wall, {72, 45}), -1);
-  EXPECT_EQ(regions.RegionUnder({1 / 2.0, 0, 0}, {75, 45}), -1) << "of another plane";
+  const std::vector<Spot> spots = {{75, 45}, {76, 45}, {73, 45}, {72, 45}};
+  EXPECT_EQ(regions.RegionsUnder(wall, spots), (std::vector<std::int32_t>{4, -1, 4, -1}));
+  EXPECT_EQ(regions.RegionsUnder({1 / 2.0, 0, 0}, spots)[0], -1) << "of another plane";
 }
 
 TEST(SourceRegions, ARegionThatFewSpotsFallInDoesNotCount) {
