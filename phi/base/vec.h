@@ -37,6 +37,22 @@ PHI_HD Vec3f TransposedTimes(const Mat3f& a, Vec3f v) {
   return {a.m[0] * v.x + a.m[3] * v.y + a.m[6] * v.z, a.m[1] * v.x + a.m[4] * v.y + a.m[7] * v.z,
           a.m[2] * v.x + a.m[5] * v.y + a.m[8] * v.z};
 }
-PHI_HD float Clamp(float v, float lo, float hi) { return fminf(fmaxf(v, lo), hi); }
+// Of two numbers. fminf and fmaxf, which a CPU would call a library for.
+PHI_HD float Min(float a, float b) {
+#ifdef __CUDA_ARCH__
+  return fminf(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+PHI_HD float Max(float a, float b) {
+#ifdef __CUDA_ARCH__
+  return fmaxf(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+// lo for what is no number.
+PHI_HD float Clamp(float v, float lo, float hi) { return Min(Max(v, lo), hi); }
 
 }  // namespace phi

@@ -44,8 +44,7 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
   if (!map.Contains(x0, y0) || !map.Contains(x0 + 1, y0 + 1) || !(nearest > 0)) return nearest;
   const float d00 = map(x0, y0).depth, d10 = map(x0 + 1, y0).depth;
   const float d01 = map(x0, y0 + 1).depth, d11 = map(x0 + 1, y0 + 1).depth;
-  const float lowest = fminf(fminf(d00, d10), fminf(d01, d11)),
-              highest = fmaxf(fmaxf(d00, d10), fmaxf(d01, d11));
+  const float lowest = Min(Min(d00, d10), Min(d01, d11)), highest = Max(Max(d00, d10), Max(d01, d11));
   if (!(lowest > 0)) return nearest;
   if (formulas == Formulas::kRobust && highest - lowest > same_depth * highest) return nearest;
   const float fx = x - x0, fy = y - y0;

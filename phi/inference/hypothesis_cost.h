@@ -73,7 +73,7 @@ inline constexpr float kRegionPlaneDiscount = 0.05f;
 PHI_HD void PreferRegionPlanes(std::uint8_t from_region, PixelHypotheses* hypotheses, float scale = 1) {
   for (int k = 0; k < kNumDirections; ++k) {
     if (from_region >> k & 1)
-      hypotheses->cost[k] = fmaxf(0.0f, hypotheses->cost[k] - scale * kRegionPlaneDiscount);
+      hypotheses->cost[k] = Max(hypotheses->cost[k] - scale * kRegionPlaneDiscount, 0.0f);
   }
 }
 

@@ -10,6 +10,74 @@ namespace {
 
 constexpr int kLanes = 8;  // independent partial sums, so that the compiler may use vector registers
 
+// Offsets du, dv from the window's centre, which is `center` in the source but for its inverse depth, and inverse depths w of n
+// samples. Returns whether all lie in the source image. A function of its own, so that the compiler sees that no array changes
+// another.
+PHI_WIDE_VECTORS bool ProjectSamples(const RelativeView view, Vec3f center, int n, const float* __restrict du,
+                                     const float* __restrict dv, const float* __restrict w, float* __restrict su,
+                                     float* __restrict sv) {
+  const float* const a = view.a.m;
+  const float max_x = static_cast<float>(view.source.width - 1), max_y = static_cast<float>(view.source.height - 1);
+  int is_inside = 1;
+  for (int i = 0; i < n; ++i) {
+    const float px = center.x + a[0] * du[i] + a[1] * dv[i] + w[i] * view.b.x;
+    const float py = center.y + a[3] * du[i] + a[4] * dv[i] + w[i] * view.b.y;
+    const float pz = center.z + a[6] * du[i] + a[7] * dv[i] + w[i] * view.b.z;
+    const float inverse = 1.0f / pz;
+    const float qx = px * inverse - 0.5f, qy = py * inverse - 0.5f;
+    is_inside &= (pz > 0) & (qx >= 0) & (qy >= 0) & (qx <= max_x) & (qy <= max_y);
+    su[i] = qx;
+    sv[i] = qy;
+  }
+  return is_inside != 0;
+}
+
+// The samples around (u, v) as array coordinates, clamped to the border.
+PHI_WIDE_VECTORS void PlaceSamples(float u, float v, int width, int height, int n, const float* __restrict du,
+                                   const float* __restrict dv, float* __restrict su, float* __restrict sv) {
+  const float max_x = static_cast<float>(width - 1), max_y = static_cast<float>(height - 1);
+  for (int i = 0; i < n; ++i) {
+    su[i] = Clamp(u + du[i] - 0.5f, 0.0f, max_x);
+    sv[i] = Clamp(v + dv[i] - 0.5f, 0.0f, max_y);
+  }
+}
+
+// SampleInverseDepth of each sample around (u, v).
+PHI_WIDE_VECTORS void SampleNearest(const float* __restrict map, int width, int height, float u, float v, float center, int n,
+                                    const float* __restrict du, const float* __restrict dv, float* __restrict samples) {
+  const float max_x = static_cast<float>(width - 1), max_y = static_cast<float>(height - 1);
+  for (int i = 0; i < n; ++i) {
+    const int x = static_cast<int>(Clamp(u + du[i], 0.0f, max_x)), y = static_cast<int>(Clamp(v + dv[i], 0.0f, max_y));
+    const float w = map[y * width + x];
+    samples[i] = w > 0 ? w : center;
+  }
+}
+
+// Of each sample the pixel above and left of it, as the place in an image's rows, and what is left of its coordinates.
+PHI_WIDE_VECTORS void FindCells(int width, int height, int n, const float* __restrict u, const float* __restrict v,
+                                std::int32_t* __restrict places, float* __restrict fu, float* __restrict fv) {
+  for (int i = 0; i < n; ++i) {
+    const int x = std::min(static_cast<int>(u[i]), width - 2), y = std::min(static_cast<int>(v[i]), height - 2);
+    places[i] = y * width + x;
+    fu[i] = u[i] - static_cast<float>(x);
+    fv[i] = v[i] - static_cast<float>(y);
+  }
+}
+
+// Bilinear between two pixels of the row above and two of the row below, the left one in the lower byte.
+PHI_WIDE_VECTORS void Interpolate(int n, const std::int32_t* __restrict above, const std::int32_t* __restrict below,
+                                  const float* __restrict fu, const float* __restrict fv, float shift,
+                                  float* __restrict samples) {
+  const auto between = [](std::int32_t pair, float f) {
+    const std::int32_t left = pair & 255, right = pair >> 8;
+    return static_cast<float>(left) + f * static_cast<float>(right - left);
+  };
+  for (int i = 0; i < n; ++i) {
+    const float top = between(above[i], fu[i]), bottom = between(below[i], fu[i]);
+    samples[i] = top + fv[i] * (bottom - top) - shift;
+  }
+}
+
 }  // namespace
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
@@ -47,43 +115,42 @@ void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
   scratch->u.resize(offset_u_.size());
   scratch->v.resize(offset_u_.size());
   scratch->source.resize(offset_u_.size());
-  for (std::size_t i = 0; i < offset_u_.size(); ++i) {
-    scratch->reference[i] = reference_(u + offset_u_[i], v + offset_v_[i]) - center;
-  }
+  scratch->above.resize(offset_u_.size());
+  scratch->below.resize(offset_u_.size());
+  scratch->fu.resize(offset_u_.size());
+  scratch->fv.resize(offset_u_.size());
+  const int n = static_cast<int>(offset_u_.size());
+  PlaceSamples(u, v, reference_.image.width, reference_.image.height, n, offset_u_.data(), offset_v_.data(),
+               scratch->u.data(), scratch->v.data());
+  SampleGray(reference_.image, center, n, scratch, scratch->reference.data());
 }
 
-PHI_WIDE_VECTORS void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y,
-                                                   Scratch* scratch) const {
-  const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
-  const float center = inverse_depth(x, y);
+void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const {
   scratch->inverse_depth.resize(offset_u_.size());
-  for (std::size_t i = 0; i < offset_u_.size(); ++i) {
-    scratch->inverse_depth[i] = SampleInverseDepth(inverse_depth, u + offset_u_[i], v + offset_v_[i], center);
+  SampleNearest(inverse_depth.data, inverse_depth.width, inverse_depth.height, static_cast<float>(x) + 0.5f,
+                static_cast<float>(y) + 0.5f, inverse_depth(x, y), static_cast<int>(offset_u_.size()), offset_u_.data(),
+                offset_v_.data(), scratch->inverse_depth.data());
+}
+
+// At the array coordinates in scratch->u and v, less `shift`.
+void HypothesisMatcher::SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
+                                   float* samples) const {
+  FindCells(image.width, image.height, num_samples, scratch->u.data(), scratch->v.data(), scratch->above.data(),
+            scratch->fu.data(), scratch->fv.data());
+  for (int i = 0; i < num_samples; ++i) {
+    const std::uint8_t *p = image.data + scratch->above[i], *q = p + image.width;
+    scratch->above[i] = p[0] | p[1] << 8;
+    scratch->below[i] = q[0] | q[1] << 8;
   }
+  Interpolate(num_samples, scratch->above.data(), scratch->below.data(), scratch->fu.data(), scratch->fv.data(), shift,
+              samples);
 }
 
 // Writes the samples' source coordinates, as array coordinates; false when one falls outside.
-PHI_WIDE_VECTORS bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
+bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
   const Vec3f center = view.a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
-  const float* a = view.a.m;
-  const float max_x = static_cast<float>(view.source.width - 1),
-              max_y = static_cast<float>(view.source.height - 1);
-  const float* w = scratch->inverse_depth.data();
-  const float *du = offset_u_.data(), *dv = offset_v_.data();
-  float *su = scratch->u.data(), *sv = scratch->v.data();
-  int outside = 0;
-  const int n = static_cast<int>(offset_u_.size());
-  for (int i = 0; i < n; ++i) {
-    const float px = center.x + a[0] * du[i] + a[1] * dv[i] + w[i] * view.b.x;
-    const float py = center.y + a[3] * du[i] + a[4] * dv[i] + w[i] * view.b.y;
-    const float pz = center.z + a[6] * du[i] + a[7] * dv[i] + w[i] * view.b.z;
-    const float inverse = 1.0f / pz;
-    const float qx = px * inverse - 0.5f, qy = py * inverse - 0.5f;
-    outside |= !(pz > 0) | !(qx >= 0) | !(qy >= 0) | !(qx <= max_x) | !(qy <= max_y);
-    su[i] = qx;
-    sv[i] = qy;
-  }
-  return outside == 0;
+  return ProjectSamples(view, center, static_cast<int>(offset_u_.size()), offset_u_.data(), offset_v_.data(),
+                        scratch->inverse_depth.data(), scratch->u.data(), scratch->v.data());
 }
 
 PHI_WIDE_VECTORS float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
@@ -92,16 +159,7 @@ PHI_WIDE_VECTORS float HypothesisMatcher::ViewCost(int view, int x, int y, Scrat
   const int n = parameters_.window.NumSamples();
   float* samples = scratch->source.data();
   const float shift = source(scratch->u[n / 2] + 0.5f, scratch->v[n / 2] + 0.5f);
-  for (int i = 0; i < n; ++i) {
-    const float sx = scratch->u[i], sy = scratch->v[i];
-    const int x0 = std::min(static_cast<int>(sx), source.image.width - 2);
-    const int y0 = std::min(static_cast<int>(sy), source.image.height - 2);
-    const float fx = sx - x0, fy = sy - y0;
-    const std::uint8_t* p = &source.image(x0, y0);
-    const float top = p[0] + fx * (p[1] - p[0]);
-    const float bottom = p[source.image.width] + fx * (p[source.image.width + 1] - p[source.image.width]);
-    samples[i] = top + fy * (bottom - top) - shift;
-  }
+  SampleGray(source.image, shift, n, scratch, samples);
   const int padded = static_cast<int>(offset_u_.size());
   float* reference = scratch->reference.data();
   for (int i = n; i < padded; ++i) reference[i] = samples[i] = 0;

@@ -22,11 +22,14 @@ class HypothesisMatcher {
  private:
   // Per sample of the window, row by row, padded to a multiple of kLanes.
   struct Scratch {
-    std::vector<float> reference, inverse_depth, u, v, source;
+    std::vector<float> reference, inverse_depth, u, v, fu, fv, source;
+    std::vector<std::int32_t> above, below;
   };
 
   void SampleReference(int x, int y, Scratch* scratch) const;
   void SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const;
+  void SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
+                  float* samples) const;
   // The same value as HypothesisViewCost, up to the order of its sums.
   float ViewCost(int view, int x, int y, Scratch* scratch) const;
   bool ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const;

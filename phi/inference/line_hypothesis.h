@@ -93,8 +93,8 @@ struct LineSums {
     tt += position * position;
     w += value - nearest_w;
     tw += position * (value - nearest_w);
-    min_w = fminf(min_w, value);
-    max_w = fmaxf(max_w, value);
+    min_w = Min(min_w, value);
+    max_w = Max(max_w, value);
   }
 };
 
@@ -152,7 +152,7 @@ struct GapModel {
 // Whether the two sides are one surface.
 PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineOptions& options) {
   const float jump = fabsf(after.nearest_w - before.nearest_w);
-  return jump < options.max_jump * fminf(before.nearest_w, after.nearest_w);
+  return jump < options.max_jump * Min(before.nearest_w, after.nearest_w);
 }
 
 // The gap is [begin, end): positions without an anchor.
@@ -181,8 +181,8 @@ PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const float> anchors, c
     model.line = FitLine(before, after);
   }
   const LineSums& any = model.has_before ? before : after;
-  model.min_value = model.has_after ? fminf(any.min_w, after.min_w) : any.min_w;
-  model.max_value = model.has_after ? fmaxf(any.max_w, after.max_w) : any.max_w;
+  model.min_value = model.has_after ? Min(any.min_w, after.min_w) : any.min_w;
+  model.max_value = model.has_after ? Max(any.max_w, after.max_w) : any.max_w;
   return model;
 }
 
@@ -192,7 +192,7 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
   if (is_even) return 0;
   const float from_before = model.has_before ? t - model.begin : 1e9f;
   const float from_after = model.has_after ? model.end - t : 1e9f;
-  const float distance = fminf(from_before, from_after);
+  const float distance = Min(from_before, from_after);
   if (distance >= 1e9f) return 0;
   const bool is_far = distance > static_cast<float>(options.max_reach);
   if (options.formulas == Formulas::kRobust && is_far) return 0;

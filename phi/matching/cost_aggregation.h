@@ -16,7 +16,7 @@ class HarmonicMean {
     constexpr float kFloor = 1e-3f;
     if (cost >= kMaxCost) return;
     ++num_views_;
-    sum_ += 1.0f / fmaxf(cost, kFloor);
+    sum_ += 1.0f / Max(cost, kFloor);
   }
 
   // No view: kMaxCost.

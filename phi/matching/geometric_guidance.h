@@ -28,7 +28,7 @@ PHI_HD float GuidanceCost(const RayModel& reference, const RelativeView& view,
   if (!(back.z > 0)) return kMax;
   const ImagePoint met = reference.Project(back);
   const float du = met.u - u, dv = met.v - v;
-  return kGuidanceCostPerPixel * fminf(sqrtf(du * du + dv * dv), kGuidanceMaxPixels);
+  return kGuidanceCostPerPixel * Min(sqrtf(du * du + dv * dv), kGuidanceMaxPixels);
 }
 
 }  // namespace phi

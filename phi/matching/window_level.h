@@ -45,7 +45,7 @@ struct WindowScale {
 // window spans thin things and what is behind them, and the narrow range keeps these apart.
 PHI_HD std::uint8_t RangeStep(const MatchingWindow& window, float variance) {
   if (!window.range_follows_texture) return 0;
-  const float filled = fminf(2 * 0.69314718f * window.weight_decay * variance, 1.0f);
+  const float filled = Min(2 * 0.69314718f * window.weight_decay * variance, 1.0f);
   return static_cast<std::uint8_t>(filled * kMaxRangeStep + 0.5f);
 }
 
