@@ -72,6 +72,11 @@ TEST(SourceRegions, TheRegionThatASpotFallsIn) {
   const std::vector<Spot> spots = {{75, 45}, {76, 45}, {73, 45}, {72, 45}};
   EXPECT_EQ(regions.RegionsUnder(wall, spots), (std::vector<std::int32_t>{4, -1, 4, -1}));
   EXPECT_EQ(regions.RegionsUnder({1 / 2.0, 0, 0}, spots)[0], -1) << "of another plane";
+  // The source also half a metre lower, and the wall where both shifts are 50.97 pixels: (73, 70) is (96.03, 90.03), and with half a
+  // pixel less either way it would be in another place.
+  TwoViews lower;
+  lower.source.camera.pose.translation = {-0.5, -0.5, 0};
+  EXPECT_EQ(lower.Regions(told).RegionsUnder({0.3398, 0, 0}, std::vector<Spot>{{73, 70}})[0], 4);
 }
 
 TEST(SourceRegions, ARegionThatFewSpotsFallInDoesNotCount) {
