@@ -87,16 +87,14 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
   }
 }
 
+// Or of the matched sources alone.
+bool ReadsWitnesses(const Stage& stage) { return stage.reads_source_maps && stage.kind != StageKind::kEstimate; }
+
 // Of those sources whose maps of the stage before this one reads; -1 where no job makes one.
 std::span<const int> SourceJobsRead(const Stage& stage, const ImageJob& job) {
   if (!stage.reads_source_maps) return {};
   const std::span<const int> all(job.source_jobs);
-  return stage.kind == StageKind::kEstimate ? all.first(job.NumMatched()) : all;
-}
-
-bool Reads(const Stage& stage, const ImageJob& reader, int job) {
-  const std::span<const int> read = SourceJobsRead(stage, reader);
-  return std::find(read.begin(), read.end(), job) != read.end();
+  return ReadsWitnesses(stage) ? all : all.first(job.NumMatched());
 }
 
 void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const StagePlan* previous,
@@ -108,20 +106,29 @@ void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const St
     ResultKey key;
     key.Add(stage.result).Add(stage.options).Add(jobs[j].input_key);
     if (previous) key.Add(previous->keys[j]);
-    if (stage.reads_source_maps) {
-      if (stage.kind != StageKind::kEstimate) key.Add(jobs[j].witness_key);
-      for (const int source : SourceJobsRead(stage, jobs[j])) key.Add(source < 0 ? std::string() : previous->keys[source]);
-    }
+    if (ReadsWitnesses(stage)) key.Add(jobs[j].witness_key);
+    for (const int source : SourceJobsRead(stage, jobs[j])) key.Add(source < 0 ? std::string() : previous->keys[source]);
     plan->keys[j] = std::string(stage.key_prefix) + key.Hex();
   }
 }
 
-// By job: those that have it among their sources.
-std::vector<std::vector<int>> FindReaders(const std::vector<ImageJob>& jobs) {
-  std::vector<std::vector<int>> readers(jobs.size());
+// A job that has another among its sources, to match or as a witness alone.
+struct Reader {
+  int job;
+  bool is_matched;
+};
+
+bool Reads(const Stage& stage, const Reader& reader) {
+  return stage.reads_source_maps && (reader.is_matched || ReadsWitnesses(stage));
+}
+
+// By job.
+std::vector<std::vector<Reader>> FindReaders(const std::vector<ImageJob>& jobs) {
+  std::vector<std::vector<Reader>> readers(jobs.size());
   for (std::size_t j = 0; j < jobs.size(); ++j) {
-    for (const int source : jobs[j].source_jobs) {
-      if (source >= 0) readers[source].push_back(static_cast<int>(j));
+    const std::vector<int>& sources = jobs[j].source_jobs;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      if (sources[i] >= 0) readers[sources[i]].push_back({static_cast<int>(j), i < jobs[j].NumMatched()});
     }
   }
   return readers;
@@ -177,8 +184,8 @@ class Planner {
       const int next = stage + 1;
       if (next == static_cast<int>(stages_.size())) return false;
       if (IsMissing(next, job)) return true;
-      return std::any_of(readers_[job].begin(), readers_[job].end(), [&](int reader) {
-        return Reads(stages_[next], jobs_[reader], job) && IsMissing(next, reader);
+      return std::any_of(readers_[job].begin(), readers_[job].end(), [&](const Reader& reader) {
+        return Reads(stages_[next], reader) && IsMissing(next, reader.job);
       });
     });
   }
@@ -202,7 +209,7 @@ class Planner {
   const std::vector<ImageJob>& jobs_;
   const PlanQueries& queries_;
   const PlanScope& scope_;
-  const std::vector<std::vector<int>> readers_;
+  const std::vector<std::vector<Reader>> readers_;
   std::vector<StagePlan> plan_;
   std::vector<std::vector<Answer>> done_, missing_;
 };

@@ -11,7 +11,7 @@ namespace {
 constexpr int kLanes = 8;  // independent partial sums, so that the compiler may use vector registers
 
 // Offsets du, dv from the window's centre, which is `center` in the source but for its inverse depth, and inverse depths w of n
-// samples. Returns whether all lie in the source image. A function of its own, so that the compiler sees that no array changes
+// samples. Writes the samples' array coordinates in the source image; returns whether all lie in it. A function of its own, so that the compiler sees that no array changes
 // another.
 PHI_WIDE_VECTORS bool ProjectSamples(const RelativeView view, Vec3f center, int n, const float* __restrict du,
                                      const float* __restrict dv, const float* __restrict w, float* __restrict su,
@@ -43,14 +43,10 @@ PHI_WIDE_VECTORS void PlaceSamples(float u, float v, int width, int height, int 
 }
 
 // SampleInverseDepth of each sample around (u, v).
-PHI_WIDE_VECTORS void SampleNearest(const float* __restrict map, int width, int height, float u, float v, float center, int n,
-                                    const float* __restrict du, const float* __restrict dv, float* __restrict samples) {
-  const float max_x = static_cast<float>(width - 1), max_y = static_cast<float>(height - 1);
-  for (int i = 0; i < n; ++i) {
-    const int x = static_cast<int>(Clamp(u + du[i], 0.0f, max_x)), y = static_cast<int>(Clamp(v + dv[i], 0.0f, max_y));
-    const float w = map[y * width + x];
-    samples[i] = w > 0 ? w : center;
-  }
+PHI_WIDE_VECTORS void SampleInverseDepths(const ArrayView2D<const float> map, float u, float v, float center, int n,
+                                          const float* __restrict du, const float* __restrict dv,
+                                          float* __restrict samples) {
+  for (int i = 0; i < n; ++i) samples[i] = SampleInverseDepth(map, u + du[i], v + dv[i], center);
 }
 
 // Of each sample the pixel above and left of it, as the place in an image's rows, and what is left of its coordinates.
@@ -111,14 +107,6 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
 void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = reference_(u, v);
-  scratch->reference.resize(offset_u_.size());
-  scratch->u.resize(offset_u_.size());
-  scratch->v.resize(offset_u_.size());
-  scratch->source.resize(offset_u_.size());
-  scratch->above.resize(offset_u_.size());
-  scratch->below.resize(offset_u_.size());
-  scratch->fu.resize(offset_u_.size());
-  scratch->fv.resize(offset_u_.size());
   const int n = static_cast<int>(offset_u_.size());
   PlaceSamples(u, v, reference_.image.width, reference_.image.height, n, offset_u_.data(), offset_v_.data(),
                scratch->u.data(), scratch->v.data());
@@ -126,15 +114,13 @@ void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
 }
 
 void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const {
-  scratch->inverse_depth.resize(offset_u_.size());
-  SampleNearest(inverse_depth.data, inverse_depth.width, inverse_depth.height, static_cast<float>(x) + 0.5f,
-                static_cast<float>(y) + 0.5f, inverse_depth(x, y), static_cast<int>(offset_u_.size()), offset_u_.data(),
-                offset_v_.data(), scratch->inverse_depth.data());
+  SampleInverseDepths(inverse_depth, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, inverse_depth(x, y),
+                      static_cast<int>(offset_u_.size()), offset_u_.data(), offset_v_.data(), scratch->inverse_depth.data());
 }
 
 // At the array coordinates in scratch->u and v, less `shift`.
 void HypothesisMatcher::SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
-                                   float* samples) const {
+                                   float* samples) {
   FindCells(image.width, image.height, num_samples, scratch->u.data(), scratch->v.data(), scratch->above.data(),
             scratch->fu.data(), scratch->fv.data());
   for (int i = 0; i < num_samples; ++i) {
@@ -146,21 +132,18 @@ void HypothesisMatcher::SampleGray(ArrayView2D<const std::uint8_t> image, float 
               samples);
 }
 
-// Writes the samples' source coordinates, as array coordinates; false when one falls outside.
-bool HypothesisMatcher::ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const {
-  const Vec3f center = view.a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
-  return ProjectSamples(view, center, static_cast<int>(offset_u_.size()), offset_u_.data(), offset_v_.data(),
-                        scratch->inverse_depth.data(), scratch->u.data(), scratch->v.data());
-}
-
 PHI_WIDE_VECTORS float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
-  if (!ProjectWindow(views_[view], x, y, scratch)) return kMaxCost;
+  const int padded = static_cast<int>(offset_u_.size());
+  const Vec3f center = views_[view].a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
+  if (!ProjectSamples(views_[view], center, padded, offset_u_.data(), offset_v_.data(), scratch->inverse_depth.data(),
+                      scratch->u.data(), scratch->v.data())) {
+    return kMaxCost;
+  }
   const GraySampler& source = sources_[view];
   const int n = parameters_.window.NumSamples();
   float* samples = scratch->source.data();
   const float shift = source(scratch->u[n / 2] + 0.5f, scratch->v[n / 2] + 0.5f);
   SampleGray(source.image, shift, n, scratch, samples);
-  const int padded = static_cast<int>(offset_u_.size());
   float* reference = scratch->reference.data();
   for (int i = n; i < padded; ++i) reference[i] = samples[i] = 0;
   float r[kLanes] = {}, rr[kLanes] = {}, s[kLanes] = {}, ss[kLanes] = {}, rs[kLanes] = {};

@@ -1,6 +1,7 @@
 // Matching costs of the hypotheses of one image.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -22,17 +23,18 @@ class HypothesisMatcher {
  private:
   // Per sample of the window, row by row, padded to a multiple of kLanes.
   struct Scratch {
+    explicit Scratch(std::size_t n)
+        : reference(n), inverse_depth(n), u(n), v(n), fu(n), fv(n), source(n), above(n), below(n) {}
     std::vector<float> reference, inverse_depth, u, v, fu, fv, source;
     std::vector<std::int32_t> above, below;
   };
 
   void SampleReference(int x, int y, Scratch* scratch) const;
   void SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const;
-  void SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
-                  float* samples) const;
+  static void SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
+                         float* samples);
   // The same value as HypothesisViewCost, up to the order of its sums.
   float ViewCost(int view, int x, int y, Scratch* scratch) const;
-  bool ProjectWindow(const RelativeView& view, int x, int y, Scratch* scratch) const;
 
   GraySampler reference_;
   std::vector<GraySampler> sources_;
@@ -52,7 +54,8 @@ class HypothesisMatcher::Context {
       : parameters(matcher.parameters_),
         state(matcher.state_),
         reference(matcher.reference_),
-        matcher_(matcher) {}
+        matcher_(matcher),
+        scratch_(matcher.offset_u_.size()) {}
 
   const RelativeView& View(int j) const { return matcher_.views_[j]; }
   const MeasuredDepthsView& Depths(int j) const { return matcher_.source_depths_[j]; }

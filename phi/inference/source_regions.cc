@@ -31,31 +31,25 @@ Eigen::Vector3d Times(const Mat3f& m, Vec3f v) {
   return {p.x, p.y, p.z};
 }
 
-// Places of a SpotGrid in one row after the other.
-struct PlaceGrid {
-  float inverse_step;
-  int columns;
-};
-
-// For each spot the place of the source's grid that its point on the plane falls in; -1: none. ProjectInverseDepth, in vectors.
-PHI_WIDE_VECTORS void FindPlaces(const ImagePlane plane, const RelativeView view, const RayModel& source,
-                                 const PlaceGrid grid, std::span<const Spot> spots, std::int32_t* __restrict places) {
-  const float* const a = view.a.m;
-  const Vec3f b = view.b;
-  const auto width = static_cast<float>(source.width), height = static_cast<float>(source.height);
+// For each spot the place of the source's grid, row by row, that its point on the plane falls in; -1: none. By value what is
+// read in the loop, so that the compiler sees that `places` changes none of it.
+PHI_WIDE_VECTORS void FindPlaces(const ImagePlane plane, const RelativeView view, const SpotGrid grid,
+                                 std::span<const Spot> spots, std::int32_t* __restrict places) {
+  const auto width = static_cast<float>(view.source.width), height = static_cast<float>(view.source.height);
+  const float inverse_step = 1.0f / static_cast<float>(grid.step);
   const Spot* __restrict const spot = spots.data();
   const auto num_spots = static_cast<std::ptrdiff_t>(spots.size());
   for (std::ptrdiff_t i = 0; i < num_spots; ++i) {
-    const auto w = static_cast<float>(plane.a + plane.b * spot[i].x + plane.c * spot[i].y);
+    const auto w = static_cast<float>(plane.InverseDepth(spot[i].x, spot[i].y));
     const float x = static_cast<float>(spot[i].x) + 0.5f, y = static_cast<float>(spot[i].y) + 0.5f;
-    const float pz = a[6] * x + a[7] * y + a[8] + w * b.z;
-    const float u = (a[0] * x + a[1] * y + a[2] + w * b.x) / pz, v = (a[3] * x + a[4] * y + a[5] + w * b.y) / pz;
-    const std::int32_t is_seen = (w > 0) & (pz > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
+    const Vec3f p = ProjectInverseDepth(view, x, y, w);
+    const float u = p.x / p.z, v = p.y / p.z;
+    const std::int32_t is_seen = (w > 0) & (p.z > 0) & (u >= 0) & (v >= 0) & (u < width) & (v < height);
     // Of the pixel's middle, so that no rounding takes it to the place before.
     const auto pixel_u = static_cast<std::int32_t>(std::min(std::max(0.0f, u), width)),
                pixel_v = static_cast<std::int32_t>(std::min(std::max(0.0f, v), height));
-    const auto column = static_cast<std::int32_t>((static_cast<float>(pixel_u) + 0.5f) * grid.inverse_step),
-               row = static_cast<std::int32_t>((static_cast<float>(pixel_v) + 0.5f) * grid.inverse_step);
+    const auto column = static_cast<std::int32_t>((static_cast<float>(pixel_u) + 0.5f) * inverse_step),
+               row = static_cast<std::int32_t>((static_cast<float>(pixel_v) + 0.5f) * inverse_step);
     places[i] = (row * grid.columns + column) | (is_seen - 1);
   }
 }
@@ -65,7 +59,7 @@ PHI_WIDE_VECTORS void FindPlaces(const ImagePlane plane, const RelativeView view
 SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source,
                              const Camera& reference)
     : regions_(std::move(regions)),
-      step_(SpotGrid(source.pinhole.width, source.pinhole.height).step),
+      grid_(source.pinhole.width, source.pinhole.height),
       source_(MakeRayModel(source.pinhole)),
       reference_(MakeRayModel(reference.pinhole)),
       view_(MakeRelativeView(reference, source)),
@@ -107,7 +101,7 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
 std::vector<std::int32_t> SourceRegions::RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const {
   std::vector<std::int32_t> regions(spots.size());
   const Array2D<std::int32_t>& label = regions_->label;
-  FindPlaces(plane, view_, source_, {1.0f / static_cast<float>(step_), label.width()}, spots, regions.data());
+  FindPlaces(plane, view_, grid_, spots, regions.data());
   for (std::int32_t& region : regions) {
     if (region >= 0) region = label.data()[region];
   }

@@ -62,7 +62,7 @@ class SourceRegions {
 
   std::shared_ptr<const ViewRegions> regions_;
   std::int32_t end_label_ = 0;
-  int step_;
+  SpotGrid grid_;  // of the source, as `label`'s
   RayModel source_, reference_;
   RelativeView view_;  // source from reference
   Eigen::Matrix3d rotation_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace colmap_ext {
@@ -118,6 +119,12 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
   jobs[4].witness_key = "another camera";
   const std::vector<StagePlan> after = MakePlan(stages, jobs, nothing_done);
   for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 2) << s;
+  // 4's first estimate is there no more. A guided pass that is still to be made wants it if it matches 4.
+  for (const auto& [reader, wants] : {std::pair{3, true}, {5, true}, {2, false}, {7, false}}) {
+    const PlanQueries but_one = {.is_done = [r = reader](int stage, int job, const std::string&) { return stage > 0 && !(stage == 1 && job == r); },
+                                 .has_failed = [](int, int, const std::string&) { return false; }};
+    EXPECT_EQ(!MakePlan(stages, jobs, but_one, Only(4))[0].pending.empty(), wants) << reader;
+  }
 }
 
 // Images beside it in the row have their geometric maps already, and so need its inferred one no more.
