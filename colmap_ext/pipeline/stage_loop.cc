@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "colmap_ext/pipeline/task_queue.h"
+#include "colmap_ext/pipeline/thread_group.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -145,12 +146,23 @@ void StageLoop::TellNumTasks(const std::vector<StagePlan>& plan) {
   }
 }
 
+bool StageLoop::PreparesInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend) const {
+  if (stages_[stage].kind != StageKind::kEstimate || backend.NumConcurrentImages() == 1) return false;
+  for (std::size_t s = 0; s < plan.size(); ++s) {
+    if (stages_[s].kind == StageKind::kInfer)
+      return std::binary_search(plan[s].pending.begin(), plan[s].pending.end(), job);
+  }
+  return false;
+}
+
 void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                         const KeepFunction& keep) {
   using Clock = std::chrono::steady_clock;
   static const std::vector<std::string> kNoKeys;
   const Clock::time_point begin = Clock::now();
   ProgressLine::Task progress(progress_.get(), stage);
+  ThreadGroup beside;
+  if (PreparesInference(plan, stage, job, backend)) beside.Start([&] { tasks_.PrepareInference(job); });
   TaskOutcome outcome;
   outcome.result =
       tasks_.Run(stages_[stage], stage > 0 ? &stages_[stage - 1] : nullptr,

@@ -158,6 +158,13 @@ phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
   return phi::DepthPrecision(workspace_.views()[job.image].camera, sources);
 }
 
+void StageTasks::PrepareInference(int job) const noexcept {
+  try {
+    if (AsksRegions()) store_.Regions(jobs_[job].image, options_.inference.rules);
+  } catch (...) {
+  }
+}
+
 StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::string>& input_keys,
                               const ImageJob& job, phi::Backend& backend,
                               std::vector<std::string>* warnings) const {

@@ -32,6 +32,9 @@ class StageTasks {
                   int job, phi::Backend& backend, ProgressLine::Task* progress,
                   std::vector<std::string>* warnings) const;
 
+  // What inference will ask of the image alone, so that it is there by then. What fails here fails there, and is told there.
+  void PrepareInference(int job) const noexcept;
+
   // Of the images that Run has done so far.
   InferenceSummary Inference() const;
 
