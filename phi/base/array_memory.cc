@@ -4,12 +4,17 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <mutex>
+#include <new>
+#include <utility>
 
 namespace phi {
 namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;  // bytes
 constexpr std::size_t kMappingUnit = std::size_t{64} << 10;  // a multiple of every usual page size
+// Of what large arrays take, so much more may be kept for those to come.
+constexpr std::size_t kPartKept = 4;
 
 std::uintptr_t RoundUp(std::uintptr_t value, std::size_t unit) { return (value + unit - 1) / unit * unit; }
 
@@ -18,8 +23,7 @@ void Unmap(std::uintptr_t begin, std::uintptr_t end) {
 }
 
 // Begins at a huge page.
-void* Map(std::size_t num_bytes) {
-  const std::size_t size = RoundUp(num_bytes, kMappingUnit);
+void* Map(std::size_t size) {
   void* mapping = mmap(nullptr, size + kHugePage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (mapping == MAP_FAILED) return nullptr;
   const auto first = reinterpret_cast<std::uintptr_t>(mapping);
@@ -34,17 +38,82 @@ void* Map(std::size_t num_bytes) {
   return memory;
 }
 
+// Large arrays, and the memory of freed ones for the next array of the same size: an image's maps are as large as those of the image
+// before. Thread-safe.
+class LargeArrays {
+ public:
+  void* Allocate(std::size_t size) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      used_bytes_ += size;
+      for (Kept** place = &newest_; *place != nullptr; place = &(*place)->older) {
+        if ((*place)->size == size) return TakeOut(place);
+      }
+    }
+    void* memory = Map(size);
+    if (memory != nullptr) return memory;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    used_bytes_ -= size;
+    return nullptr;
+  }
+
+  void Free(void* memory, std::size_t size) {
+    Kept* given_back = nullptr;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      used_bytes_ -= size;
+      newest_ = ::new (memory) Kept{newest_, size};
+      kept_bytes_ += size;
+      while (kept_bytes_ > used_bytes_ / kPartKept) {
+        Kept** oldest = &newest_;
+        while ((*oldest)->older != nullptr) oldest = &(*oldest)->older;
+        Kept* taken = TakeOut(oldest);
+        taken->older = std::exchange(given_back, taken);
+      }
+    }
+    while (given_back != nullptr) {
+      const Kept kept = *given_back;
+      munmap(given_back, kept.size);
+      given_back = kept.older;
+    }
+  }
+
+ private:
+  // Lies where the array was.
+  struct Kept {
+    Kept* older;
+    std::size_t size;
+  };
+
+  Kept* TakeOut(Kept** place) {
+    Kept* kept = *place;
+    *place = kept->older;
+    kept_bytes_ -= kept->size;
+    return kept;
+  }
+
+  std::mutex mutex_;
+  Kept* newest_ = nullptr;
+  std::size_t used_bytes_ = 0, kept_bytes_ = 0;
+};
+
+// Never destroyed: static arrays may be freed after it.
+LargeArrays& Large() {
+  static auto* const arrays = new LargeArrays;
+  return *arrays;
+}
+
 }  // namespace
 
 void* AllocateArray(std::size_t num_bytes, std::size_t large) {
-  void* memory = num_bytes >= large ? Map(num_bytes) : std::malloc(num_bytes);
+  void* memory = num_bytes >= large ? Large().Allocate(RoundUp(num_bytes, kMappingUnit)) : std::malloc(num_bytes);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 
 void FreeArray(void* memory, std::size_t num_bytes, std::size_t large) {
   if (num_bytes >= large) {
-    munmap(memory, RoundUp(num_bytes, kMappingUnit));
+    Large().Free(memory, RoundUp(num_bytes, kMappingUnit));
   } else {
     std::free(memory);
   }

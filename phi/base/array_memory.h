@@ -2,7 +2,8 @@
 //
 // Fresh memory costs more than most work on it: the kernel maps and zeroes it page by page, in the thread that touches it
 // first. Large arrays therefore take huge pages where there are any, and an array that several threads will fill can be
-// made without a first touch (Array2D::Uninitialized).
+// made without a first touch (Array2D::Uninitialized). What a freed one took is kept for the next of its size, as long as all that is kept
+// is no more than a quarter of what large arrays take.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@
 
 namespace phi {
 
-// From here on arrays get their own mapping. The heap keeps smaller ones for the next that asks, and that is faster than fresh
+// From here on arrays get their own mapping, or that of a freed one. The heap keeps smaller ones for the next that asks, and that is faster than fresh
 // memory of any kind; larger ones it never keeps. Where an array is read at random, page tables cost more than fresh memory.
 inline constexpr std::size_t kLargeArray = (std::size_t{32} << 20) + 1;  // bytes
 inline constexpr std::size_t kLargeRandomArray = std::size_t{2} << 20;
