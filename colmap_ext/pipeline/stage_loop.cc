@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "colmap_ext/pipeline/task_queue.h"
-#include "colmap_ext/pipeline/thread_group.h"
+#include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -155,6 +155,14 @@ bool StageLoop::PreparesInference(const std::vector<StagePlan>& plan, int stage,
   return false;
 }
 
+void StageLoop::PrepareInference(int job, ThreadGroup* beside) const {
+  try {
+    beside->Start([this, job] { tasks_.PrepareInference(job); });
+  } catch (const phi::ResourceError& error) {  // no thread to spare
+    phi::LogDebug(error.what());
+  }
+}
+
 void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                         const KeepFunction& keep) {
   using Clock = std::chrono::steady_clock;
@@ -162,7 +170,7 @@ void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, 
   const Clock::time_point begin = Clock::now();
   ProgressLine::Task progress(progress_.get(), stage);
   ThreadGroup beside;
-  if (PreparesInference(plan, stage, job, backend)) beside.Start([&] { tasks_.PrepareInference(job); });
+  if (PreparesInference(plan, stage, job, backend)) PrepareInference(job, &beside);
   TaskOutcome outcome;
   outcome.result =
       tasks_.Run(stages_[stage], stage > 0 ? &stages_[stage - 1] : nullptr,

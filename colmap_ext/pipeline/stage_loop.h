@@ -13,6 +13,7 @@
 #include "colmap_ext/pipeline/backend_choice.h"
 #include "colmap_ext/pipeline/map_store.h"
 #include "colmap_ext/pipeline/stage_tasks.h"
+#include "colmap_ext/pipeline/thread_group.h"
 #include "colmap_ext/progress.h"
 
 namespace colmap_ext {
@@ -56,6 +57,7 @@ class StageLoop {
   void TellNumTasks(const std::vector<StagePlan>& plan);
   // Whether the host has little to do while the device works on this task, and inference of the image follows.
   bool PreparesInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend) const;
+  void PrepareInference(int job, ThreadGroup* beside) const;
   void RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                const KeepFunction& keep);
 
