@@ -162,6 +162,7 @@ void StageTasks::PrepareInference(int job) const noexcept {
   try {
     if (AsksRegions()) store_.Regions(jobs_[job].image, options_.inference.rules);
   } catch (...) {
+    // inference meets it again
   }
 }
 

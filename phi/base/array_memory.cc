@@ -52,30 +52,25 @@ class LargeArrays {
     }
     void* memory = Map(size);
     if (memory != nullptr) return memory;
+    // Where memory is short there is none to keep.
+    GiveBack(TakeOldest(0));
+    memory = Map(size);
+    if (memory != nullptr) return memory;
     const std::lock_guard<std::mutex> lock(mutex_);
     used_bytes_ -= size;
     return nullptr;
   }
 
   void Free(void* memory, std::size_t size) {
-    Kept* given_back = nullptr;
+    std::size_t most = 0;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       used_bytes_ -= size;
       newest_ = ::new (memory) Kept{newest_, size};
       kept_bytes_ += size;
-      while (kept_bytes_ > used_bytes_ / kPartKept) {
-        Kept** oldest = &newest_;
-        while ((*oldest)->older != nullptr) oldest = &(*oldest)->older;
-        Kept* taken = TakeOut(oldest);
-        taken->older = std::exchange(given_back, taken);
-      }
+      most = used_bytes_ / kPartKept;
     }
-    while (given_back != nullptr) {
-      const Kept kept = *given_back;
-      munmap(given_back, kept.size);
-      given_back = kept.older;
-    }
+    GiveBack(TakeOldest(most));
   }
 
  private:
@@ -90,6 +85,27 @@ class LargeArrays {
     *place = kept->older;
     kept_bytes_ -= kept->size;
     return kept;
+  }
+
+  // All that is kept beyond `most` bytes, as a list.
+  Kept* TakeOldest(std::size_t most) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Kept* taken = nullptr;
+    while (kept_bytes_ > most) {
+      Kept** oldest = &newest_;
+      while ((*oldest)->older != nullptr) oldest = &(*oldest)->older;
+      Kept* one = TakeOut(oldest);
+      one->older = std::exchange(taken, one);
+    }
+    return taken;
+  }
+
+  static void GiveBack(Kept* list) {
+    while (list != nullptr) {
+      const Kept kept = *list;
+      munmap(list, kept.size);
+      list = kept.older;
+    }
   }
 
   std::mutex mutex_;

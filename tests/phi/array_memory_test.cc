@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <new>
 #include <vector>
 
 namespace phi {
@@ -65,6 +69,25 @@ TEST(ArrayMemoryTest, WhatIsKeptGoesWithWhatIsInUse) {
     EXPECT_TRUE(IsMapped(first));
   }
   EXPECT_FALSE(IsMapped(first));
+}
+
+// The process may take half an array more than it has; what is kept makes room for another size.
+TEST(ArrayMemoryTest, WhereMemoryIsShortNoneIsKept) {
+  const LargeArrays others(4);
+  FreeArray(AllocateArray(kSize), kSize);
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+  std::size_t num_pages = 0;
+  std::ifstream("/proc/self/statm") >> num_pages;
+  ASSERT_GT(num_pages, 0u);
+  rlimit less = before;
+  less.rlim_cur = num_pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + kSize / 2;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &less), 0);
+  void* other = nullptr;
+  EXPECT_NO_THROW(other = AllocateArray(kSize + kSize / 8));
+  EXPECT_THROW(AllocateArray(4 * kSize), std::bad_alloc);
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+  if (other != nullptr) FreeArray(other, kSize + kSize / 8);
 }
 
 }  // namespace
