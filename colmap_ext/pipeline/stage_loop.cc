@@ -146,8 +146,7 @@ void StageLoop::TellNumTasks(const std::vector<StagePlan>& plan) {
   }
 }
 
-bool StageLoop::PreparesInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend) const {
-  if (stages_[stage].kind != StageKind::kEstimate || backend.NumConcurrentImages() == 1) return false;
+bool StageLoop::InferenceFollows(const std::vector<StagePlan>& plan, int job) const {
   for (std::size_t s = 0; s < plan.size(); ++s) {
     if (stages_[s].kind == StageKind::kInfer)
       return std::binary_search(plan[s].pending.begin(), plan[s].pending.end(), job);
@@ -155,7 +154,10 @@ bool StageLoop::PreparesInference(const std::vector<StagePlan>& plan, int stage,
   return false;
 }
 
-void StageLoop::PrepareInference(int job, ThreadGroup* beside) const {
+void StageLoop::PrepareInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend,
+                                 ThreadGroup* beside) const {
+  const bool host_is_idle = stages_[stage].kind == StageKind::kEstimate && backend.NumConcurrentImages() > 1;
+  if (!host_is_idle || !InferenceFollows(plan, job)) return;
   try {
     beside->Start([this, job] { tasks_.PrepareInference(job); });
   } catch (const phi::ResourceError& error) {  // no thread to spare
@@ -170,7 +172,7 @@ void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, 
   const Clock::time_point begin = Clock::now();
   ProgressLine::Task progress(progress_.get(), stage);
   ThreadGroup beside;
-  if (PreparesInference(plan, stage, job, backend)) PrepareInference(job, &beside);
+  PrepareInference(plan, stage, job, backend, &beside);
   TaskOutcome outcome;
   outcome.result =
       tasks_.Run(stages_[stage], stage > 0 ? &stages_[stage - 1] : nullptr,

@@ -55,9 +55,10 @@ class StageLoop {
   enum class State : char { kOpen, kMade, kFailed };
 
   void TellNumTasks(const std::vector<StagePlan>& plan);
-  // Whether the host has little to do while the device works on this task, and inference of the image follows.
-  bool PreparesInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend) const;
-  void PrepareInference(int job, ThreadGroup* beside) const;
+  bool InferenceFollows(const std::vector<StagePlan>& plan, int job) const;
+  // On a thread of `beside`, where the host has little to do while the device works on this task, and inference of the image follows.
+  void PrepareInference(const std::vector<StagePlan>& plan, int stage, int job, const phi::Backend& backend,
+                        ThreadGroup* beside) const;
   void RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                const KeepFunction& keep);
 

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{2} << 20;  // bytes
 constexpr std::size_t kMappingUnit = std::size_t{64} << 10;  // a multiple of every usual page size
-// Of what large arrays take, so much more may be kept for those to come.
-constexpr std::size_t kPartKept = 4;
+// One part in so many of what large arrays take may be kept for those to come.
+constexpr std::size_t kPartsInUse = 4;
 
 std::uintptr_t RoundUp(std::uintptr_t value, std::size_t unit) { return (value + unit - 1) / unit * unit; }
 
@@ -68,7 +68,7 @@ class LargeArrays {
       used_bytes_ -= size;
       newest_ = ::new (memory) Kept{newest_, size};
       kept_bytes_ += size;
-      most = used_bytes_ / kPartKept;
+      most = used_bytes_ / kPartsInUse;
     }
     GiveBack(TakeOldest(most));
   }
