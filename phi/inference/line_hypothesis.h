@@ -6,7 +6,7 @@
 //
 // A line of one side alone says where a surface goes on, not where it ends. Where the image is even, nothing there contradicts
 // it: the sky above a roof would take the roof's depth. There a line goes between two sides only. Nor do clues just above the roof
-// carry lines across the sky, where the region may be that.
+// carry lines across the sky, where the region may be that; where views show that it is, there is none.
 #pragma once
 
 #include <cmath>
@@ -30,6 +30,7 @@ enum Direction { kHorizontal = 0, kVertical = 1, kDescending = 2, kAscending = 3
 enum LineLimit : std::uint8_t {
   kBetweenSidesOnly = 1,  // the image is even
   kMeasuredOnly = 2,      // it may be the sky: clues are no anchors
+  kNoLine = 4,            // it is
 };
 
 // Inverse depth of what lines rest on at a pixel; 0: nothing. anchor: what else rests on it, clues included; evidence: what was measured.
@@ -221,8 +222,9 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
       const int x = line.x0 + s * line.dx, y = line.y0 + s * line.dy;
       float& target = hypothesis(x, y);
       if (target > 0) continue;
-      const bool is_even = limits.data != nullptr && (limits(x, y) & kBetweenSidesOnly) != 0;
-      const float value = GapValue(model, options, static_cast<float>(s - begin), is_even);
+      const std::uint8_t limit = limits.data != nullptr ? limits(x, y) : 0;
+      if ((limit & kNoLine) != 0) continue;
+      const float value = GapValue(model, options, static_cast<float>(s - begin), (limit & kBetweenSidesOnly) != 0);
       target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
     }
   }

@@ -13,7 +13,7 @@ namespace phi {
 namespace {
 
 constexpr double kFewCells = 10;       // so many at least make a share
-constexpr std::size_t kFewSpots = 16;  // in fewer, where spots fall is chance
+constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 // A plane is fitted again so often, as cells come to lie on it and leave; through fewer cells it stays.
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
@@ -90,10 +90,10 @@ class PlaneChoice {
     return candidates;
   }
 
-  // The best one; null: not enough cells lie on any, or it may be the sky. Other views alone carry no second plane.
-  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first, bool* may_be_sky) const {
+  // The best one; null: not enough cells lie on any, or `sky` says why. Other views alone carry no second plane.
+  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first, Sky* sky) const {
     const RegionPlane* best = nullptr;
-    bool leaves_sky = false;
+    Sky left_for = Sky::kNot;
     double best_score = 0;
     for (const auto& [plane, others] : candidates) {
       const Verdict own = Judge(plane, region_.cells);
@@ -102,14 +102,14 @@ class PlaneChoice {
       if (best != nullptr && score <= best_score) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
-      if (is_first && MayBeSky(plane)) {
-        leaves_sky = true;
+      if (const Sky judged = is_first ? JudgeSky(plane) : Sky::kNot; judged != Sky::kNot) {
+        left_for = std::max(left_for, judged);
         continue;
       }
       best = &plane;
       best_score = score;
     }
-    *may_be_sky = best == nullptr && leaves_sky;
+    *sky = best == nullptr ? left_for : Sky::kNot;
     return best;
   }
 
@@ -185,11 +185,27 @@ class PlaneChoice {
     return sum;
   }
 
-  // Of the surface that the region's spots would be on the plane, the part, by area, that lies between the cells on it or moves from
+  // What the region is if it is not on the plane.
+  Sky JudgeSky(const ImagePlane& plane) const {
+    if (IsUnlikeForetold(plane)) return Sky::kSeen;
+    return LooksInfinitelyFar(plane) ? Sky::kMayBe : Sky::kNot;
+  }
+
+  // A plane moves from view to view, and its border with it: it foretells what the views show in the spots' directions. Between a
+  // tree and a house cells lie around the sky, which does not move. A region of one brightness that ends at things as far away as
+  // the plane looks the same either way.
+  bool IsUnlikeForetold(const ImagePlane& plane) const {
+    if (region_.views == nullptr || !(limits_.min_foretold > 0)) return false;
+    const Foretold foretold = region_.views->CountForetold(region_.spots, plane);
+    return foretold.num_unlike >= kFewSpots &&
+           static_cast<double>(foretold.num_seen) < limits_.min_foretold * static_cast<double>(foretold.num_unlike);
+  }
+
+  // Of the surface that the region's spots would be on the plane, too little, by area, lies between the cells on it or moves from
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
   // skirting; the sky begins where the cells of a roof end. Cells of clues alone say nothing against the sky: just above a roof all
   // views match its edge, and their agreement makes clues there.
-  bool MayBeSky(const ImagePlane& plane) const {
+  bool LooksInfinitelyFar(const ImagePlane& plane) const {
     const std::vector<AnchorCell> on = CellsOn(plane);
     if (on.empty() || region_.spots.empty()) return false;
     std::vector<Place> places;
@@ -256,7 +272,9 @@ ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, k
   ChosenPlanes chosen;
   for (int k = 0; k < kPlanesPerRegion; ++k) {
     RegionPlane& plane = chosen.planes[k];
-    const RegionPlane* best = choice.Best(candidates, k == 0, &chosen.may_be_sky);
+    Sky sky;
+    const RegionPlane* best = choice.Best(candidates, k == 0, &sky);
+    if (k == 0) chosen.sky = sky;
     if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen.planes[0], *best, limits.min_apart)))
       break;
     plane = *best;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct PlaneChoiceLimits {
   double source_weight = 0;  // of the other views' cells
   // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far.
   double min_unlike_sky = 0;
+  double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
 };
 
 // What is known of a region.
@@ -34,9 +36,16 @@ struct RegionEvidence {
   std::span<const SourceRegions> sources = {};  // of the source views
 };
 
+// Of a region: why no plane was chosen.
+enum class Sky : std::uint8_t {
+  kNot,
+  kMayBe,  // too little says that it is not
+  kSeen,   // other views do not show what a plane foretells
+};
+
 struct ChosenPlanes {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
-  bool may_be_sky = false;  // which is why none was chosen
+  Sky sky = Sky::kNot;
 };
 
 // A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it: surfaces

@@ -15,7 +15,6 @@
 #include "phi/base/wide_vectors.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
-#include "phi/inference/plane_choice.h"
 #include "phi/inference/region_anchors.h"
 #include "phi/inference/second_surface.h"
 
@@ -40,6 +39,7 @@ constexpr double kReachDeviations = 5;
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
+constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
 
 // The same, scaled.
 struct Limits {
@@ -64,7 +64,7 @@ struct Limits {
   PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
     return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
             reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-            rules.Factor(Rule::kSky) * kMinUnlikeSky};
+            rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold};
   }
 };
 
@@ -189,6 +189,15 @@ DepthPrecision PrecisionOf(const InferenceInput& input) {
   return {input.reference.view->camera, sources};
 }
 
+std::uint8_t LimitOf(Sky sky) {
+  switch (sky) {
+    case Sky::kNot: return 0;
+    case Sky::kMayBe: return kMeasuredOnly;
+    case Sky::kSeen: return kMeasuredOnly | kNoLine;
+  }
+  return 0;
+}
+
 std::vector<SourceRegions> RegionsOfSources(const InferenceInput& input, const Rules& rules) {
   std::vector<SourceRegions> sources;
   if (!rules.IsOn(Rule::kSourceRegions)) return sources;
@@ -249,7 +258,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors, evidence.states);
   index_ = own.index();
   planes_.resize(own.size());
-  may_be_sky_.resize(own.size());
+  sky_.resize(own.size(), Sky::kNot);
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
@@ -260,7 +269,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     if (!chooses) return;
     const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
-    may_be_sky_[k] = chosen.may_be_sky ? 1 : 0;
+    sky_[k] = chosen.sky;
   });
 }
 
@@ -269,7 +278,7 @@ Mask RegionPlanes::LineLimits(const Rules& rules) const {
   return Transformed(regions_->region, [&](std::int32_t region) -> std::uint8_t {
     if (region < 0) return 0;
     const std::int32_t own = index_[static_cast<std::size_t>(region)];
-    return own >= 0 && may_be_sky_[static_cast<std::size_t>(own)] != 0 ? even | kMeasuredOnly : even;
+    return own >= 0 ? even | LimitOf(sky_[static_cast<std::size_t>(own)]) : even;
   });
 }
 

@@ -18,6 +18,7 @@
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/line_hypothesis.h"
+#include "phi/inference/plane_choice.h"
 #include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/scene_planes.h"
@@ -85,7 +86,7 @@ class RegionPlanes {
   std::shared_ptr<const ImageRegions> regions_;
   std::vector<std::int32_t> index_;  // of a region's planes; -1: too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
-  std::vector<std::uint8_t> may_be_sky_;        // as planes_; 1: the region may be
+  std::vector<Sky> sky_;                        // as planes_
   std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };
 

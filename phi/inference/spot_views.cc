@@ -9,39 +9,84 @@
 #include "phi/inference/pooled_anchors.h"
 
 namespace phi {
+namespace {
+
+bool IsMeasuredAt(const MeasuredDepths* depths, int x, int y) {
+  return depths != nullptr && IsMeasured(depths->states(x, y));
+}
+
+bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
+
+Eigen::Vector3d CenterInImage(const Camera& reference, const Camera& source) {
+  const Pinhole& pinhole = reference.pinhole;
+  const Eigen::Vector3d center = reference.pose.rotation * (source.pose.Center() - reference.pose.Center());
+  return {pinhole.fx * center.x() + pinhole.cx * center.z(), pinhole.fy * center.y() + pinhole.cy * center.z(), center.z()};
+}
+
+}  // namespace
 
 SpotViews::SpotViews(const InferenceInput& input, std::span<const float> gains)
     : reference_(input.reference.image.get()) {
   const std::size_t num_views = std::min(input.sources.size(), input.source_depths.size());
   for (std::size_t j = 0; j < num_views; ++j) {
-    const ViewImage& source = input.sources[j];
-    sources_.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
-                        source.image.get(), input.source_depths[j].get(), gains[j]});
+    const Camera &reference = input.reference.view->camera, &source = input.sources[j].view->camera;
+    sources_.push_back({MakeRelativeView(reference, source), CenterInImage(reference, source), input.sources[j].image.get(),
+                        input.source_depths[j].get(), gains[j]});
   }
 }
 
 double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   if (!(inverse_depth >= 0)) return 1;
   const auto w = static_cast<float>(inverse_depth);
-  const float own = (*reference_)(spot.x, spot.y);
   int num_like = 0, num_unlike = 0;
   for (const Source& source : sources_) {
-    const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f,
-                                        static_cast<float>(spot.y) + 0.5f, w);
-    if (!(p.z > 0)) continue;
-    const float u = p.x / p.z, v = p.y / p.z;
-    if (!(u >= 0 && v >= 0 && u < static_cast<float>(source.image->width()) &&
-          v < static_cast<float>(source.image->height())))
-      continue;
-    const int x = static_cast<int>(u), y = static_cast<int>(v);
-    if (source.depths != nullptr && IsMeasured(source.depths->states(x, y)) &&
-        !DepthsAgree(p.z, source.depths->depths(x, y) * w, kDepthGap)) {
+    const std::optional<Shown> shown = Find(source, spot, w);
+    if (!shown) continue;
+    if (IsMeasuredAt(source.depths, shown->x, shown->y) &&
+        !DepthsAgree(shown->relative_depth, source.depths->depths(shown->x, shown->y) * w, kDepthGap)) {
       continue;
     }
-    const float change = own - source.gain * (*source.image)(x, y);
-    ++(std::abs(change) <= kMaxBrightnessChange ? num_like : num_unlike);
+    ++(IsUnlike(shown->change) ? num_unlike : num_like);
   }
   return num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_like + num_unlike);
+}
+
+Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const {
+  Foretold foretold;
+  for (const Source& source : sources_) {
+    for (const Spot& spot : spots) {
+      const std::optional<Shown> shown = Find(source, spot, 0);
+      if (!shown || IsMeasuredAt(source.depths, shown->x, shown->y)) continue;
+      const std::optional<float> there = BrightnessInDirection(source, spot, plane);
+      if (!there || !IsUnlike((*reference_)(spot.x, spot.y) - *there)) continue;
+      ++foretold.num_unlike;
+      if (IsUnlike(shown->change)) ++foretold.num_seen;
+    }
+  }
+  return foretold;
+}
+
+std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w) const {
+  const Vec3f p =
+      ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
+  if (!(p.z > 0)) return std::nullopt;
+  const float u = p.x / p.z, v = p.y / p.z;
+  if (!(u >= 0 && v >= 0 && u < static_cast<float>(source.image->width()) && v < static_cast<float>(source.image->height())))
+    return std::nullopt;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  return Shown{x, y, p.z, (*reference_)(spot.x, spot.y) - source.gain * (*source.image)(x, y)};
+}
+
+std::optional<float> SpotViews::BrightnessInDirection(const Source& source, const Spot& spot, const ImagePlane& plane) const {
+  // q . p is the inverse depth at the image point p = (u, v, 1): 1 for the point of the plane at p, times its depth.
+  const Eigen::Vector3d q(plane.b, plane.c, plane.a - 0.5 * (plane.b + plane.c));
+  const Eigen::Vector3d direction(spot.x + 0.5, spot.y + 0.5, 1);
+  const double distance = (1 - q.dot(source.center)) / q.dot(direction);
+  const Eigen::Vector3d p = source.center + distance * direction;
+  if (!(distance > 0 && p.z() > 0)) return std::nullopt;
+  const double u = p.x() / p.z(), v = p.y() / p.z();
+  if (!(u >= 0 && v >= 0 && u < reference_->width() && v < reference_->height())) return std::nullopt;
+  return (*reference_)(static_cast<int>(u), static_cast<int>(v));
 }
 
 }  // namespace phi

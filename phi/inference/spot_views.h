@@ -2,14 +2,26 @@
 // no depth; but where a wrong plane lands on a bookcase, the brightness is another.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/image_plane.h"
 #include "phi/inference/spot.h"
 
 namespace phi {
+
+// What a plane foretells of the directions that spots lie in, counted over spots and source views. From where the source camera
+// stands another part of the plane lies in that direction, which the reference image shows as well.
+struct Foretold {
+  std::size_t num_unlike = 0;  // that part is unlike the spot
+  std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
+};
 
 class SpotViews {
  public:
@@ -21,13 +33,28 @@ class SpotViews {
   // w = 0: infinitely far, as the sky is. 1 below, which is no depth.
   double Unlike(const Spot& spot, double w) const;
 
+  // `plane`: of the reference image. A view that measured something in a spot's direction tells nothing.
+  Foretold CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const;
+
  private:
   struct Source {
     RelativeView view;
+    // Of its camera, the reference's calibration times the place in the reference's frame; world units.
+    Eigen::Vector3d center;
     const GrayImage* image;
     const MeasuredDepths* depths;  // null: unknown
     float gain;
   };
+  // Where a source shows a point.
+  struct Shown {
+    int x, y;
+    float relative_depth;  // there, times the inverse depth here
+    float change;          // of the brightness, from there to here
+  };
+
+  std::optional<Shown> Find(const Source& source, const Spot& spot, float w) const;
+  // Of the reference, at the place of `plane` that lies in the spot's direction from the source.
+  std::optional<float> BrightnessInDirection(const Source& source, const Spot& spot, const ImagePlane& plane) const;
 
   const GrayImage* reference_;
   std::vector<Source> sources_;

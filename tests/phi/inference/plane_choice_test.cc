@@ -230,19 +230,65 @@ TEST(PlaneChoice, WhatMayBeSkyIsToldFromWhatHasNoPlane) {
   const AboveARoof scene(100, 100);
   const SpotViews views(scene.input, std::array{1.0f, 1.0f});
   PlaneChoiceLimits limits = kLimits;
-  const auto may_be_sky = [&](const std::vector<AnchorCell>& cells, double min_unlike_sky) {
+  const auto sky = [&](const std::vector<AnchorCell>& cells, double min_unlike_sky) {
     limits.min_unlike_sky = min_unlike_sky;
-    return ChoosePlanes({cells, scene.spots, &views}, Planes{}, std::array{kWall}, limits).may_be_sky;
+    return ChoosePlanes({cells, scene.spots, &views}, Planes{}, std::array{kWall}, limits).sky;
   };
-  EXPECT_TRUE(may_be_sky(scene.roof, 0.6));
-  EXPECT_FALSE(may_be_sky(scene.roof, 0.4 - 1e-9)) << "its plane is taken";
-  EXPECT_FALSE(may_be_sky({}, 0.6)) << "no plane was offered";
+  EXPECT_EQ(sky(scene.roof, 0.6), Sky::kMayBe);
+  EXPECT_EQ(sky(scene.roof, 0.4 - 1e-9), Sky::kNot) << "its plane is taken";
+  EXPECT_EQ(sky({}, 0.6), Sky::kNot) << "no plane was offered";
   // A plane before the roof's, with fewer cells, all over the image.
   const ImagePlane before{0.6, 0, 0};
   const auto cells = Both(scene.roof, CellsOn(before, 0, 160, 0, 30));
   const ChosenPlanes chosen = ChoosePlanes({Both(cells, CellsOn(before, 0, 160, 90, 120)), scene.spots, &views}, Planes{}, std::array{kWall, before}, limits);
   ExpectIs(chosen.planes[0], before);
-  EXPECT_FALSE(chosen.may_be_sky) << "another plane was taken";
+  EXPECT_EQ(chosen.sky, Sky::kNot) << "another plane was taken";
+}
+
+// An even region that ends at a darker house at x = 100, and a source camera half a metre to the right. If the region is the wall that
+// cells lie on all around it, the camera sees the house in the direction of its last 36 spots: 0.5 * 150 * 0.365 / 0.925 = 29.6 pixels
+// are too few for those at x = 65, 30.4 are enough at x = 75.
+struct BesideAHouse {
+  SceneView reference = test_support::CenteredView(1, 160, 120, 150), source = test_support::CenteredView(2, 160, 120, 150);
+  InferenceInput input;
+  std::vector<Spot> spots;
+
+  // `num_rows`: of spots. In `num_dark` of them the camera sees the house there.
+  BesideAHouse(int num_rows, int num_dark) {
+    auto with_house = std::make_shared<GrayImage>(160, 120, 100), from_right = std::make_shared<GrayImage>(*with_house);
+    for (int y = 0; y < 120; ++y) {
+      std::fill(&(*with_house)(100, y), &(*with_house)(0, y) + 160, 60);
+      if (y < 10 * num_dark) std::fill(&(*from_right)(70, y), &(*from_right)(0, y) + 160, 60);
+    }
+    source.camera.pose.translation = {-0.5, 0, 0};
+    input.reference = {&reference, with_house};
+    input.sources = {{&source, from_right}};
+    input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(160, 120)))};
+    for (int row = 0; row < num_rows; ++row) {
+      for (int x = 5; x < 100; x += 10) spots.push_back({x, 10 * row + 5});
+    }
+  }
+
+  ChosenPlanes Choose(double min_foretold) const {
+    PlaneChoiceLimits limits = kLimits;
+    limits.min_unlike_sky = 0.6;
+    limits.min_foretold = min_foretold;
+    const SpotViews views(input, std::array{1.0f});
+    return ChoosePlanes({CellsOn(kWall, 0, 160, 0, 130), spots, &views}, Planes{}, std::array{kWall}, limits);
+  }
+};
+
+TEST(PlaneChoice, WhatDoesNotMoveAsItsPlaneForetellsIsTheSky) {
+  EXPECT_EQ(BesideAHouse(12, 5).Choose(0.5).sky, Sky::kSeen) << "15 of 36";
+  EXPECT_FALSE(BesideAHouse(12, 5).Choose(0.5).planes[0].IsThere());
+  EXPECT_TRUE(BesideAHouse(12, 6).Choose(0.5).planes[0].IsThere()) << "18 of 36";
+  EXPECT_FALSE(BesideAHouse(12, 6).Choose(0.5 + 1e-9).planes[0].IsThere());
+  EXPECT_TRUE(BesideAHouse(12, 0).Choose(0).planes[0].IsThere()) << "not asked";
+}
+
+TEST(PlaneChoice, FewForetoldSpotsSayNothing) {
+  EXPECT_EQ(BesideAHouse(6, 0).Choose(0.5).sky, Sky::kSeen) << "18";
+  EXPECT_TRUE(BesideAHouse(5, 0).Choose(0.5).planes[0].IsThere()) << "15";
 }
 
 // Cells all over the sky, on the roof's plane.
@@ -365,6 +411,31 @@ TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
   EXPECT_EQ(offered(1, 80, 100), (std::array{0.0f, 0.0f})) << "clues carry none";
   EXPECT_EQ(offered(1, 145, 100)[0], 0) << "nor does a clue offer its own depth";
   EXPECT_NEAR(offered(1, 80, 115)[0], w, 1e-4f) << "between measured pixels";
+}
+
+// What was measured fills the left fifth and, before the house, the right one. Wall or sky, the even region between has no other anchors.
+TEST(RegionPlanes, WhereViewsShowTheSkyNoLineCrossesIt) {
+  const auto horizontal_at_50 = [](int num_dark) {
+    const BesideAHouse scene(0, num_dark);
+    const float w = 0.3f;
+    PlaneMap planes(160, 120);
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 160; ++x) {
+        if (x < 30 || x >= 130) planes(x, y) = {{0, 0, -1}, 1 / w};
+      }
+    }
+    const MeasurementMap measured = AllMeasured(std::move(planes));
+    PlaneEvidence evidence;
+    evidence.scene = {{w, 0, 0}};
+    evidence.views.emplace(scene.input, std::vector<float>{1});
+    evidence.states = std::as_const(measured.states).view();
+    Rules rules;
+    const GrayImage& image = *scene.input.reference.image;
+    const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
+    return hypotheses.state().maps.inverse_depth[kHorizontal](50, 60);
+  };
+  EXPECT_EQ(horizontal_at_50(0), 0);
+  EXPECT_NEAR(horizontal_at_50(12), 0.3f, 1e-4f) << "the camera sees the house where a wall would be";
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "phi/inference/spot_views.h"
 
+#include <algorithm>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/centered_view.h"
@@ -67,6 +70,82 @@ TEST(SpotViews, WhatNoViewShowsIsNotUnlikeAndNoDepthIs) {
   const DarkPixel scene;
   EXPECT_EQ(scene.Unlike(3), 0) << "beside the source image";
   EXPECT_EQ(scene.Unlike(-0.1), 1);
+}
+
+// Both images are plain, and the cameras have one orientation, so that a direction has one pixel in both.
+struct PlaneBeforeTwoViews {
+  SceneView reference = test_support::CenteredView(1, 160, 120, 150), source = test_support::CenteredView(2, 160, 120, 150);
+  GrayImage reference_image = GrayImage(160, 120, 120), source_image = GrayImage(160, 120, 120);
+  MeasuredDepths depths = AllMeasured(DepthMap(160, 120));
+  float gain = 1;
+
+  // `center`: of the source camera, before the reference camera's axes.
+  explicit PlaneBeforeTwoViews(const Eigen::Vector3d& center) { source.camera.pose.translation = -center; }
+
+  Foretold Count(const ImagePlane& plane, std::vector<Spot> spots = {{75, 45}}) const {
+    InferenceInput input;
+    input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
+    input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
+    input.source_depths = {std::make_shared<const MeasuredDepths>(depths)};
+    return SpotViews(input, std::vector<float>{gain}).CountForetold(spots, plane);
+  }
+  // The reference's pixel whose brightness the plane foretells for the source's view in the direction of (75, 45).
+  std::pair<int, int> ForetoldPixel(const ImagePlane& plane) {
+    for (int y = 0; y < 120; ++y) {
+      for (int x = 0; x < 160; ++x) {
+        reference_image(x, y) = 60;
+        const std::size_t num_unlike = x == 75 && y == 45 ? 0 : Count(plane).num_unlike;
+        reference_image(x, y) = 120;
+        if (num_unlike == 1) return {x, y};
+      }
+    }
+    return {-1, -1};
+  }
+};
+
+// From half a metre to the right, the ray in the direction of (75.5, 45.5) meets a plane at inverse depth w at u = 75.5 + 150 * 0.5 w.
+TEST(SpotViews, FromBesideAnotherPartOfThePlaneLiesInTheSpotsDirection) {
+  PlaneBeforeTwoViews views({0.5, 0, 0});
+  EXPECT_EQ(views.ForetoldPixel({0.3269, 0, 0}), std::pair(100, 45)) << "100.02";
+  EXPECT_EQ(views.ForetoldPixel({0.3265, 0, 0}), std::pair(99, 45)) << "99.99";
+  // 0.3957 at the spot, and 0.004 more a pixel: 75.5 + 75 * 0.3957 / (1 - 75 * 0.004).
+  EXPECT_EQ(views.ForetoldPixel({0.0957, 0.004, 0}), std::pair(117, 45)) << "117.90";
+}
+
+// The camera's centre (0.2, -0.1, 1) is e = (110, 45, 1) in the image. At image point (u, v) the plane's inverse depth is q . (u, v, 1),
+// q = (0.0004, -0.0002, 0.1999). The point e + t (75.5, 45.5, 1) lies on it where q . e + t q . (75.5, 45.5, 1) = 1: 0.2349 + 0.221 t = 1.
+// It is (371.38, 202.52, 4.462).
+TEST(SpotViews, FromFurtherOnASlantedPlaneIsMetWhereTheRayMeetsIt) {
+  PlaneBeforeTwoViews views({0.2, -0.1, 1});
+  EXPECT_EQ(views.ForetoldPixel({0.2, 0.0004, -0.0002}), std::pair(83, 45)) << "(83.23, 45.39)";
+}
+
+TEST(SpotViews, WhatAPlaneForetellsIsSeenWhereTheSourceShowsSomethingUnlikeTheSpot) {
+  PlaneBeforeTwoViews views({0.5, 0, 0});
+  const ImagePlane plane{0.33, 0, 0};
+  views.source_image(75, 45) = 60;
+  EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "nothing unlike is foretold";
+  views.reference_image(100, 45) = 60;
+  EXPECT_EQ(views.Count(plane).num_unlike, 1u);
+  EXPECT_EQ(views.Count(plane).num_seen, 1u);
+  views.gain = 2;
+  EXPECT_EQ(views.Count(plane).num_seen, 0u) << "as bright as the spot";
+  views.gain = 1;
+  EXPECT_EQ(views.Count(plane, {{75, 45}, {75, 45}, {75, 80}}).num_seen, 2u);
+  views.depths.states(75, 45) = PixelState::kMeasured;
+  EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "what stands before it says nothing of it";
+}
+
+TEST(SpotViews, BesideTheImageAndBehindThePlaneNothingIsForetold) {
+  PlaneBeforeTwoViews beside({0.5, 0, 0});
+  std::fill(beside.reference_image.begin(), beside.reference_image.end(), 60);
+  beside.reference_image(75, 45) = 120;
+  EXPECT_EQ(beside.Count({1.12, 0, 0}).num_unlike, 1u) << "u = 159.5";
+  EXPECT_EQ(beside.Count({1.13, 0, 0}).num_unlike, 0u) << "u = 160.25";
+  PlaneBeforeTwoViews behind({0.5, 0, 4});
+  behind.reference_image = beside.reference_image;
+  EXPECT_EQ(behind.Count({0.24, 0, 0}).num_unlike, 1u);
+  EXPECT_EQ(behind.Count({0.26, 0, 0}).num_unlike, 0u) << "the source camera has passed it";
 }
 
 }  // namespace
