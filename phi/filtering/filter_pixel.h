@@ -43,6 +43,11 @@ PHI_HD bool WasInferred(const FilterReference& f, int x, int y) {
   return f.states.data != nullptr && IsInferred(f.states(x, y));
 }
 
+// Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
+PHI_HD bool WasJudged(const FilterReference& f, int x, int y) {
+  return f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !WasInferred(f, x, y);
+}
+
 // Views that must confirm a pixel.
 PHI_HD int RequiredViews(const FilterReference& f, bool was_inferred) {
   return was_inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
@@ -56,7 +61,7 @@ PHI_HD bool CountsAll(const FilterReference& f) {
 // Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
 PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, int y, Testimonies* t) {
   const PlaneHypothesis h = f.map(x, y);
-  if (!(h.depth > 0)) return;
+  if (!(h.depth > 0) || WasJudged(f, x, y)) return;
   constexpr int kMost = 255;
   const int required = CountsAll(f) ? kMost : RequiredViews(f, WasInferred(f, x, y));
   for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
@@ -80,10 +85,8 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
 // After the last turn.
 PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const Testimonies& t) {
   if (!(f.map(x, y).depth > 0)) return FilterVerdict::kDropped;
+  if (WasJudged(f, x, y)) return FilterVerdict::kKept;
   const bool was_inferred = WasInferred(f, x, y);
-  // Measured pixels were judged before inference. To ask again for views that were dropped or filled since loses right ones.
-  if (f.thresholds.formulas == Formulas::kRobust && f.states.data != nullptr && !was_inferred)
-    return FilterVerdict::kKept;
   if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost)
     return FilterVerdict::kDropped;
   if (t.num_confirming >= RequiredViews(f, was_inferred))
