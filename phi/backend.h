@@ -121,7 +121,7 @@ class Backend {
  public:
   virtual ~Backend() = default;
   virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
-  // How many calls of one stage at once keep the device busy. More than one: those of several stages come side by side.
+  // How many calls of one stage at once keep the device busy, at least 1. More: those of several stages come side by side.
   virtual int NumConcurrentImages() const = 0;
   // Estimation with the default options, of the reference's pixels times source views, for a first guess of the time;
   // 0: not known.

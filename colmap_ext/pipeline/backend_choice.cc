@@ -97,4 +97,10 @@ Backends MakeBackends(const BackendOptions& options) {
   }
 }
 
+int NumAtOnce(const Backends& backends) {
+  int num = 0;
+  for (const auto& backend : backends) num += backend->NumConcurrentImages();
+  return num;
+}
+
 }  // namespace colmap_ext

@@ -29,4 +29,7 @@ std::vector<int> ParseGpuIndices(const std::string& text);
 // this build or this machine has none, phi::ResourceError where one fails.
 Backends MakeBackends(const BackendOptions& options);
 
+// Calls of one stage that keep all of them busy.
+int NumAtOnce(const Backends& backends);
+
 }  // namespace colmap_ext

@@ -67,11 +67,7 @@ class TaskList {
 };
 
 // Enough to keep up with several devices, few enough that what waits to be written stays small.
-int NumWriters(const Backends& backends) {
-  int num_at_once = 0;
-  for (const auto& backend : backends) num_at_once += std::max(1, backend->NumConcurrentImages());
-  return std::clamp(num_at_once, 2, 8);
-}
+int NumWriters(const Backends& backends) { return std::clamp(NumAtOnce(backends), 2, 8); }
 
 }  // namespace
 

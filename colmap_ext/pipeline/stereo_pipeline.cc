@@ -90,8 +90,7 @@ void StereoPipeline::BeginShard() {
   process.shard = shard_.Name();
   process.only_stage = shard_.only_stage;
   process.num_images = static_cast<int>(jobs_.size());
-  process.num_workers = 0;
-  for (const auto& backend : backends_) process.num_workers += std::max(1, backend->NumConcurrentImages());
+  process.num_workers = NumAtOnce(backends_);
   for (const Stage& stage : stages_) process.stages.push_back(stage.result);
   runner_.record().BeginShard(std::move(process));
 }

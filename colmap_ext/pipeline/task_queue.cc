@@ -18,9 +18,7 @@
 namespace colmap_ext {
 namespace {
 
-int NumAtOnce(const phi::Backend& backend) { return std::max(1, backend.NumConcurrentImages()); }
-
-int NumWorkers(const phi::Backend& backend) { return phi::NumCallsOfAllStages(NumAtOnce(backend)); }
+int NumWorkers(const phi::Backend& backend) { return phi::NumCallsOfAllStages(backend.NumConcurrentImages()); }
 
 // Calls of the lowest kind that a device keeps going, and the tasks of higher kinds that wait for a worker then at most: as many maps
 // are held the longer for it.
@@ -140,7 +138,7 @@ class Queue {
   std::optional<int> FindReady(const Device& device) const {
     if (const auto ahead = FindAhead(device)) return ahead;
     for (const auto& [kind, tasks] : ready_) {
-      if (!tasks.empty() && device.NumRunning(kind) < NumAtOnce(*device.backend)) return *tasks.begin();
+      if (!tasks.empty() && device.NumRunning(kind) < device.backend->NumConcurrentImages()) return *tasks.begin();
     }
     return {};
   }
