@@ -11,6 +11,11 @@
 namespace phi {
 namespace {
 
+// What a plane foretells: so far from the spot's brightness that what is as bright is unlike the spot,
+constexpr float kClearlyUnlike = 2 * kMaxBrightnessChange;
+// and as far so many pixels around: thin things stand before the plane, and views show them elsewhere.
+constexpr int kSteadyReach = 2;
+
 bool IsMeasuredAt(const MeasuredDepths* depths, int x, int y) {
   return depths != nullptr && IsMeasured(depths->states(x, y));
 }
@@ -26,7 +31,7 @@ Eigen::Vector3d CenterInImage(const Camera& reference, const Camera& source) {
 }  // namespace
 
 SpotViews::SpotViews(const InferenceInput& input, std::span<const float> gains)
-    : reference_(input.reference.image.get()) {
+    : reference_(input.reference.image.get()), measured_(input.measured.get()) {
   const std::size_t num_views = std::min(input.sources.size(), input.source_depths.size());
   for (std::size_t j = 0; j < num_views; ++j) {
     const Camera &reference = input.reference.view->camera, &source = input.sources[j].view->camera;
@@ -57,8 +62,7 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
     for (const Spot& spot : spots) {
       const std::optional<Shown> shown = Find(source, spot, 0);
       if (!shown || IsMeasuredAt(source.depths, shown->x, shown->y)) continue;
-      const std::optional<float> there = BrightnessInDirection(source, spot, plane);
-      if (!there || !IsUnlike((*reference_)(spot.x, spot.y) - *there)) continue;
+      if (!ForetellsUnlike(source, spot, plane)) continue;
       ++foretold.num_unlike;
       if (IsUnlike(shown->change)) ++foretold.num_seen;
     }
@@ -77,16 +81,31 @@ std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot
   return Shown{x, y, p.z, (*reference_)(spot.x, spot.y) - source.gain * (*source.image)(x, y)};
 }
 
-std::optional<float> SpotViews::BrightnessInDirection(const Source& source, const Spot& spot, const ImagePlane& plane) const {
+bool SpotViews::IsHidden(int x, int y, float depth) const {
+  return measured_ != nullptr && IsMeasured(measured_->states(x, y)) && LiesBefore(measured_->planes(x, y).depth, depth);
+}
+
+bool SpotViews::ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const {
   // q . p is the inverse depth at the image point p = (u, v, 1): 1 for the point of the plane at p, times its depth.
   const Eigen::Vector3d q(plane.b, plane.c, plane.a - 0.5 * (plane.b + plane.c));
   const Eigen::Vector3d direction(spot.x + 0.5, spot.y + 0.5, 1);
   const double distance = (1 - q.dot(source.center)) / q.dot(direction);
   const Eigen::Vector3d p = source.center + distance * direction;
-  if (!(distance > 0 && p.z() > 0)) return std::nullopt;
+  if (!(distance > 0 && p.z() > 0)) return false;
   const double u = p.x() / p.z(), v = p.y() / p.z();
-  if (!(u >= 0 && v >= 0 && u < reference_->width() && v < reference_->height())) return std::nullopt;
-  return (*reference_)(static_cast<int>(u), static_cast<int>(v));
+  if (!(u >= kSteadyReach && v >= kSteadyReach && u < reference_->width() - kSteadyReach && v < reference_->height() - kSteadyReach))
+    return false;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  return !IsHidden(x, y, static_cast<float>(p.z())) && IsUnlikeAround(spot, x, y);
+}
+
+bool SpotViews::IsUnlikeAround(const Spot& spot, int x, int y) const {
+  for (int dy = -kSteadyReach; dy <= kSteadyReach; dy += kSteadyReach) {
+    for (int dx = -kSteadyReach; dx <= kSteadyReach; dx += kSteadyReach) {
+      if (!(std::abs((*reference_)(spot.x, spot.y) - (*reference_)(x + dx, y + dy)) > kClearlyUnlike)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace phi

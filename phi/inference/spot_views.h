@@ -19,7 +19,7 @@ namespace phi {
 // What a plane foretells of the directions that spots lie in, counted over spots and source views. From where the source camera
 // stands another part of the plane lies in that direction, which the reference image shows as well.
 struct Foretold {
-  std::size_t num_unlike = 0;  // that part is unlike the spot
+  std::size_t num_unlike = 0;  // that part and what is around it are clearly unlike the spot
   std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
 };
 
@@ -33,7 +33,8 @@ class SpotViews {
   // w = 0: infinitely far, as the sky is. 1 below, which is no depth.
   double Unlike(const Spot& spot, double w) const;
 
-  // `plane`: of the reference image. A view that measured something in a spot's direction tells nothing.
+  // `plane`: of the reference image. Where something was measured, by a view in a spot's direction or by the reference before the
+  // plane, it hides what the plane foretells.
   Foretold CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const;
 
  private:
@@ -53,10 +54,15 @@ class SpotViews {
   };
 
   std::optional<Shown> Find(const Source& source, const Spot& spot, float w) const;
-  // Of the reference, at the place of `plane` that lies in the spot's direction from the source.
-  std::optional<float> BrightnessInDirection(const Source& source, const Spot& spot, const ImagePlane& plane) const;
+  // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
+  bool ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const;
+  bool IsUnlikeAround(const Spot& spot, int x, int y) const;
+
+  // Whether the reference measured something before that depth.
+  bool IsHidden(int x, int y, float depth) const;
 
   const GrayImage* reference_;
+  const MeasurementMap* measured_;  // of the reference; null: unknown
   std::vector<Source> sources_;
 };
 

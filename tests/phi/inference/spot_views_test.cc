@@ -1,6 +1,7 @@
 #include "phi/inference/spot_views.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -77,6 +78,7 @@ struct PlaneBeforeTwoViews {
   SceneView reference = test_support::CenteredView(1, 160, 120, 150), source = test_support::CenteredView(2, 160, 120, 150);
   GrayImage reference_image = GrayImage(160, 120, 120), source_image = GrayImage(160, 120, 120);
   MeasuredDepths depths = AllMeasured(DepthMap(160, 120));
+  PlaneMap measured = PlaneMap(160, 120);  // by the reference
   float gain = 1;
 
   // `center`: of the source camera, before the reference camera's axes.
@@ -87,15 +89,20 @@ struct PlaneBeforeTwoViews {
     input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
     input.source_depths = {std::make_shared<const MeasuredDepths>(depths)};
+    input.measured = std::make_shared<const MeasurementMap>(AllMeasured(measured));
     return SpotViews(input, std::vector<float>{gain}).CountForetold(spots, plane);
   }
-  // The reference's pixel whose brightness the plane foretells for the source's view in the direction of (75, 45).
+  void Darken(int x, int y, float brightness = 60) {
+    for (int dy = -2; dy <= 2; ++dy) std::fill_n(&reference_image(x - 2, y + dy), 5, brightness);
+  }
+  // The reference's pixel whose surroundings the plane foretells for the source's view in the direction of (75, 45).
   std::pair<int, int> ForetoldPixel(const ImagePlane& plane) {
-    for (int y = 0; y < 120; ++y) {
-      for (int x = 0; x < 160; ++x) {
-        reference_image(x, y) = 60;
-        const std::size_t num_unlike = x == 75 && y == 45 ? 0 : Count(plane).num_unlike;
-        reference_image(x, y) = 120;
+    for (int y = 2; y < 118; ++y) {
+      for (int x = 2; x < 158; ++x) {
+        if (std::abs(x - 75) <= 2 && std::abs(y - 45) <= 2) continue;
+        Darken(x, y);
+        const std::size_t num_unlike = Count(plane).num_unlike;
+        Darken(x, y, 120);
         if (num_unlike == 1) return {x, y};
       }
     }
@@ -125,7 +132,7 @@ TEST(SpotViews, WhatAPlaneForetellsIsSeenWhereTheSourceShowsSomethingUnlikeTheSp
   const ImagePlane plane{0.33, 0, 0};
   views.source_image(75, 45) = 60;
   EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "nothing unlike is foretold";
-  views.reference_image(100, 45) = 60;
+  views.Darken(100, 45);
   EXPECT_EQ(views.Count(plane).num_unlike, 1u);
   EXPECT_EQ(views.Count(plane).num_seen, 1u);
   views.gain = 2;
@@ -136,12 +143,30 @@ TEST(SpotViews, WhatAPlaneForetellsIsSeenWhereTheSourceShowsSomethingUnlikeTheSp
   EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "what stands before it says nothing of it";
 }
 
+TEST(SpotViews, NothingIsForetoldByThinThingsShadingAndWhatStandsBefore) {
+  PlaneBeforeTwoViews views({0.5, 0, 0});
+  const ImagePlane plane{0.33, 0, 0};
+  views.Darken(100, 45, 120 - 12);
+  EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "what is six grey levels from both is like both";
+  views.Darken(100, 45, 120 - 13);
+  EXPECT_EQ(views.Count(plane).num_unlike, 1u);
+  for (int y = 0; y < 120; ++y) views.reference_image(102, y) = 120;
+  EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "thin";
+  views.Darken(100, 45);
+  views.measured(100, 45) = {{0, 0, -1}, static_cast<float>(0.99 / 0.33)};
+  EXPECT_EQ(views.Count(plane).num_unlike, 1u) << "measured on the plane";
+  views.measured(100, 45).depth = static_cast<float>(0.97 / 0.33);
+  EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "the plane may go on behind it";
+  views.measured(100, 45).depth = static_cast<float>(1.5 / 0.33);
+  EXPECT_EQ(views.Count(plane).num_unlike, 1u) << "there the plane has ended";
+}
+
 TEST(SpotViews, BesideTheImageAndBehindThePlaneNothingIsForetold) {
   PlaneBeforeTwoViews beside({0.5, 0, 0});
   std::fill(beside.reference_image.begin(), beside.reference_image.end(), 60);
   beside.reference_image(75, 45) = 120;
-  EXPECT_EQ(beside.Count({1.12, 0, 0}).num_unlike, 1u) << "u = 159.5";
-  EXPECT_EQ(beside.Count({1.13, 0, 0}).num_unlike, 0u) << "u = 160.25";
+  EXPECT_EQ(beside.Count({1.09, 0, 0}).num_unlike, 1u) << "u = 157.25";
+  EXPECT_EQ(beside.Count({1.11, 0, 0}).num_unlike, 0u) << "u = 158.75";
   PlaneBeforeTwoViews behind({0.5, 0, 4});
   behind.reference_image = beside.reference_image;
   EXPECT_EQ(behind.Count({0.24, 0, 0}).num_unlike, 1u);
