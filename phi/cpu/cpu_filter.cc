@@ -13,7 +13,7 @@
 namespace phi {
 namespace {
 
-// Not for vectors, but for AVX2's rounding: without it every floorf is a call. It takes all that a pixel does being in this function.
+// Not for vectors: with AVX2 floorf is an instruction, without it a call. So all that a pixel does has to be inlined here.
 PHI_WIDE_VECTORS __attribute__((flatten)) void AskForRow(const FilterReference& reference, const FilterTurn& turn, int y,
                                                          Testimonies* testimonies) {
   for (int x = 0; x < reference.map.width; ++x) AskSources(reference, turn, x, y, &testimonies[x]);
