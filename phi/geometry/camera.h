@@ -20,6 +20,8 @@ struct Pinhole {
   }
 };
 
+Eigen::Matrix3d CalibrationMatrix(const Pinhole& pinhole);
+
 // cam_from_world: X_camera = rotation * X_world + translation. World units are the sparse model's.
 // Its arithmetic is in camera.cc: nearly every file reads this header, and Eigen's products cost a second to compile.
 struct Pose {

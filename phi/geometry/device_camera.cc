@@ -19,12 +19,6 @@ Vec3f ToFloat(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-Eigen::Matrix3d CalibrationMatrix(const Pinhole& p) {
-  Eigen::Matrix3d k;
-  k << p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1;
-  return k;
-}
-
 }  // namespace
 
 RayModel MakeRayModel(const Pinhole& p) {

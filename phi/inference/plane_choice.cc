@@ -272,9 +272,7 @@ ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, k
   ChosenPlanes chosen;
   for (int k = 0; k < kPlanesPerRegion; ++k) {
     RegionPlane& plane = chosen.planes[k];
-    Sky sky;
-    const RegionPlane* best = choice.Best(candidates, k == 0, &sky);
-    if (k == 0) chosen.sky = sky;
+    const RegionPlane* best = choice.Best(candidates, k == 0, &chosen.sky);
     if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen.planes[0], *best, limits.min_apart)))
       break;
     plane = *best;

@@ -16,17 +16,10 @@ constexpr float kClearlyUnlike = 2 * kMaxBrightnessChange;
 // and as far so many pixels around: thin things stand before the plane, and views show them elsewhere.
 constexpr int kSteadyReach = 2;
 
-bool IsMeasuredAt(const MeasuredDepths* depths, int x, int y) {
-  return depths != nullptr && IsMeasured(depths->states(x, y));
-}
+// The depth that was measured there; 0: none.
+float MeasuredAt(const MeasuredDepthsView& depths, int x, int y) { return depths.IsKnown() ? depths.Evidence(x, y) : 0; }
 
 bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
-
-Eigen::Vector3d CenterInImage(const Camera& reference, const Camera& source) {
-  const Pinhole& pinhole = reference.pinhole;
-  const Eigen::Vector3d center = reference.pose.rotation * (source.pose.Center() - reference.pose.Center());
-  return {pinhole.fx * center.x() + pinhole.cx * center.z(), pinhole.fy * center.y() + pinhole.cy * center.z(), center.z()};
-}
 
 }  // namespace
 
@@ -35,8 +28,10 @@ SpotViews::SpotViews(const InferenceInput& input, std::span<const float> gains)
   const std::size_t num_views = std::min(input.sources.size(), input.source_depths.size());
   for (std::size_t j = 0; j < num_views; ++j) {
     const Camera &reference = input.reference.view->camera, &source = input.sources[j].view->camera;
-    sources_.push_back({MakeRelativeView(reference, source), CenterInImage(reference, source), input.sources[j].image.get(),
-                        input.source_depths[j].get(), gains[j]});
+    const MeasuredDepths* depths = input.source_depths[j].get();
+    const Eigen::Vector3d center = reference.pose.rotation * (source.pose.Center() - reference.pose.Center());
+    sources_.push_back({MakeRelativeView(reference, source), CalibrationMatrix(reference.pinhole) * center, input.sources[j].image.get(),
+                        depths != nullptr ? depths->view() : MeasuredDepthsView(), gains[j]});
   }
 }
 
@@ -47,10 +42,8 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   for (const Source& source : sources_) {
     const std::optional<Shown> shown = Find(source, spot, w);
     if (!shown) continue;
-    if (IsMeasuredAt(source.depths, shown->x, shown->y) &&
-        !DepthsAgree(shown->relative_depth, source.depths->depths(shown->x, shown->y) * w, kDepthGap)) {
-      continue;
-    }
+    const float measured = MeasuredAt(source.depths, shown->x, shown->y);
+    if (measured > 0 && !DepthsAgree(shown->relative_depth, measured * w, kDepthGap)) continue;
     ++(IsUnlike(shown->change) ? num_unlike : num_like);
   }
   return num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_like + num_unlike);
@@ -61,7 +54,7 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
   for (const Source& source : sources_) {
     for (const Spot& spot : spots) {
       const std::optional<Shown> shown = Find(source, spot, 0);
-      if (!shown || IsMeasuredAt(source.depths, shown->x, shown->y)) continue;
+      if (!shown || MeasuredAt(source.depths, shown->x, shown->y) > 0) continue;
       if (!ForetellsUnlike(source, spot, plane)) continue;
       ++foretold.num_unlike;
       if (IsUnlike(shown->change)) ++foretold.num_seen;

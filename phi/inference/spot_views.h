@@ -40,10 +40,9 @@ class SpotViews {
  private:
   struct Source {
     RelativeView view;
-    // Of its camera, the reference's calibration times the place in the reference's frame; world units.
-    Eigen::Vector3d center;
+    Eigen::Vector3d center;  // of its camera, an image point of the reference: CalibrationMatrix times (x, y, z), world units
     const GrayImage* image;
-    const MeasuredDepths* depths;  // null: unknown
+    MeasuredDepthsView depths;
     float gain;
   };
   // Where a source shows a point.

@@ -140,6 +140,7 @@ TEST(SpotViews, WhatAPlaneForetellsIsSeenWhereTheSourceShowsSomethingUnlikeTheSp
   views.gain = 1;
   EXPECT_EQ(views.Count(plane, {{75, 45}, {75, 45}, {75, 80}}).num_seen, 2u);
   views.depths.states(75, 45) = PixelState::kMeasured;
+  views.depths.depths(75, 45) = 2;
   EXPECT_EQ(views.Count(plane).num_unlike, 0u) << "what stands before it says nothing of it";
 }
 
