@@ -37,7 +37,7 @@ std::string OptionsText(const SceneFusionOptions& options) {
                      " downsize=" + std::to_string(options.input.downsize);
   SceneFusionOptions copy = options;
   for (const phi::Option& option : copy.List()) {
-    if (option.name() == "StereoFusion.num_threads" || option.name() == "PhiFusion.max_memory_gb") continue;
+    if (!option.in_key()) continue;
     text += " " + option.name() + "=" + option.Text();
   }
   if (options.box) {

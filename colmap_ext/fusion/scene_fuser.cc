@@ -6,6 +6,7 @@
 #include <tbb/task_group.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -48,13 +49,16 @@ SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
   done_.assign(images_.size(), false);
   maps_.resize(images_.size());
   graph_ = BuildNeighborGraph(workspace, images_, options.max_neighbors);
+  FusionBackend backend = options.backend;
   if (IsPaper()) {
+    backend = FusionBackend::kCpu;
     KeepImagesToCome(&graph_);
     parts_.emplace_back(images_.size());
     std::iota(parts_.front().begin(), parts_.front().end(), 0);
   } else {
     parts_ = DissectImages(graph_, options.max_part_images);
   }
+  device_ = std::async(std::launch::async, [backend, num_lookups = NumLookups()] { return MakeFusionDevice(backend, num_lookups); });
 }
 
 void SceneFuser::Fuse(const std::vector<int>& order, CloudWriter* writer) {
@@ -190,6 +194,17 @@ std::int64_t SceneFuser::NumPixels(int position) const {
   return std::int64_t{pinhole.width} * pinhole.height;
 }
 
+std::int64_t SceneFuser::NumLookups() const {
+  std::int64_t num = 0;
+  for (int p = 0; p < static_cast<int>(images_.size()); ++p)
+    num += NumPixels(p) * static_cast<std::int64_t>(graph_[Index(p)].size());
+  return num;
+}
+
+phi::FusionDevice* SceneFuser::DeviceIfReady() const {
+  return device_.wait_for(std::chrono::seconds(0)) == std::future_status::ready ? Device() : nullptr;
+}
+
 FusionPlan SceneFuser::MakePlan(const std::vector<int>& order) {
   std::vector<std::int64_t> bytes;
   std::int64_t largest = 0;
@@ -217,6 +232,7 @@ void SceneFuser::Drop(const std::vector<int>& positions) {
   for (const int p : positions) {
     const bool is_done = done_[Index(p)] != 0;
     if (IsPaper() ? !is_done : is_done) flags_->Save(p, maps_[Index(p)]);
+    if (phi::FusionDevice* device = DeviceIfReady(); device != nullptr) device->Forget(MapOf(p));
     maps_[Index(p)] = phi::FusionMap();
   }
 }
@@ -231,6 +247,7 @@ void SceneFuser::Load(const std::vector<int>& positions) {
       if (!IsPaper()) Smooth(positions[i], &map);
       flags_->Restore(positions[i], &map);
       maps_[Index(positions[i])] = std::move(map);
+      if (phi::FusionDevice* device = DeviceIfReady(); device != nullptr) device->Load(MapOf(positions[i]));
     });
   }
 }
@@ -273,7 +290,7 @@ void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
     const phi::PaperFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
     return WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
   }
-  phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
+  phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box, Device());
   WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
   WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
 }

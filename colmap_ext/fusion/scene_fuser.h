@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -69,6 +70,11 @@ class SceneFuser {
   // From the maps' headers. Images whose maps are damaged are left out.
   void ReadCameras();
   std::int64_t NumPixels(int position) const;
+  std::int64_t NumLookups() const;
+  // Null: the processor decides. Waits until a GPU has started.
+  phi::FusionDevice* Device() const { return device_.get().get(); }
+  // Null, too, while it starts.
+  phi::FusionDevice* DeviceIfReady() const;
   FusionPlan MakePlan(const std::vector<int>& order);
   // Without depth where a file is damaged: it gives no points, and the images around it do without it.
   phi::FusionMap ReadMap(int position);
@@ -76,6 +82,7 @@ class SceneFuser {
   void Smooth(int position, phi::FusionMap* map);
   void Drop(const std::vector<int>& positions);
   void Load(const std::vector<int>& positions);
+  phi::ArrayView2D<const phi::FusionPixel> MapOf(int position) const { return maps_[Index(position)].view(); }
   phi::ImageFuser::Image MakeImage(int position);
   void FuseStep(const FusionStep& step, CloudWriter* writer);
   // Blocks of rows, computed in parallel and written in their order.
@@ -91,6 +98,8 @@ class SceneFuser {
   std::vector<phi::FusionMap> maps_;  // empty: not in memory
   std::vector<char> done_;            // fused; not bool, whose elements share bytes
   std::unique_ptr<FlagStore> flags_;
+  // It starts while the first maps are read.
+  std::shared_future<std::unique_ptr<phi::FusionDevice>> device_;
   int num_concurrent_reads_ = 1;
   std::mutex findings_mutex_;  // of failures and noise
   Findings findings_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/fusion/fusion_backend.h"
 #include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/workspace.h"
 #include "phi/fusion/fusion_options.h"
@@ -18,6 +19,7 @@ struct SceneFusionOptions {
   phi::FusionOptions rule;
   FusionInput input;
   std::optional<phi::BoundingBox> box;
+  FusionBackend backend = FusionBackend::kAuto;
   int num_threads = -1;                  // <= 0: all
   int max_neighbors = 50;                // images that each image is compared with; -1: all
   double max_memory_gb = 0;              // 0: half of the computer's

@@ -9,6 +9,7 @@
 namespace colmap_ext {
 
 phi::OptionList SceneFusionOptions::List() {
+  constexpr const char* kSameCloud = "the cloud is the same";
   phi::OptionList list;
   list.AddChoice<std::string>("input_type", &input.kind,
                               {{"geometric", std::string(kGeometric)},
@@ -16,13 +17,20 @@ phi::OptionList SceneFusionOptions::List() {
                                {"measured", std::string(kMeasured)}},
                               "Kind of maps; measured: geometric without the inferred pixels");
   list.Add("StereoFusion.mask_path", &input.mask_path, "Folder of <image name>.png; 0 leaves a pixel out");
-  list.Add("StereoFusion.num_threads", &num_threads, "Threads; -1: all").Between(-1, phi::kMaxThreads);
+  list.AddChoice<FusionBackend>("PhiFusion.backend", &backend,
+                                {{"auto", FusionBackend::kAuto}, {"cuda", FusionBackend::kCuda}, {"cpu", FusionBackend::kCpu}},
+                                "Where to decide; auto = on a GPU where there is much to do. The cloud is the same")
+      .NotInKey(kSameCloud);
+  list.Add("StereoFusion.num_threads", &num_threads, "Threads; -1: all")
+      .Between(-1, phi::kMaxThreads)
+      .NotInKey(kSameCloud);
   list.Append(rule.List());
   list.Add("StereoFusion.check_num_images", &max_neighbors, "Images that each image is compared with; -1 = all")
       .ColmapDefault("50");
   list.Add("PhiFusion.max_memory_gb", &max_memory_gb, "Memory for maps; 0: half of the computer's")
       .Unit("GB")
-      .AtLeast(0);
+      .AtLeast(0)
+      .NotInKey(kSameCloud);
   return list;
 }
 

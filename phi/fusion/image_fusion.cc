@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 #include "phi/fusion/cloud_holes.h"
 
 namespace phi {
@@ -39,28 +42,38 @@ FusionGates MakeGates(const FusionOptions& options) {
   return gates;
 }
 
-// The test without which enough images would have agreed with pixel i of the run, or the nearest to it.
-PixelOutcome Diagnose(const SupportRun& run, int i, int min_num_views) {
-  int num_views = run.num_agreeing[i] + run.num_normal[i];
-  if (num_views >= min_num_views) return PixelOutcome::kNormal;
-  num_views += run.num_reprojection[i];
-  if (num_views >= min_num_views) return PixelOutcome::kReprojection;
-  num_views += run.num_depth[i];
-  return num_views >= min_num_views ? PixelOutcome::kDepth : PixelOutcome::kTooFewViews;
-}
-
 bool HasPixel(RunBits bits, int i) { return (bits >> i & 1u) != 0; }
+
+// Of pixel i of the run, which has a depth and is not covered; views apart.
+PixelSupport SupportOf(const SupportRun& run, int i) {
+  PixelSupport support;
+  support.has_depth = true;
+  support.num_other_depth = run.num_depth[i];
+  support.num_other_reprojection = run.num_reprojection[i];
+  support.num_other_normal = run.num_normal[i];
+  support.num_seen_through = run.num_seen_through[i];
+  support.num_agreeing = run.num_agreeing[i];
+  support.reference_is_near = HasPixel(run.reference.agrees, i);
+  support.support = run.support[i];
+  support.point.relative_depth = run.relative_depth[i];
+  support.point.num_views = run.num_views[i];
+  support.point.num_inferred = run.num_inferred[i];
+  for (int c = 0; c < 3; ++c) support.point.rgb_sum[c] = run.rgb_sum[c][i];
+  support.point.normal_sum = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
+  return support;
+}
 
 }  // namespace
 
 ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbors,
-                       const FusionOptions& options, const BoundingBox* box)
+                       const FusionOptions& options, const BoundingBox* box, FusionDevice* device)
     : reference_(reference),
       rays_(MakeRayModel(reference.camera.pinhole)),
       gates_(MakeGates(options)),
       hole_gates_(gates_),
       hole_edge_(options.rules.Count(Rule::kCloudHoles, kMaxEdgeOfHole)),
       box_(box),
+      device_(device),
       outcomes_(reference.map->width(), reference.map->height(), PixelOutcome::kNoDepth) {
   // With the same gates no hole is looked for.
   if (options.rules.IsOn(Rule::kCloudHoles)) {
@@ -85,42 +98,106 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
                             static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view()});
     }
   }
+  if (device_ == nullptr) return;
+  on_device_ = device_->Start(reference_.map->view(), rays_, neighbors_);
+  is_device_right_ = on_device_ != nullptr && box_ == nullptr;
+}
+
+ImageFuser::~ImageFuser() {
+  on_device_.reset();
+  if (device_ != nullptr && !is_device_right_) device_->Forget(reference_.map->view());
 }
 
 FusedBlock ImageFuser::FuseRows(int begin, int end) {
-  FusedBlock block;
-  SupportRun run(neighbors_);
-  for (int y = begin; y < end; ++y) {
-    for (int x = 0; x < reference_.map->width(); x += kRunLength) FuseRun(x, y, &run, &block);
-  }
-  return block;
+  const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
+  std::vector<std::uint32_t> pixels(width * static_cast<std::uint32_t>(end - begin));
+  std::iota(pixels.begin(), pixels.end(), width * static_cast<std::uint32_t>(begin));
+  return Fuse(Pass::kAll, pixels);
 }
 
 FusedBlock ImageFuser::FillHoles(int begin, int end) {
-  FusedBlock block;
-  if (hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return block;
-  SupportRun run(neighbors_);
+  if (hole_gates_.min_normal_cosine == gates_.min_normal_cosine) return {};
+  return Fuse(Pass::kHoles, HolesIn(begin, end));
+}
+
+std::vector<std::uint32_t> ImageFuser::HolesIn(int begin, int end) const {
+  std::vector<std::uint32_t> holes;
   for (int y = begin; y < end; ++y) {
     const std::vector<char> row = FindHoles(outcomes_, y, hole_edge_);
-    for (int x = 0; x < outcomes_.width(); x += kRunLength) {
-      RunBits holes = 0;
-      for (int i = 0; i < std::min(kRunLength, outcomes_.width() - x); ++i)
-        holes |= static_cast<RunBits>(row[static_cast<std::size_t>(x + i)]) << i;
-      if (holes != 0) FillRun(x, y, holes, &run, &block);
+    const std::uint32_t first = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(outcomes_.width());
+    for (std::uint32_t x = 0; x < row.size(); ++x) {
+      if (row[x] != 0) holes.push_back(first + x);
     }
   }
+  return holes;
+}
+
+FusedBlock ImageFuser::Fuse(Pass pass, const std::vector<std::uint32_t>& pixels) {
+  FusedBlock block;
+  if (on_device_ == nullptr || !FuseOnDevice(pass, pixels, &block)) FuseOnHost(pass, pixels, &block);
   return block;
 }
 
-void ImageFuser::FillRun(int x, int y, RunBits holes, SupportRun* run, FusedBlock* block) {
-  const ReferenceRun reference = MakeRun(x, y, holes);
-  DecideRun(neighbors_, hole_gates_, reference, run);
+bool ImageFuser::FuseOnDevice(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block) {
+  if (pixels.empty()) return true;
+  DecidedPixels decided;
+  try {
+    decided = on_device_->Decide(GatesOf(pass), pixels);
+  } catch (const ResourceError& error) {
+    if (is_device_right_.exchange(false)) LogWarning(std::string(error.what()) + "; the processor goes on in its place");
+    return false;
+  }
+  const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
+  auto fused = decided.fused.begin();
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    const int x = static_cast<int>(pixels[k] % width), y = static_cast<int>(pixels[k] / width);
+    PixelOutcome outcome = decided.outcomes[k];
+    if (outcome == PixelOutcome::kFused) {
+      block->views.push_back(reference_.index);
+      for (std::size_t n = 0; n < neighbors_.size(); ++n) {
+        if (fused->views.Contains(static_cast<int>(n))) block->views.push_back(neighbors_[n].image);
+      }
+      outcome = Emit(x, y, fused->point, block);
+      ++fused;
+    }
+    Note(pass, x, y, outcome, block);
+  }
+  return true;
+}
+
+void ImageFuser::FuseOnHost(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block) {
+  SupportRun run(neighbors_);
+  const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
+  for (std::size_t k = 0; k < pixels.size();) {
+    const std::uint32_t y = pixels[k] / width, x = pixels[k] % width / kRunLength * kRunLength;
+    const std::uint32_t first = y * width + x, end = first + std::min<std::uint32_t>(kRunLength, width - x);
+    RunBits wanted = 0;
+    for (; k < pixels.size() && pixels[k] < end; ++k) wanted |= RunBits{1} << (pixels[k] - first);
+    FuseRun(pass, static_cast<int>(x), static_cast<int>(y), wanted, &run, block);
+  }
+}
+
+void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block) {
+  const FusionGates& gates = GatesOf(pass);
+  const ReferenceRun reference = MakeRun(x, y, wanted);
+  DecideRun(neighbors_, gates, reference, run);
   for (int i = 0; i < kRunLength; ++i) {
-    if (!HasPixel(run->has_depth & ~run->covered, i)) continue;
-    if (FusePixel(hole_gates_, reference, *run, i, block) != PixelOutcome::kFused) continue;
-    (*reference_.map)(x + i, y).flags |= FusionPixel::kEmitted;
-    --block->outcomes[outcomes_(x + i, y)];
-    ++block->outcomes[PixelOutcome::kFused];
+    if (!HasPixel(wanted, i)) continue;
+    if (!HasPixel(run->has_depth & ~run->covered, i)) {
+      Note(pass, x + i, y, HasPixel(run->covered, i) ? PixelOutcome::kCovered : PixelOutcome::kNoDepth, block);
+      continue;
+    }
+    const PixelSupport support = SupportOf(*run, i);
+    const bool is_inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
+    PixelOutcome outcome = JudgePixel(gates, support, is_inferred);
+    if (outcome == PixelOutcome::kFused) {
+      block->views.push_back(reference_.index);
+      for (const std::uint32_t k : run->agreeing) {
+        if (HasPixel(run->answers[k].agrees, i)) block->views.push_back(neighbors_[k].image);
+      }
+      outcome = Emit(x + i, y, support.point, block);
+    }
+    Note(pass, x + i, y, outcome, block);
   }
 }
 
@@ -141,46 +218,28 @@ ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   return reference;
 }
 
-void ImageFuser::FuseRun(int x, int y, SupportRun* run, FusedBlock* block) {
-  const int count = std::min(kRunLength, reference_.map->width() - x);
-  const ReferenceRun reference = MakeRun(x, y, (RunBits{1} << count) - 1);
-  DecideRun(neighbors_, gates_, reference, run);
-  for (int i = 0; i < count; ++i) {
-    PixelOutcome outcome = PixelOutcome::kNoDepth;
-    if (HasPixel(run->covered, i)) {
-      outcome = PixelOutcome::kCovered;
-    } else if (HasPixel(run->has_depth, i)) {
-      outcome = FusePixel(gates_, reference, *run, i, block);
-    }
-    if (outcome == PixelOutcome::kFused) (*reference_.map)(x + i, y).flags |= FusionPixel::kEmitted;
-    outcomes_(x + i, y) = outcome;
-    ++block->outcomes[outcome];
-  }
+PixelOutcome ImageFuser::Emit(int x, int y, const PointSupport& support, FusedBlock* block) const {
+  PointCandidate candidate;
+  const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
+  candidate.point = (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
+  candidate.normal = support.normal_sum;
+  std::copy(std::begin(support.rgb_sum), std::end(support.rgb_sum), candidate.rgb_sum);
+  candidate.num_views = support.num_views;
+  candidate.num_inferred = support.num_inferred;
+  return EmitPoint(reference_.camera.pose, box_, candidate, block);
 }
 
-PixelOutcome ImageFuser::FusePixel(const FusionGates& gates, const ReferenceRun& reference,
-                                   const SupportRun& run, int i, FusedBlock* block) const {
-  if (run.num_agreeing[i] < gates.min_num_views) return Diagnose(run, i, gates.min_num_views);
-  const int num_views = run.num_views[i];
-  if (num_views < gates.min_num_views || !HasPixel(run.reference.agrees, i)) return PixelOutcome::kDepth;
-  const bool inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
-  const float min_support = inferred ? gates.min_support_inferred : gates.min_support;
-  if (gates.min_num_views > 1 && run.support[i] < min_support) return PixelOutcome::kWeakSupport;
-  const float num_conflicts = static_cast<float>(run.num_seen_through[i]);
-  if (num_conflicts > gates.max_conflicts * std::max(1, num_views - 1)) return PixelOutcome::kSeenThrough;
-
-  PointCandidate candidate;
-  const Vec3f ray = {reference.ray_x[i], reference.ray_y, 1.0f};
-  candidate.point = reference.depth[i] * (1 + run.relative_depth[i]) * ray;
-  candidate.normal = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
-  for (int c = 0; c < 3; ++c) candidate.rgb_sum[c] = run.rgb_sum[c][i];
-  candidate.num_views = num_views;
-  candidate.num_inferred = run.num_inferred[i];
-  block->views.push_back(reference_.index);
-  for (const std::uint32_t k : run.agreeing) {
-    if (HasPixel(run.answers[k].agrees, i)) block->views.push_back(neighbors_[k].image);
+// Holes are found by the outcomes of the first pass, also while others of them are being filled.
+void ImageFuser::Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block) {
+  const bool is_fused = outcome == PixelOutcome::kFused;
+  if (is_fused) (*reference_.map)(x, y).flags |= FusionPixel::kEmitted;
+  if (pass == Pass::kAll) {
+    outcomes_(x, y) = outcome;
+    ++block->outcomes[outcome];
+  } else if (is_fused) {
+    --block->outcomes[outcomes_(x, y)];
+    ++block->outcomes[outcome];
   }
-  return EmitPoint(reference_.camera.pose, box_, candidate, block);
 }
 
 }  // namespace phi

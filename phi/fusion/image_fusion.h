@@ -8,10 +8,13 @@
 // that neither threads nor blocks of rows can change the result.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "phi/fusion/fused_block.h"
+#include "phi/fusion/fusion_device.h"
 #include "phi/fusion/fusion_options.h"
 #include "phi/fusion/support_run.h"
 #include "phi/geometry/camera.h"
@@ -27,9 +30,11 @@ class ImageFuser {
     bool earlier = false;      // of a neighbour: decided before the reference
   };
 
-  // `box` may be null. The maps must outlive the fuser.
+  // `box` and `device` may be null. The maps must outlive the fuser. With a device, its copy of the reference's map is right when
+  // all rows and holes are done.
   ImageFuser(const Image& reference, const std::vector<Image>& neighbors, const FusionOptions& options,
-             const BoundingBox* box);
+             const BoundingBox* box, FusionDevice* device = nullptr);
+  ~ImageFuser();
 
   // Rows [begin, end). Safe to call concurrently for disjoint ranges.
   FusedBlock FuseRows(int begin, int end);
@@ -39,13 +44,22 @@ class ImageFuser {
   FusedBlock FillHoles(int begin, int end);
 
  private:
-  // The support rule for up to kRunLength pixels of row y, from x on.
-  void FuseRun(int x, int y, SupportRun* run, FusedBlock* block);
-  // The same for the pixels `holes`, with the gates of holes.
-  void FillRun(int x, int y, RunBits holes, SupportRun* run, FusedBlock* block);
+  // First all pixels of the image are asked, then those in holes, by other gates.
+  enum class Pass { kAll, kHoles };
+
+  // The support rule for these pixels, by their numbers in the map, ascending.
+  FusedBlock Fuse(Pass pass, const std::vector<std::uint32_t>& pixels);
+  // False: it failed, and did nothing.
+  bool FuseOnDevice(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block);
+  void FuseOnHost(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block);
+  // The pixels `wanted` of up to kRunLength of row y, from x on.
+  void FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block);
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
-  PixelOutcome FusePixel(const FusionGates& gates, const ReferenceRun& reference, const SupportRun& run,
-                         int i, FusedBlock* block) const;
+  const FusionGates& GatesOf(Pass pass) const { return pass == Pass::kHoles ? hole_gates_ : gates_; }
+  // The point of pixel (x, y), whose views were appended to the block's.
+  PixelOutcome Emit(int x, int y, const PointSupport& support, FusedBlock* block) const;
+  void Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block);
+  std::vector<std::uint32_t> HolesIn(int begin, int end) const;
 
   Image reference_;
   RayModel rays_;
@@ -54,6 +68,9 @@ class ImageFuser {
   FusionGates hole_gates_;  // normals that differ by more
   int hole_edge_;           // pixels, see FindHoles
   const BoundingBox* box_;
+  FusionDevice* device_;
+  std::unique_ptr<FusionDevice::Image> on_device_;  // null: the host decides
+  std::atomic<bool> is_device_right_ = true;        // its copy of the reference's map
   Array2D<PixelOutcome> outcomes_;  // of the reference's pixels, as FuseRows left them
 };
 

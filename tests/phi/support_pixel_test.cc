@@ -5,9 +5,7 @@
 
 #include <bit>
 #include <cstring>
-#include <random>
 
-#include "phi/base/random.h"
 #include "phi/fusion/support_run.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/scene_fusers.h"
@@ -18,30 +16,6 @@ namespace {
 using test_support::RenderedScene;
 
 std::uint32_t Bits(float value) { return std::bit_cast<std::uint32_t>(value); }
-
-// Noise of up to 4 tolerances in depth and 20 degrees in normals, holes, inferred and emitted pixels, colours: every answer
-// comes up.
-std::vector<FusionMap> NoisyMaps(const RenderedScene& scene) {
-  std::vector<FusionMap> maps = test_support::MakeMaps(scene);
-  std::mt19937 random(7);
-  const auto uniform = [&](float least, float most) {
-    return least + (most - least) * static_cast<float>(random()) / 4294967296.0f;
-  };
-  for (FusionMap& map : maps) {
-    for (std::size_t i = 0; i < map.size(); ++i) {
-      FusionPixel& pixel = map.data()[i];
-      if (random() % 10 == 0) pixel.depth = 0;
-      pixel.depth *= 1 + uniform(-0.02f, 0.02f) * (random() % 3 == 0 ? 2 : 0.2f);
-      const Vec3f n = UnpackNormal(pixel.normal);
-      const float tilt = random() % 2 == 0 ? 0.2f : 0.02f;
-      pixel.normal = PackNormal(
-          Normalized({n.x + uniform(-tilt, tilt), n.y + uniform(-tilt, tilt), n.z + uniform(-tilt, tilt)}));
-      for (std::uint8_t& c : pixel.rgb) c = static_cast<std::uint8_t>(random());
-      pixel.flags = (random() % 4 == 0 ? FusionPixel::kInferred : 0) | (random() % 3 == 0 ? FusionPixel::kEmitted : 0);
-    }
-  }
-  return maps;
-}
 
 std::vector<FusionNeighbor> Neighbors(const RenderedScene& scene, const std::vector<FusionMap>& maps, std::size_t reference) {
   std::vector<FusionNeighbor> neighbors;
@@ -71,26 +45,26 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
   ASSERT_EQ(pixel.num_other_normal, run.num_normal[i]);
   ASSERT_EQ(pixel.num_seen_through, run.num_seen_through[i]);
   ASSERT_EQ(pixel.num_agreeing, run.num_agreeing[i]);
-  ASSERT_EQ(Bits(pixel.relative_depth), Bits(run.relative_depth[i]));
+  ASSERT_EQ(Bits(pixel.point.relative_depth), Bits(run.relative_depth[i]));
   ASSERT_EQ(Bits(pixel.support), Bits(run.support[i]));
   ASSERT_EQ(pixel.reference_is_near, (run.reference.agrees >> i & 1) != 0);
-  ASSERT_EQ(pixel.num_views, run.num_views[i]);
-  ASSERT_EQ(pixel.num_inferred, run.num_inferred[i]);
-  for (int c = 0; c < 3; ++c) ASSERT_EQ(pixel.rgb_sum[c], run.rgb_sum[c][i]);
-  ASSERT_EQ(Bits(pixel.normal_sum.x), Bits(run.normal_sum[0][i]));
-  ASSERT_EQ(Bits(pixel.normal_sum.y), Bits(run.normal_sum[1][i]));
-  ASSERT_EQ(Bits(pixel.normal_sum.z), Bits(run.normal_sum[2][i]));
-  std::vector<std::uint32_t> views;
+  ASSERT_EQ(pixel.point.num_views, run.num_views[i]);
+  ASSERT_EQ(pixel.point.num_inferred, run.num_inferred[i]);
+  for (int c = 0; c < 3; ++c) ASSERT_EQ(pixel.point.rgb_sum[c], run.rgb_sum[c][i]);
+  ASSERT_EQ(Bits(pixel.point.normal_sum.x), Bits(run.normal_sum[0][i]));
+  ASSERT_EQ(Bits(pixel.point.normal_sum.y), Bits(run.normal_sum[1][i]));
+  ASSERT_EQ(Bits(pixel.point.normal_sum.z), Bits(run.normal_sum[2][i]));
+  NeighborSet views;
   for (const std::uint32_t k : run.agreeing) {
-    if ((run.answers[k].agrees >> i & 1) != 0) views.push_back(k);
+    if ((run.answers[k].agrees >> i & 1) != 0) views.Add(static_cast<int>(k));
   }
-  ASSERT_EQ(pixel.views, views);
+  ASSERT_TRUE(pixel.views == views);
   tally->other_depth += pixel.num_other_depth;
   tally->other_reprojection += pixel.num_other_reprojection;
   tally->other_normal += pixel.num_other_normal;
   tally->seen_through += pixel.num_seen_through;
   tally->agreeing += pixel.num_agreeing - 1;
-  tally->dropped += pixel.num_agreeing - pixel.num_views;
+  tally->dropped += pixel.num_agreeing - pixel.point.num_views;
 }
 
 void CompareImage(const RenderedScene& scene, const std::vector<FusionMap>& maps, std::size_t image, const FusionGates& gates,
@@ -115,7 +89,7 @@ void CompareImage(const RenderedScene& scene, const std::vector<FusionMap>& maps
       DecideRun(neighbors, gates, reference, &run);
       for (int i = 0; i < kRunLength; ++i) {
         const ReferencePixel pixel = {map(x + i, y), {reference.ray_x[i], reference.ray_y, 1}, rays.fx};
-        ExpectSame(DecidePixel(neighbors, gates, pixel), run, i, tally);
+        ExpectSame(DecidePixel(neighbors.data(), static_cast<int>(neighbors.size()), gates, pixel), run, i, tally);
         if (testing::Test::HasFatalFailure()) FAIL() << "image " << image << ", pixel " << x + i << ", " << y;
       }
     }
@@ -128,7 +102,7 @@ TEST(SupportPixel, IsTheRunsRuleToTheBit) {
   few.max_num_views = 2;  // drops agreeing images beyond the second
   strict.max_reproj_error = 0.2f;
   for (const RenderedScene& scene : {test_support::PlaneScene(), test_support::SphereScene()}) {
-    const std::vector<FusionMap> maps = NoisyMaps(scene);
+    const std::vector<FusionMap> maps = test_support::MakeNoisyMaps(scene);
     for (std::size_t image = 0; image < maps.size(); ++image) {
       for (const FusionGates& gates : {FusionGates(), few, strict}) CompareImage(scene, maps, image, gates, &tally);
       if (HasFatalFailure()) return;

@@ -1,0 +1,307 @@
+#include "cuda/fuse_on_gpu.h"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "cuda/buffer.h"
+#include "cuda/device.h"
+#include "cuda/fusion_kernels.h"
+#include "cuda/stream.h"
+#include "phi/base/log.h"
+
+namespace phi::gpu {
+namespace {
+
+using HostMap = ArrayView2D<const FusionPixel>;
+
+// Enough that the device computes while copies go both ways.
+constexpr std::size_t kMaxCallsAtOnce = 8;
+
+Task FusionTask(int width = 0, int height = 0) { return {"fusion", "", width, height}; }
+
+// A map on the device.
+struct MapCopy {
+  DeviceBuffer<FusionPixel> pixels;
+  std::uint64_t last_use = 0;
+};
+
+// The copies of maps, by the host's memory. Not safe for concurrent use.
+class MapCopies {
+ public:
+  explicit MapCopies(std::int64_t budget) : budget_(budget), stream_(FusionTask()) {}
+
+  // Null where there is no room beside what is in use.
+  std::shared_ptr<MapCopy> Get(HostMap map) {
+    std::shared_ptr<MapCopy>& copy = copies_[map.data];
+    if (copy == nullptr) copy = Upload(map);
+    if (copy == nullptr) {
+      copies_.erase(map.data);
+      return nullptr;
+    }
+    copy->last_use = ++clock_;
+    return copy;
+  }
+
+  bool HasRoomFor(HostMap map) const { return num_bytes_ + Bytes(map) <= budget_; }
+
+  void Forget(HostMap map) {
+    const auto found = copies_.find(map.data);
+    if (found != copies_.end()) Discard(found);
+  }
+
+ private:
+  using Entry = std::map<const FusionPixel*, std::shared_ptr<MapCopy>>::iterator;
+
+  static std::int64_t Bytes(HostMap map) { return map.size() * static_cast<std::int64_t>(sizeof(FusionPixel)); }
+
+  std::shared_ptr<MapCopy> Upload(HostMap map) {
+    const Task task = FusionTask(map.width, map.height);
+    auto copy = std::make_shared<MapCopy>();
+    try {
+      copy->pixels = TakeMemory(map);
+      if (copy->pixels.data() == nullptr) return nullptr;
+      copy->pixels.Upload(map.data, map.size(), stream_.get(), task);
+      stream_.Synchronize(task);
+    } catch (const OutOfDeviceMemory& error) {
+      LogDebug(error.what());
+      budget_ = num_bytes_;  // other programs use the device, too
+      return nullptr;
+    }
+    return copy;
+  }
+
+  // Of a map that is gone, or new. To free memory stops the device, so it goes from map to map.
+  DeviceBuffer<FusionPixel> TakeMemory(HostMap map) {
+    for (;;) {
+      const auto unused = std::find_if(unused_.begin(), unused_.end(), [&](const DeviceBuffer<FusionPixel>& memory) {
+        return static_cast<std::int64_t>(memory.bytes()) >= Bytes(map);
+      });
+      if (unused != unused_.end()) {
+        DeviceBuffer<FusionPixel> memory = std::move(*unused);
+        unused_.erase(unused);
+        return memory;
+      }
+      if (HasRoomFor(map)) {
+        DeviceBuffer<FusionPixel> memory(map.size(), FusionTask(map.width, map.height));
+        num_bytes_ += static_cast<std::int64_t>(memory.bytes());
+        return memory;
+      }
+      if (!unused_.empty()) {
+        num_bytes_ -= static_cast<std::int64_t>(unused_.back().bytes());
+        unused_.pop_back();
+      } else if (!DiscardOldest()) {
+        return {};
+      }
+    }
+  }
+
+  // False: all are in use.
+  bool DiscardOldest() {
+    Entry oldest = copies_.end();
+    for (Entry entry = copies_.begin(); entry != copies_.end(); ++entry) {
+      if (entry->second == nullptr || entry->second.use_count() > 1) continue;
+      if (oldest == copies_.end() || entry->second->last_use < oldest->second->last_use) oldest = entry;
+    }
+    if (oldest == copies_.end()) return false;
+    Discard(oldest);
+    return true;
+  }
+
+  // Nobody else holds it.
+  void Discard(Entry entry) {
+    unused_.push_back(std::move(entry->second->pixels));
+    copies_.erase(entry);
+  }
+
+  std::int64_t budget_, num_bytes_ = 0;
+  std::uint64_t clock_ = 0;
+  Stream stream_;
+  std::map<const FusionPixel*, std::shared_ptr<MapCopy>> copies_;
+  std::vector<DeviceBuffer<FusionPixel>> unused_;
+};
+
+// Of one call at a time.
+struct CallMemory {
+  CallMemory() : stream(FusionTask()) {}
+
+  Stream stream;
+  DeviceBuffer<std::uint32_t> pixels;
+  DeviceBuffer<PixelOutcome> outcomes;
+  DeviceBuffer<std::uint8_t> is_fused, gathering;
+  DeviceBuffer<FusedPixel> fused, gathered;
+  DeviceBuffer<std::int32_t> num_fused;
+  PinnedBuffer<PixelOutcome> host_outcomes;
+  PinnedBuffer<FusedPixel> host_fused;
+  PinnedBuffer<std::int32_t> host_num_fused;
+};
+
+// Lends the memory of so many calls; who comes later waits.
+class CallMemories {
+ public:
+  std::unique_ptr<CallMemory> Take() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    returned_.wait(lock, [&] { return num_lent_ < kMaxCallsAtOnce; });
+    std::unique_ptr<CallMemory> memory;
+    if (free_.empty()) {
+      memory = std::make_unique<CallMemory>();
+    } else {
+      memory = std::move(free_.back());
+      free_.pop_back();
+    }
+    ++num_lent_;
+    return memory;
+  }
+
+  void Return(std::unique_ptr<CallMemory> memory) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      --num_lent_;
+      free_.push_back(std::move(memory));
+    }
+    returned_.notify_one();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable returned_;
+  std::size_t num_lent_ = 0;
+  std::vector<std::unique_ptr<CallMemory>> free_;
+};
+
+DecidedPixels Decide(FusionLaunch launch, const std::vector<std::uint32_t>& pixels, CallMemory* memory) {
+  const Task task = FusionTask(launch.map.width, launch.map.height);
+  const cudaStream_t stream = memory->stream.get();
+  const std::int64_t count = static_cast<std::int64_t>(pixels.size());
+  memory->pixels.Reserve(count, task);
+  memory->outcomes.Reserve(count, task);
+  memory->is_fused.Reserve(count, task);
+  memory->fused.Reserve(count, task);
+  memory->gathered.Reserve(count, task);
+  memory->num_fused.Reserve(1, task);
+  memory->pixels.Upload(pixels.data(), count, stream, task);
+  launch.pixels = memory->pixels.data();
+  launch.num_pixels = static_cast<int>(count);
+  const FusionVerdicts verdicts = {memory->outcomes.data(), memory->is_fused.data(), memory->fused.data()};
+  LaunchDecide(launch, verdicts, stream, task);
+  LaunchGather(verdicts, launch.num_pixels, memory->gathered.data(), memory->num_fused.data(), &memory->gathering, stream, task);
+  memory->host_num_fused.Download(memory->num_fused, 1, stream, task);
+  memory->host_outcomes.Download(memory->outcomes, count, stream, task);
+  memory->stream.Synchronize(task);
+  const std::int64_t num_fused = *memory->host_num_fused.data();
+  if (num_fused > 0) memory->host_fused.Download(memory->gathered, num_fused, stream, task);
+  memory->stream.Synchronize(task);
+  return {{memory->host_outcomes.data(), memory->host_outcomes.data() + count},
+          {memory->host_fused.data(), memory->host_fused.data() + num_fused}};
+}
+
+class CudaFusion final : public FusionDevice {
+ public:
+  CudaFusion(int index, std::int64_t budget_bytes) : index_(index), copies_(budget_bytes) {}
+  ~CudaFusion() override = default;
+
+  void Load(HostMap map) override {
+    const ScopedDevice current(index_);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!has_failed_ && copies_.HasRoomFor(map)) copies_.Get(map);
+  }
+
+  void Forget(HostMap map) override {
+    const ScopedDevice current(index_);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    copies_.Forget(map);
+  }
+
+  std::unique_ptr<Image> Start(HostMap reference, const RayModel& rays, const std::vector<FusionNeighbor>& neighbors) override;
+
+  DecidedPixels Decide(const FusionLaunch& launch, const std::vector<std::uint32_t>& pixels) {
+    const ScopedDevice current(index_);
+    std::unique_ptr<CallMemory> memory = calls_.Take();
+    try {
+      DecidedPixels decided = gpu::Decide(launch, pixels, memory.get());
+      calls_.Return(std::move(memory));
+      return decided;
+    } catch (...) {
+      has_failed_ = true;
+      cudaStreamSynchronize(memory->stream.get());  // copies may still be under way
+      calls_.Return(std::move(memory));
+      throw;
+    }
+  }
+
+ private:
+  const int index_;
+  std::atomic<bool> has_failed_ = false;
+  std::mutex mutex_;
+  MapCopies copies_;
+  CallMemories calls_;
+};
+
+class ImageOnGpu final : public FusionDevice::Image {
+ public:
+  ImageOnGpu(CudaFusion* device, std::vector<std::shared_ptr<MapCopy>> copies, DeviceBuffer<FusionNeighbor> neighbors,
+             const FusionLaunch& launch)
+      : device_(device), copies_(std::move(copies)), neighbors_(std::move(neighbors)), launch_(launch) {}
+
+  DecidedPixels Decide(const FusionGates& gates, const std::vector<std::uint32_t>& pixels) override {
+    FusionLaunch launch = launch_;
+    launch.gates = gates;
+    return device_->Decide(launch, pixels);
+  }
+
+ private:
+  CudaFusion* device_;
+  std::vector<std::shared_ptr<MapCopy>> copies_;  // held
+  DeviceBuffer<FusionNeighbor> neighbors_;
+  FusionLaunch launch_;
+};
+
+std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const RayModel& rays,
+                                                       const std::vector<FusionNeighbor>& neighbors) {
+  const ScopedDevice current(index_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (has_failed_) return nullptr;
+  try {
+    const Task task = FusionTask(reference.width, reference.height);
+    std::vector<std::shared_ptr<MapCopy>> copies = {copies_.Get(reference)};
+    std::vector<FusionNeighbor> bound = neighbors;
+    for (FusionNeighbor& neighbor : bound) {
+      if (copies.back() == nullptr) return nullptr;
+      copies.push_back(copies_.Get(neighbor.map));
+      if (copies.back() != nullptr) neighbor.map.data = copies.back()->pixels.data();
+    }
+    if (copies.back() == nullptr) return nullptr;
+    const std::int64_t count = static_cast<std::int64_t>(bound.size());
+    DeviceBuffer<FusionNeighbor> on_device(std::max<std::int64_t>(count, 1), task);
+    Check(cudaMemcpy(on_device.data(), bound.data(), bound.size() * sizeof(FusionNeighbor), cudaMemcpyHostToDevice),
+          "cudaMemcpy to the device", task);
+    FusionLaunch launch;
+    launch.map = copies.front()->pixels.View(reference.width, reference.height);
+    launch.rays = rays;
+    launch.neighbors = on_device.data();
+    launch.num_neighbors = static_cast<int>(count);
+    return std::make_unique<ImageOnGpu>(this, std::move(copies), std::move(on_device), launch);
+  } catch (const ResourceError& error) {
+    LogWarning(std::string(error.what()) + "; the processor goes on in its place");
+    has_failed_ = true;
+    return nullptr;
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<FusionDevice> MakeCudaFusion(int gpu_index, std::int64_t budget_bytes) {
+  const ScopedDevice current(gpu_index);
+  if (budget_bytes <= 0) {
+    std::size_t free = 0, total = 0;
+    Check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo", FusionTask());
+    budget_bytes = static_cast<std::int64_t>(free / 4 * 3);  // calls need some beside maps
+  }
+  return std::make_unique<CudaFusion>(gpu_index, budget_bytes);
+}
+
+}  // namespace phi::gpu
