@@ -71,22 +71,6 @@ void FindVarianceRow(const Array2D<std::uint16_t>& sums, int y, float* variances
   std::fill(variances + kOwnTextureRadius + count, variances + width, variances[kOwnTextureRadius + count - 1]);
 }
 
-// Of the block of pixels from (x0, y0) on.
-double MeanOfBlock(const Array2D<float>& values, int x0, int y0) {
-  double sum = 0;
-  for (int y = y0; y < y0 + kNoiseBlock; ++y) {
-    for (int x = x0; x < x0 + kNoiseBlock; ++x) sum += values(x, y);
-  }
-  return sum / (kNoiseBlock * kNoiseBlock);
-}
-
-// The variance that is granted to noise.
-double NoiseVariance(const GrayImage& image, const Array2D<float>& variance, double noise) {
-  const double quiet = OfQuietBlocks(image.view(), [&](int x0, int y0) { return MeanOfBlock(variance, x0, y0); });
-  const double squared = noise * noise;
-  return std::clamp(quiet / kShareAboutPlane, squared / kSumsPerGreyLevel, squared);
-}
-
 }  // namespace
 
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, int plain_reach) {
@@ -97,8 +81,7 @@ OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, in
   }
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   tbb::parallel_for(0, image.height(), [&](int y) { FindVarianceRow(sums, y, &texture.variance(0, y)); });
-  const auto least =
-      static_cast<float>(scale * std::max(kMinOwnVariance, NoiseVariance(image, texture.variance, noise)));
+  const auto least = static_cast<float>(scale * std::max(kMinOwnVariance, kNoiseShare * noise * noise));
   const Mask is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });
   texture.is_plain = Mask::Uninitialized(image.width(), image.height());
   tbb::parallel_for(0, image.height(), [&](int y) {

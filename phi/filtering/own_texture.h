@@ -16,10 +16,10 @@ inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pi
 // sensor's noise loses nearly all of its variance in the smoothing, the faint texture of a sharp or of an enlarged photo
 // does not.
 inline constexpr double kMinOwnVariance = 0.125;
-// White noise loses eight ninths of its variance in the smoothing, and leaves this share of the last ninth about a plane of 5 x 5
-// such pixels: the trace of (1 - P) C / 25, where C is the smoothing's covariance and P projects onto planes. About three pixels
-// in a hundred have more than the whole ninth, so that much is granted to noise.
-inline constexpr double kShareAboutPlane = 0.467;
+// White noise loses eight ninths of its variance in the smoothing, and leaves 0.467 of the last ninth about a plane of 5 x 5 such pixels: the
+// trace of (1 - P) C / 25, where C is the smoothing's covariance and P projects onto planes. Of 100 pixels 8 have more than 0.8 of
+// the ninth, so much is granted to noise: plain patches around them drop these as well.
+inline constexpr double kNoiseShare = 0.8 / 9;
 
 // Contrast that only touches the surroundings is another surface's: pixels so far around the middle of a plain patch of 5 x 5 are
 // plain as well.
@@ -31,9 +31,7 @@ struct OwnTexture {
   Mask is_plain;            // not 0: less than kMinOwnVariance, or than noise makes, here or up to `plain_reach` pixels away
 };
 
-// `noise`: NoiseDeviation, grey levels, which judges noise by how it differs from pixel to pixel. What cameras and JPEG leave of it is
-// smooth, and survives the smoothing. How much does is seen in the image's quietest tenth: there may be faint texture too, so that it
-// counts up to noise that loses nothing. scale: of the limits below which a pixel is plain; plain_reach: pixels.
+// `noise`: NoiseDeviation, grey levels. scale: of the limits below which a pixel is plain; plain_reach: pixels.
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale = 1, int plain_reach = kPlainReach);
 
 // Drops the plain pixels. The map has the image's size.

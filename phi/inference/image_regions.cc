@@ -21,7 +21,7 @@ namespace {
 
 // Between neighbours of one region, in grey levels of the image smoothed twice by 3 x 3 pixels; where the image is
 // noisier, so many times its noise. Steps of noise alone have a standard deviation of 0.13 times that of the noise.
-constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.37;
+constexpr double kMaxStep = 4.0 / 3, kMaxStepOverNoise = 0.45;
 constexpr int kSumsPerGreyLevel = 81;
 // So wide, in pixels, is an image for each pixel of the margin: so near an uneven pixel none is inside a region. What joins two surfaces
 // of one colour is a faint piece of the edge between them; its length goes with the image's size, and it is no way through if it is

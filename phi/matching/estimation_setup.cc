@@ -81,7 +81,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
     p.window.near_step = kNearStep;
     p.window.near_variance = NearWindowVariance(input.noise, rules.Factor(Rule::kNarrowWindows));
   }
-  p.window.level_variance *= rules.Scale(Rule::kReducedImages);
+  p.window.level_variance = LevelVariance(input.noise, rules.Scale(Rule::kReducedImages));
   const float half_weight = rules.Scale(Rule::kSampleWeights) * kHalfWeightDifference;
   const bool has_weights = options.formulas != Formulas::kPaper && rules.IsOn(Rule::kSampleWeights);
   p.window.weight_decay = has_weights ? 1.0f / (half_weight * half_weight) : 0.0f;

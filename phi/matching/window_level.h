@@ -19,14 +19,21 @@ namespace phi {
 
 inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 
-// Variance that the narrow window needs: ten times the noise's, within these limits.
-inline constexpr float kNearVarianceOverNoise = 10.0f;
+// Variance that the narrow window needs: twice the noise's, within these limits.
+inline constexpr float kNearVarianceOverNoise = 2.0f;
 inline constexpr float kMinNearVariance = 1.0f, kMaxNearVariance = 10.0f;
 
 // `noise`: standard deviation, grey levels; scale: of the result.
 inline float NearWindowVariance(double noise, float scale = 1) {
   return scale * Clamp(kNearVarianceOverNoise * static_cast<float>(noise * noise), kMinNearVariance,
                        kMaxNearVariance);
+}
+
+// Variance that the whole window needs at level 0: the noise's and a tenth more, or this if it is more.
+inline constexpr float kMinLevelVariance = 3.0f, kLevelVarianceOverNoise = 1.1f;
+
+inline float LevelVariance(double noise, float scale = 1) {
+  return scale * Max(kLevelVarianceOverNoise * static_cast<float>(noise * noise), kMinLevelVariance);
 }
 
 inline constexpr int kMaxRangeStep = 7;

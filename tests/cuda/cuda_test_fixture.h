@@ -25,7 +25,7 @@ EstimationInput MakeInput(const Scene& scene, int reference, float depth_min, fl
   EstimationInput input;
   input.reference = scene.Image(reference);
   input.sources = scene.SourceImages(reference);
-  input.noise = 1;  // so that wide windows are taken, too
+  input.noise = 2;  // so that wide windows are taken, too
   input.depth_min = depth_min;
   input.depth_max = depth_max;
   return input;

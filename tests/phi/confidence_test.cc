@@ -54,7 +54,7 @@ TEST(Confidence, TermsAreWhatTheyAreNamed) {
   wall(21, 20).depth = 2;
   Array2D<Testimonies> testimonies(kSide, kSide);
   testimonies(20, 20) = {3, 1, 1};
-  const ConfidenceTerms terms = TermsAt(wall, testimonies, 3, 20, 20);
+  const ConfidenceTerms terms = TermsAt(wall, testimonies, 10, 20, 20);
   EXPECT_FLOAT_EQ(terms[kConfirmingShare], 0.75f);
   EXPECT_FLOAT_EQ(terms[kClose], 1);
   EXPECT_FLOAT_EQ(terms[kLoose], std::log2(3.0f));
@@ -66,6 +66,7 @@ TEST(Confidence, TermsAreWhatTheyAreNamed) {
   EXPECT_FLOAT_EQ(terms[kRelativeDeviation], std::log2(1e-4f));
   const float own = FindOwnTexture(Bowl(), 0).variance(20, 20);
   EXPECT_FLOAT_EQ(terms[kOwnTexture], std::log2(0.02f + own));
+  // JPEG leaves 3 of 10 grey levels, and smoothing by 9 pixels a ninth of their variance.
   EXPECT_FLOAT_EQ(terms[kOwnTextureOverNoise], std::log2(0.05f + own / 1.02f));
   const ConfidenceTerms silent = TermsAt(wall, Array2D<Testimonies>(kSide, kSide), 3, 20, 20);
   EXPECT_EQ(silent[kConfirmingShare], 0);
@@ -98,6 +99,8 @@ TEST(Confidence, EvidenceIsWhatViewsAndNeighboursAgreeOn) {
   EXPECT_NEAR(1 / (1 + std::exp(-kClueLogOdds)), 0.8, 1e-6);
 }
 
+constexpr double kNoise = 4;
+
 class JudgeMeasurementsTest : public testing::Test {
  protected:
   // A checked photo of a wall: all of it has texture, and the right part of it is plain.
@@ -110,7 +113,7 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, 3, kPrecision, estimate_, &map, rules_);
+    JudgeMeasurements(photo_, kNoise, kPrecision, estimate_, &map, rules_);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);

@@ -54,7 +54,7 @@ struct Scene {
       if (k == 0) input.reference = image;
       if (k > 0) input.sources.push_back(image);
     }
-    input.noise = 1;  // so that wide windows are taken, too
+    input.noise = 2;  // so that wide windows are taken, too
     input.depth_min = 2;
     input.depth_max = 8;
     StereoOptions options;

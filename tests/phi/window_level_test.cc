@@ -113,11 +113,11 @@ TEST(WindowLevel, RichTextureTakesTheNarrowWindow) {
   EXPECT_FALSE(Near(Sine(20, 10), 0));
 }
 
-// Ten times the noise's variance: with noise of 0.8 grey levels 6.4, which an amplitude of 4 (8) has and one of 2 (2) has not.
+// Twice the noise's variance: with noise of 1.8 grey levels 6.5, which an amplitude of 4 (8) has and one of 2 (2) has not.
 TEST(WindowLevel, CleanImagesTakeTheNarrowWindowForFainterTexture) {
   MatchingWindow window;
   window.near_step = 1;
-  window.near_variance = NearWindowVariance(0.8);
+  window.near_variance = NearWindowVariance(1.8);
   const auto near = [&](const GrayImage& image) {
     const GraySampler level = {image.view()};
     return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
@@ -126,6 +126,14 @@ TEST(WindowLevel, CleanImagesTakeTheNarrowWindowForFainterTexture) {
   EXPECT_FALSE(near(Sine(2, 10)));
   EXPECT_FLOAT_EQ(NearWindowVariance(0), 1);
   EXPECT_FLOAT_EQ(NearWindowVariance(20), 10);
+}
+
+// The whole window at full size needs 3, or a tenth more than the noise's own variance: with 4 grey levels 17.6.
+TEST(WindowLevel, NoiseIsNoTexture) {
+  EXPECT_FLOAT_EQ(LevelVariance(0), 3);
+  EXPECT_FLOAT_EQ(LevelVariance(1), 3);
+  EXPECT_FLOAT_EQ(LevelVariance(4), 17.6f);
+  EXPECT_FLOAT_EQ(LevelVariance(4, 0.5f), 8.8f);
 }
 
 // Texture that only the wide window reaches does not make the narrow one good.
