@@ -39,7 +39,9 @@ class SourcePool {
         rules_(rules),
         step_(StepOf(depths.width(), depths.height(), rules)),
         source_id_(source.view->image_id),
-        projected_(source, depths, input.reference.view->camera) {}
+        projected_(source, depths, input.reference.view->camera),
+        reference_radius_(input.reference.view->camera.pinhole),
+        source_radius_(source.view->camera.pinhole) {}
 
   int NumRows() const { return (depths_.height() + step_ - 1) / step_; }
 
@@ -51,21 +53,16 @@ class SourcePool {
     return anchors;
   }
 
-  // The reference image's brightness over the source's: the median over spots that both measured, so that a few glossy or
-  // mistaken ones do not matter. Exposure scales radiance, which a camera's gamma curve makes a factor of grey levels
-  // too. Stays 1 where few spots are shared.
-  void MeasureGain() {
-    std::vector<float> ratios;
+  // By spots that both measured. Exposure scales radiance, which a camera's gamma curve makes a factor of grey levels too.
+  void MeasureExposure() {
+    std::vector<SpotPair> pairs;
     for (int y = 0; y < depths_.height(); y += kGainStride * step_) {
-      for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddRatio(x, y, &ratios);
+      for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddPair(x, y, &pairs);
     }
-    if (ratios.size() < static_cast<std::size_t>(rules_.Count(Rule::kPooledAnchors, kMinGainSamples))) return;
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    gain_ = *middle;
+    exposure_ = RelativeExposure::Fit(pairs, static_cast<std::size_t>(rules_.Count(Rule::kPooledAnchors, kMinGainSamples)));
   }
 
-  float gain() const { return gain_; }
+  const RelativeExposure& exposure() const { return exposure_; }
 
  private:
   // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
@@ -85,24 +82,26 @@ class SourcePool {
     // The reference's own measurement knows better what is there.
     if (CarriesPlanes(measured_.states(px, py))) return;
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
-    const float change = reference_image_(px, py) - gain_ * source_image_(x, y);
+    const float change = exposure_.Change(InReference(px, py), InSource(x, y));
     if (!(std::abs(change) <= rules_.Scale(Rule::kPooledAnchors) * kMaxBrightnessChange)) return;
     anchor->hash = Hash(x, y);
     anchor->is_measured = IsMeasured(depths_.states(x, y));
     row->push_back(*anchor);
   }
 
-  void AddRatio(int x, int y, std::vector<float>* ratios) const {
+  BrightSpot InReference(int x, int y) const { return {static_cast<float>(reference_image_(x, y)), reference_radius_.Squared(x, y)}; }
+  BrightSpot InSource(int x, int y) const { return {static_cast<float>(source_image_(x, y)), source_radius_.Squared(x, y)}; }
+
+  void AddPair(int x, int y, std::vector<SpotPair>* pairs) const {
     const std::optional<PooledAnchor> anchor = Project(x, y);
     if (!anchor) return;
     const int px = anchor->PixelX(), py = anchor->PixelY();
     if (!CarriesPlanes(measured_.states(px, py))) return;
     const float there = measured_.planes(px, py).depth;
     if (!(std::abs(there * anchor->inverse_depth - 1) <= kSameDepth)) return;
-    const int reference = reference_image_(px, py), source = source_image_(x, y);
-    if (std::min(reference, source) < kMinGainBrightness || std::max(reference, source) > kMaxGainBrightness)
-      return;
-    ratios->push_back(static_cast<float>(reference) / static_cast<float>(source));
+    const SpotPair pair = {InReference(px, py), InSource(x, y)};
+    const auto [least, most] = std::minmax(pair.reference.brightness, pair.source.brightness);
+    if (least >= kMinGainBrightness && most <= kMaxGainBrightness) pairs->push_back(pair);
   }
 
   std::uint32_t Hash(int x, int y) const {
@@ -116,15 +115,17 @@ class SourcePool {
   const MeasuredDepths& depths_;
   const Rules& rules_;
   int step_;
-  float gain_ = 1;
+  RelativeExposure exposure_;
   std::uint32_t source_id_;
   SourceAnchors projected_;
+  RadiusOfPixels reference_radius_, source_radius_;
 };
 
 }  // namespace
 
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules, std::vector<float>* gains) {
-  if (gains != nullptr) gains->assign(input.sources.size(), 1.0f);
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules,
+                                      std::vector<RelativeExposure>* exposures) {
+  if (exposures != nullptr) exposures->assign(input.sources.size(), RelativeExposure());
   if (!rules.IsOn(Rule::kPooledAnchors)) return {};
   std::vector<SourcePool> sources;
   std::vector<std::size_t> views;                 // of sources
@@ -137,8 +138,8 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
     views.push_back(j);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
-  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureGain(); });
-  for (std::size_t j = 0; gains != nullptr && j < sources.size(); ++j) (*gains)[views[j]] = sources[j].gain();
+  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureExposure(); });
+  for (std::size_t j = 0; exposures != nullptr && j < sources.size(); ++j) (*exposures)[views[j]] = sources[j].exposure();
   std::vector<std::vector<PooledAnchor>> anchors(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
                     [&](std::size_t i) { anchors[i] = sources[rows[i].first].Row(rows[i].second); });

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/inference/relative_exposure.h"
 
 namespace phi {
 
@@ -32,8 +33,9 @@ struct PooledAnchor {
   int PixelY() const { return static_cast<int>(y + 0.5f); }
 };
 
-// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright. Same order for any number of threads. Views without a map take no part. `gains`, if not null:
-// of each source view, the reference's brightness over its own; 1 where that is not known.
-std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {}, std::vector<float>* gains = nullptr);
+// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright. Same order for any number of threads. Views without a map take no part. `exposures`, if not null:
+// of each source view.
+std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {},
+                                      std::vector<RelativeExposure>* exposures = nullptr);
 
 }  // namespace phi

@@ -212,11 +212,11 @@ std::vector<SourceRegions> RegionsOfSources(const InferenceInput& input, const R
 
 PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules) {
   PlaneEvidence evidence;
-  std::vector<float> gains;
-  evidence.pooled = PoolAnchors(input, rules, &gains);
+  std::vector<RelativeExposure> exposures;
+  evidence.pooled = PoolAnchors(input, rules, &exposures);
   evidence.precision = PrecisionOf(input);
   evidence.states = input.measured->states.view();
-  evidence.views.emplace(input, gains);
+  evidence.views.emplace(input, exposures);
   evidence.sources = RegionsOfSources(input, rules);
   evidence.scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
   return evidence;

@@ -23,15 +23,18 @@ bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
 
 }  // namespace
 
-SpotViews::SpotViews(const InferenceInput& input, std::span<const float> gains)
-    : reference_(input.reference.image.get()), measured_(input.measured.get()) {
+SpotViews::SpotViews(const InferenceInput& input, std::span<const RelativeExposure> exposures)
+    : reference_(input.reference.image.get()),
+      measured_(input.measured.get()),
+      radius_(input.reference.view->camera.pinhole),
+      own_exposure_(RelativeExposure::OfOneImage(exposures)) {
   const std::size_t num_views = std::min(input.sources.size(), input.source_depths.size());
   for (std::size_t j = 0; j < num_views; ++j) {
     const Camera &reference = input.reference.view->camera, &source = input.sources[j].view->camera;
     const MeasuredDepths* depths = input.source_depths[j].get();
     const Eigen::Vector3d center = reference.pose.rotation * (source.pose.Center() - reference.pose.Center());
     sources_.push_back({MakeRelativeView(reference, source), CalibrationMatrix(reference.pinhole) * center, input.sources[j].image.get(),
-                        depths != nullptr ? depths->view() : MeasuredDepthsView(), gains[j]});
+                        depths != nullptr ? depths->view() : MeasuredDepthsView(), RadiusOfPixels(source.pinhole), exposures[j]});
   }
 }
 
@@ -71,7 +74,8 @@ std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot
   if (!(u >= 0 && v >= 0 && u < static_cast<float>(source.image->width()) && v < static_cast<float>(source.image->height())))
     return std::nullopt;
   const int x = static_cast<int>(u), y = static_cast<int>(v);
-  return Shown{x, y, p.z, (*reference_)(spot.x, spot.y) - source.gain * (*source.image)(x, y)};
+  const BrightSpot there = {static_cast<float>((*source.image)(x, y)), source.radius.Squared(x, y)};
+  return Shown{x, y, p.z, source.exposure.Change(InReference(spot.x, spot.y), there)};
 }
 
 bool SpotViews::IsHidden(int x, int y, float depth) const {
@@ -95,7 +99,8 @@ bool SpotViews::ForetellsUnlike(const Source& source, const Spot& spot, const Im
 bool SpotViews::IsUnlikeAround(const Spot& spot, int x, int y) const {
   for (int dy = -kSteadyReach; dy <= kSteadyReach; dy += kSteadyReach) {
     for (int dx = -kSteadyReach; dx <= kSteadyReach; dx += kSteadyReach) {
-      if (!(std::abs((*reference_)(spot.x, spot.y) - (*reference_)(x + dx, y + dy)) > kClearlyUnlike)) return false;
+      const float change = own_exposure_.Change(InReference(spot.x, spot.y), InReference(x + dx, y + dy));
+      if (!(std::abs(change) > kClearlyUnlike)) return false;
     }
   }
   return true;

@@ -12,6 +12,7 @@
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/inference/image_plane.h"
+#include "phi/inference/relative_exposure.h"
 #include "phi/inference/spot.h"
 
 namespace phi {
@@ -25,8 +26,8 @@ struct Foretold {
 
 class SpotViews {
  public:
-  // `gains`: the reference's brightness over each source's. `input` outlives this.
-  SpotViews(const InferenceInput& input, std::span<const float> gains);
+  // `exposures`: of the sources. `input` outlives this.
+  SpotViews(const InferenceInput& input, std::span<const RelativeExposure> exposures);
 
   // Of the source views that show the spot's point at inverse depth w, the share with another brightness there; 0: none shows
   // it. A view that measured something else at the place tells nothing: the point is hidden there, or the measurement is wrong.
@@ -43,7 +44,8 @@ class SpotViews {
     Eigen::Vector3d center;  // of its camera, an image point of the reference: CalibrationMatrix times (x, y, z), world units
     const GrayImage* image;
     MeasuredDepthsView depths;
-    float gain;
+    RadiusOfPixels radius;
+    RelativeExposure exposure;
   };
   // Where a source shows a point.
   struct Shown {
@@ -56,12 +58,15 @@ class SpotViews {
   // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
   bool ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const;
   bool IsUnlikeAround(const Spot& spot, int x, int y) const;
+  BrightSpot InReference(int x, int y) const { return {static_cast<float>((*reference_)(x, y)), radius_.Squared(x, y)}; }
 
   // Whether the reference measured something before that depth.
   bool IsHidden(int x, int y, float depth) const;
 
   const GrayImage* reference_;
   const MeasurementMap* measured_;  // of the reference; null: unknown
+  RadiusOfPixels radius_;
+  RelativeExposure own_exposure_;  // of the reference against itself
   std::vector<Source> sources_;
 };
 

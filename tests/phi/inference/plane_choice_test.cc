@@ -189,7 +189,7 @@ struct AboveARoof {
   bool IsTaken(double min_unlike_sky) const {
     PlaneChoiceLimits limits = kLimits;
     limits.min_unlike_sky = min_unlike_sky;
-    const SpotViews views(input, std::array{1.0f, 1.0f});
+    const SpotViews views(input, std::array<RelativeExposure, 2>());
     return ChoosePlanes({roof, spots, &views}, Planes{}, std::array{kWall}, limits).planes[0].IsThere();
   }
 };
@@ -200,7 +200,7 @@ TEST(PlaneChoice, WhatMayBeSkyIsCountedBySurface) {
   PlaneChoiceLimits limits = kLimits;
   limits.min_unlike_sky = 0.25;
   const AboveARoof plain(100, 100);
-  const SpotViews views(plain.input, std::array{1.0f, 1.0f});
+  const SpotViews views(plain.input, std::array<RelativeExposure, 2>());
   // Of ten rows of spots so many are at `y`, the others at `other`.
   const auto taken = [&](const std::vector<AnchorCell>& cells, int num_rows, int y, int other) {
     std::vector<Spot> spots;
@@ -228,7 +228,7 @@ TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
 
 TEST(PlaneChoice, WhatMayBeSkyIsToldFromWhatHasNoPlane) {
   const AboveARoof scene(100, 100);
-  const SpotViews views(scene.input, std::array{1.0f, 1.0f});
+  const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
   PlaneChoiceLimits limits = kLimits;
   const auto sky = [&](const std::vector<AnchorCell>& cells, double min_unlike_sky) {
     limits.min_unlike_sky = min_unlike_sky;
@@ -273,7 +273,7 @@ struct BesideAHouse {
     PlaneChoiceLimits limits = kLimits;
     limits.min_unlike_sky = 0.6;
     limits.min_foretold = min_foretold;
-    const SpotViews views(input, std::array{1.0f});
+    const SpotViews views(input, std::array<RelativeExposure, 1>());
     return ChoosePlanes({CellsOn(kWall, 0, 160, 0, 130), spots, &views}, Planes{}, std::array{kWall}, limits);
   }
 };
@@ -357,7 +357,7 @@ TEST(RegionPlanes, APlaneThatOtherViewsShowWithAnotherBrightnessLoses) {
   const auto plane = [&](float factor) {
     PlaneEvidence evidence;
     evidence.scene = {before, wall};
-    evidence.views.emplace(input, std::vector<float>{1});
+    evidence.views.emplace(input, std::vector<RelativeExposure>(1));
     Rules rules;
     rules.Set(Rule::kSpotBrightness, factor);
     rules.Set(Rule::kSky, 0);  // which asks about the same views' brightness
@@ -400,7 +400,7 @@ TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
     rules.Set(Rule::kSky, sky);
     PlaneEvidence evidence;
     evidence.scene = {{w, 0, 0}};
-    evidence.views.emplace(scene.input, std::vector<float>{1, 1});
+    evidence.views.emplace(scene.input, std::vector<RelativeExposure>(2));
     evidence.states = std::as_const(measured.states).view();
     const GrayImage& image = *scene.input.reference.image;
     const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
@@ -427,7 +427,7 @@ TEST(RegionPlanes, WhereViewsShowTheSkyNoLineCrossesIt) {
     const MeasurementMap measured = AllMeasured(std::move(planes));
     PlaneEvidence evidence;
     evidence.scene = {{w, 0, 0}};
-    evidence.views.emplace(scene.input, std::vector<float>{1});
+    evidence.views.emplace(scene.input, std::vector<RelativeExposure>(1));
     evidence.states = std::as_const(measured.states).view();
     Rules rules;
     const GrayImage& image = *scene.input.reference.image;

@@ -29,7 +29,7 @@ struct DarkPixel {
     input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
     input.source_depths = {std::make_shared<const MeasuredDepths>(depths)};
-    return SpotViews(input, std::vector<float>{gain}).Unlike({75, 45}, w);
+    return SpotViews(input, std::vector<RelativeExposure>{RelativeExposure(gain)}).Unlike({75, 45}, w);
   }
 };
 
@@ -90,7 +90,7 @@ struct PlaneBeforeTwoViews {
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
     input.source_depths = {std::make_shared<const MeasuredDepths>(depths)};
     input.measured = std::make_shared<const MeasurementMap>(AllMeasured(measured));
-    return SpotViews(input, std::vector<float>{gain}).CountForetold(spots, plane);
+    return SpotViews(input, std::vector<RelativeExposure>{RelativeExposure(gain)}).CountForetold(spots, plane);
   }
   void Darken(int x, int y, float brightness = 60) {
     for (int dy = -2; dy <= 2; ++dy) std::fill_n(&reference_image(x - 2, y + dy), 5, brightness);

@@ -1,0 +1,93 @@
+#include "phi/inference/relative_exposure.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "phi/geometry/camera.h"
+
+namespace phi {
+namespace {
+
+constexpr std::size_t kMinPairs = 100;
+
+// A lens darkens by the fourth power of the cosine of the angle whose tangent, squared, is `falloff` / 2 in the corner.
+double Darkened(double squared_radius, double falloff) { return 1 / std::pow(1 + falloff / 2 * squared_radius, 2); }
+
+// A surface of every brightness, seen at every place of two images, the reference `gain` times as long exposed.
+std::vector<SpotPair> SeenByBoth(int count, double gain, double reference_falloff, double source_falloff) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> brightness(40, 150), radius(0, 1);
+  std::vector<SpotPair> pairs;
+  for (int i = 0; i < count; ++i) {
+    const double surface = brightness(random), here = radius(random), there = radius(random);
+    pairs.push_back({{static_cast<float>(gain * surface * Darkened(here, reference_falloff)), static_cast<float>(here)},
+                     {static_cast<float>(surface * Darkened(there, source_falloff)), static_cast<float>(there)}});
+  }
+  return pairs;
+}
+
+TEST(RadiusOfPixels, IsOneInACornerOfACentredImage) {
+  // From the middle (20, 15) of 40 x 30 pixels to a corner 25; to the middle of pixel (39, 29) (19.5, 14.5).
+  const RadiusOfPixels radius(Pinhole{40, 30, 50, 50, 20, 15});
+  EXPECT_FLOAT_EQ(radius.Squared(39, 29), (19.5f * 19.5f + 14.5f * 14.5f) / 625);
+  EXPECT_FLOAT_EQ(radius.Squared(0, 0), radius.Squared(39, 29));
+  EXPECT_FLOAT_EQ(radius.Squared(19, 14), 0.5f / 625);
+}
+
+TEST(RelativeExposure, FindsGainAndBothFalloffs) {
+  const std::vector<SpotPair> pairs = SeenByBoth(16000, 1.3, 0.4, 0.2);
+  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  EXPECT_NEAR(exposure.gain(), 1.3, 0.02);
+  for (const SpotPair& pair : pairs) ASSERT_NEAR(exposure.Change(pair.reference, pair.source), 0, 1.5);
+  // 20 grey levels more than the same surface would have in the reference's corner: 1.3 * 100 / 1.2^2 = 90.3.
+  EXPECT_NEAR(exposure.Change({110.3f, 1}, {100, 0}), 20, 1.5);
+  // The gain alone would be off by 40.
+  EXPECT_NEAR(RelativeExposure(1.3f).Change({110.3f, 1}, {100, 0}), -19.7f, 1e-3f);
+}
+
+TEST(RelativeExposure, MistakenSpotsDoNotMatter) {
+  std::vector<SpotPair> pairs = SeenByBoth(16000, 0.8, 0.3, 0.3);
+  const std::vector<SpotPair> right = pairs;
+  for (std::size_t i = 0; i < pairs.size(); i += 5) pairs[i].reference.brightness += 60;
+  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  for (const SpotPair& pair : right) ASSERT_NEAR(exposure.Change(pair.reference, pair.source), 0, 3);
+}
+
+TEST(RelativeExposure, FewSpotsTellNothing) {
+  const std::vector<SpotPair> pairs = SeenByBoth(99, 1.5, 0.3, 0.3);
+  EXPECT_EQ(RelativeExposure::Fit(pairs, kMinPairs).gain(), 1);
+  EXPECT_EQ(RelativeExposure::Fit({}, 0).gain(), 1);
+}
+
+TEST(RelativeExposure, WhereNoFalloffShowsThereIsNone) {
+  // All spots lie at one radius: gain and falloff cannot be told apart.
+  std::vector<SpotPair> pairs = SeenByBoth(200, 1.2, 0, 0);
+  for (SpotPair& pair : pairs) pair.reference.squared_radius = pair.source.squared_radius = 0.3f;
+  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  EXPECT_NEAR(exposure.gain(), 1.2, 0.01);
+  EXPECT_NEAR(exposure.Change({120, 1}, {100, 0}), 0, 1);
+}
+
+TEST(RelativeExposure, WhatIsCutOffAtWhiteIsNotUnlike) {
+  const RelativeExposure brighter(1.5f), darker(0.5f);
+  EXPECT_EQ(brighter.Change({255, 0}, {200, 0}), 0);        // would be 300
+  EXPECT_FLOAT_EQ(brighter.Change({240, 0}, {200, 0}), -60);
+  EXPECT_EQ(darker.Change({180, 0}, {255, 0}), 0);          // may be brighter than 255
+  EXPECT_FLOAT_EQ(darker.Change({100, 0}, {255, 0}), -27.5f);  // but not darker
+}
+
+TEST(RelativeExposure, OfOneImageKnowsItsFalloff) {
+  std::vector<RelativeExposure> exposures;
+  for (const double source_falloff : {0.0, 0.2, 0.4})
+    exposures.push_back(RelativeExposure::Fit(SeenByBoth(16000, 1 + source_falloff, 0.4, source_falloff), kMinPairs));
+  const RelativeExposure own = RelativeExposure::OfOneImage(exposures);
+  EXPECT_EQ(own.gain(), 1);
+  EXPECT_NEAR(own.Change({100, 1}, {144, 0}), 0, 2);  // 144 / 1.2^2
+  EXPECT_EQ(RelativeExposure::OfOneImage({}).Change({120, 1}, {100, 0}), 20);
+}
+
+}  // namespace
+}  // namespace phi
