@@ -132,6 +132,38 @@ class ThinWorkspace : public testing::Test {
   fs::path dense_ = folder_ / "dense";
 };
 
+// Cameras turn about their centres by half a pixel or so; nothing else changes.
+TEST_F(ThinWorkspace, DisturbedCamerasTurnByPixels) {
+  const fs::path set = folder_ / "data/wall";
+  fs::create_directories(set);
+  WriteSparseModelBinary(model_, dense_ / "sparse");
+  fs::copy(dense_, set / "dense", fs::copy_options::recursive);
+  WriteCloud(set / "truth.ply", {{0, 0, 2}}, 4);
+  const ProgramResult result = Script("scenes/disturb", {folder_ / "data", folder_ / "disturbed", "--by", "poses"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const fs::path disturbed = folder_ / "disturbed/wall";
+  const SparseModel model = colmap_ext::ReadSparseModel(disturbed / "dense/sparse");
+  ASSERT_EQ(model.images.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const colmap_ext::SparseImage& image = model.images[i];
+    EXPECT_EQ(image.name, model_.images[i].name);
+    EXPECT_EQ(image.observations.size(), 4u);
+    EXPECT_NEAR(image.rotation.norm(), 1, 1e-12);
+    // The centre i of camera i is where it was: R (i, 0, 0) + t = 0.
+    const Eigen::Vector3d moved = image.rotation * Eigen::Vector3d(static_cast<double>(i), 0, 0) + image.translation;
+    EXPECT_LT(moved.norm(), 1e-12) << i;
+    // What lies straight ahead moves by the focal length, 20 pixels, times the angle.
+    const Eigen::Vector3d ahead = image.rotation * Eigen::Vector3d(0, 0, 1);
+    const double pixels = 20 * ahead.head<2>().norm() / ahead.z();
+    EXPECT_GT(pixels, 0.01) << i;
+    EXPECT_LT(pixels, 2.5) << i;
+  }
+  EXPECT_EQ(ReadBytes(disturbed / "dense/sparse/points3D.bin"), ReadBytes(dense_ / "sparse/points3D.bin"));
+  EXPECT_EQ(ReadBytes(disturbed / "dense/images/2.png"), "pixels of 2.png");
+  EXPECT_EQ(ReadBytes(disturbed / "truth.ply"), ReadBytes(set / "truth.ply"));
+  EXPECT_THAT(Script("scenes/disturb", {folder_ / "data", folder_ / "x", "--by", "fog"}).errors, HasSubstr("not 'fog'"));
+}
+
 TEST_F(ThinWorkspace, KeepsEveryOtherImageAndWhatTwoOfThemSee) {
   WriteSparseModelBinary(model_, dense_ / "sparse");
   WriteBytes(dense_ / "sparse/rigs.bin", "of COLMAP 4");
