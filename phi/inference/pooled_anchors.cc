@@ -53,16 +53,16 @@ class SourcePool {
     return anchors;
   }
 
-  // By spots that both measured. Exposure scales radiance, which a camera's gamma curve makes a factor of grey levels too.
-  void MeasureExposure() {
+  // Spots that both measured. Exposure scales radiance, which a camera's gamma curve makes a factor of grey levels too.
+  std::vector<SpotPair> SharedSpots() const {
     std::vector<SpotPair> pairs;
     for (int y = 0; y < depths_.height(); y += kGainStride * step_) {
       for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddPair(x, y, &pairs);
     }
-    exposure_ = RelativeExposure::Fit(pairs, static_cast<std::size_t>(rules_.Count(Rule::kPooledAnchors, kMinGainSamples)));
+    return pairs;
   }
 
-  const RelativeExposure& exposure() const { return exposure_; }
+  void SetExposure(const RelativeExposure& exposure) { exposure_ = exposure; }
 
  private:
   // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
@@ -138,8 +138,14 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
     views.push_back(j);
     for (int row = 0; row < sources.back().NumRows(); ++row) rows.emplace_back(sources.size() - 1, row);
   }
-  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { sources[j].MeasureExposure(); });
-  for (std::size_t j = 0; exposures != nullptr && j < sources.size(); ++j) (*exposures)[views[j]] = sources[j].exposure();
+  std::vector<std::vector<SpotPair>> spots(sources.size());
+  tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { spots[j] = sources[j].SharedSpots(); });
+  const std::vector<RelativeExposure> fitted =
+      RelativeExposure::Fit(spots, static_cast<std::size_t>(rules.Count(Rule::kPooledAnchors, kMinGainSamples)));
+  for (std::size_t j = 0; j < sources.size(); ++j) {
+    sources[j].SetExposure(fitted[j]);
+    if (exposures != nullptr) (*exposures)[views[j]] = fitted[j];
+  }
   std::vector<std::vector<PooledAnchor>> anchors(rows.size());
   tbb::parallel_for(std::size_t{0}, rows.size(),
                     [&](std::size_t i) { anchors[i] = sources[rows[i].first].Row(rows[i].second); });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
@@ -15,14 +16,71 @@ constexpr float kWhite = 250;
 // Falloff is held near 0 as so many pairs would that show none: few or poorly spread ones tell of gloss as well.
 constexpr double kPairsWithoutFalloff = 10;
 constexpr int kNumRounds = 8;
-// Of residuals: the least median, and so many medians weigh half.
+// Residuals of the ratio of brightnesses. The least median; so many medians weigh half.
 constexpr double kLeastResidual = 1e-3, kFarOff = 3;
+// By its median a source counts beside the others, but none as more exact than this.
+constexpr double kLeastDeviation = 0.02;
 
 double Median(std::vector<double>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
   std::nth_element(values->begin(), middle, values->end());
   return *middle;
 }
+
+// One source's part of the fit. With the ratio q of the brightnesses and m the brightness without falloff over that with it:
+// q m(reference) = gain m(source). Gauss and Newton's method, robust by weights that fall with the squared residual over that of the
+// median pair; each source's own unknowns, gain and falloff, are eliminated from the reference's.
+class SourceFit {
+ public:
+  explicit SourceFit(std::span<const SpotPair> pairs) : pairs_(pairs), residuals_(pairs.size()) {
+    for (const SpotPair& pair : pairs) ratios_.push_back(pair.reference.brightness / pair.source.brightness);
+    std::vector<double> scratch = ratios_;
+    own_ = {Median(&scratch), 0};
+  }
+
+  double gain() const { return own_[0]; }
+  double falloff() const { return own_[1]; }
+
+  void Linearize(double reference_falloff) {
+    const auto here = [&](std::size_t i) { return 1 + reference_falloff / 2 * pairs_[i].reference.squared_radius; };
+    const auto there = [&](std::size_t i) { return 1 + own_[1] / 2 * pairs_[i].source.squared_radius; };
+    for (std::size_t i = 0; i < pairs_.size(); ++i)
+      residuals_[i] = ratios_[i] * here(i) * here(i) - own_[0] * there(i) * there(i);
+    std::vector<double> sizes = residuals_;
+    for (double& size : sizes) size = std::abs(size);
+    const double middle = std::max(Median(&sizes), kLeastResidual);
+    normal_ = Eigen::Vector3d(0, kPairsWithoutFalloff, kPairsWithoutFalloff).asDiagonal();
+    right_ = -kPairsWithoutFalloff * Eigen::Vector3d(0, own_[1], reference_falloff);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const Eigen::Vector3d slope(there(i) * there(i), own_[0] * there(i) * pairs_[i].source.squared_radius,
+                                  -ratios_[i] * here(i) * pairs_[i].reference.squared_radius);
+      const double off = residuals_[i] / (kFarOff * middle), weight = 1 / (1 + off * off);
+      normal_ += weight * slope * slope.transpose();
+      right_ += weight * residuals_[i] * slope;
+    }
+    const double deviation = std::max(middle, kLeastDeviation);
+    normal_ /= deviation * deviation;
+    right_ /= deviation * deviation;
+  }
+
+  // What the pairs say of the reference's falloff, whatever the own unknowns are.
+  void AddToReference(double* curvature, double* pull) const {
+    const Eigen::Vector2d mixed = normal_.topRightCorner<2, 1>(), through = Own().solve(mixed);
+    *curvature += normal_(2, 2) - through.dot(mixed);
+    *pull += right_[2] - through.dot(right_.head<2>());
+  }
+
+  void Step(double of_reference) { own_ += Own().solve(right_.head<2>() - of_reference * normal_.topRightCorner<2, 1>()); }
+
+ private:
+  Eigen::LDLT<Eigen::Matrix2d> Own() const { return Eigen::Matrix2d(normal_.topLeftCorner<2, 2>()).ldlt(); }
+
+  std::span<const SpotPair> pairs_;
+  std::vector<double> ratios_, residuals_;
+  Eigen::Vector2d own_;
+  Eigen::Matrix3d normal_;
+  Eigen::Vector3d right_;
+};
 
 }  // namespace
 
@@ -31,48 +89,40 @@ RadiusOfPixels::RadiusOfPixels(const Pinhole& k)
       cy_(static_cast<float>(k.cy)),
       scale_(static_cast<float>(4 / (static_cast<double>(k.width) * k.width + static_cast<double>(k.height) * k.height))) {}
 
-// With the ratio q of the brightnesses and m the brightness without falloff over that with it: q m(reference) = gain m(source). Gauss and Newton's
-// method, robust by weights that fall with the squared residual over that of the median pair.
-RelativeExposure RelativeExposure::Fit(std::span<const SpotPair> pairs, std::size_t min_num_pairs) {
-  if (pairs.size() < min_num_pairs || pairs.empty()) return RelativeExposure();
-  std::vector<double> ratios;
-  for (const SpotPair& pair : pairs) ratios.push_back(pair.reference.brightness / pair.source.brightness);
-  std::vector<double> scratch = ratios;
-  Eigen::Vector3d x(Median(&scratch), 0, 0);  // gain, falloffs of source and reference
-  std::vector<double> residuals(pairs.size());
-  for (int round = 0; round < kNumRounds; ++round) {
-    const auto root = [&](int which, const BrightSpot& spot) { return 1 + x[which] / 2 * spot.squared_radius; };
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const double here = root(2, pairs[i].reference), there = root(1, pairs[i].source);
-      residuals[i] = ratios[i] * here * here - x[0] * there * there;
-    }
-    scratch.resize(pairs.size());
-    std::transform(residuals.begin(), residuals.end(), scratch.begin(), [](double r) { return std::abs(r); });
-    const double middle = std::max(Median(&scratch), kLeastResidual);
-    Eigen::Matrix3d normal = Eigen::Vector3d(0, kPairsWithoutFalloff, kPairsWithoutFalloff).asDiagonal();
-    Eigen::Vector3d right = -kPairsWithoutFalloff * Eigen::Vector3d(0, x[1], x[2]);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const double here = root(2, pairs[i].reference), there = root(1, pairs[i].source);
-      const Eigen::Vector3d slope(there * there, x[0] * there * pairs[i].source.squared_radius,
-                                  -ratios[i] * here * pairs[i].reference.squared_radius);
-      const double off = residuals[i] / (kFarOff * middle), weight = 1 / (1 + off * off);
-      normal += weight * slope * slope.transpose();
-      right += weight * residuals[i] * slope;
-    }
-    x += normal.ldlt().solve(right);
+std::vector<RelativeExposure> RelativeExposure::Fit(std::span<const std::vector<SpotPair>> pairs_of_sources,
+                                                    std::size_t min_num_pairs) {
+  std::vector<SourceFit> fits;
+  std::vector<std::size_t> sources;
+  for (std::size_t j = 0; j < pairs_of_sources.size(); ++j) {
+    if (pairs_of_sources[j].empty() || pairs_of_sources[j].size() < min_num_pairs) continue;
+    fits.emplace_back(pairs_of_sources[j]);
+    sources.push_back(j);
   }
-  RelativeExposure exposure(static_cast<float>(x[0]));
-  exposure.source_falloff_ = static_cast<float>(x[1]);
-  exposure.reference_falloff_ = static_cast<float>(x[2]);
-  return exposure;
+  double falloff = 0;  // of the reference
+  for (int round = 0; round < kNumRounds && !fits.empty(); ++round) {
+    tbb::parallel_for(std::size_t{0}, fits.size(), [&](std::size_t k) { fits[k].Linearize(falloff); });
+    double curvature = 0, pull = 0;
+    for (const SourceFit& fit : fits) fit.AddToReference(&curvature, &pull);
+    const double step = pull / curvature;
+    for (SourceFit& fit : fits) fit.Step(step);
+    falloff += step;
+  }
+  std::vector<RelativeExposure> exposures(pairs_of_sources.size());
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    RelativeExposure& exposure = exposures[sources[k]];
+    exposure.gain_ = static_cast<float>(fits[k].gain());
+    exposure.source_falloff_ = static_cast<float>(fits[k].falloff());
+    exposure.reference_falloff_ = static_cast<float>(falloff);
+  }
+  return exposures;
 }
 
 RelativeExposure RelativeExposure::OfOneImage(std::span<const RelativeExposure> exposures) {
   RelativeExposure own;
-  if (exposures.empty()) return own;
-  std::vector<double> falloffs;
-  for (const RelativeExposure& exposure : exposures) falloffs.push_back(exposure.reference_falloff_);
-  own.source_falloff_ = own.reference_falloff_ = static_cast<float>(Median(&falloffs));
+  // All that were fitted have the same.
+  for (const RelativeExposure& exposure : exposures) {
+    if (exposure.reference_falloff_ != 0) own.source_falloff_ = own.reference_falloff_ = exposure.reference_falloff_;
+  }
   return own;
 }
 

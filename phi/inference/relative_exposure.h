@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "phi/geometry/camera.h"
 
@@ -39,9 +40,9 @@ class RelativeExposure {
   // `gain`: the reference's brightness over the source's.
   explicit RelativeExposure(float gain = 1) : gain_(gain) {}
 
-  // From spots that both images show. A gain of 1 where they are few. Glossy and mistaken ones do not matter, falloff is found as far as many
-  // spots tell of it.
-  static RelativeExposure Fit(std::span<const SpotPair> pairs, std::size_t min_num_pairs);
+  // Of each source, from spots that it and the reference show: its gain and falloff, and the reference's falloff, which all tell of
+  // together. A gain of 1 where spots are few. Glossy and mistaken ones do not matter, falloff is found as far as many spots tell of it.
+  static std::vector<RelativeExposure> Fit(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs);
 
   // Of the reference against itself, by what its sources tell of its falloff.
   static RelativeExposure OfOneImage(std::span<const RelativeExposure> exposures);

@@ -29,6 +29,10 @@ std::vector<SpotPair> SeenByBoth(int count, double gain, double reference_fallof
   return pairs;
 }
 
+RelativeExposure FitOne(const std::vector<SpotPair>& pairs, std::size_t min_num_pairs = kMinPairs) {
+  return RelativeExposure::Fit(std::vector<std::vector<SpotPair>>{pairs}, min_num_pairs).at(0);
+}
+
 TEST(RadiusOfPixels, IsOneInACornerOfACentredImage) {
   // From the middle (20, 15) of 40 x 30 pixels to a corner 25; to the middle of pixel (39, 29) (19.5, 14.5).
   const RadiusOfPixels radius(Pinhole{40, 30, 50, 50, 20, 15});
@@ -39,7 +43,7 @@ TEST(RadiusOfPixels, IsOneInACornerOfACentredImage) {
 
 TEST(RelativeExposure, FindsGainAndBothFalloffs) {
   const std::vector<SpotPair> pairs = SeenByBoth(16000, 1.3, 0.4, 0.2);
-  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  const RelativeExposure exposure = FitOne(pairs);
   EXPECT_NEAR(exposure.gain(), 1.3, 0.02);
   for (const SpotPair& pair : pairs) ASSERT_NEAR(exposure.Change(pair.reference, pair.source), 0, 1.5);
   // 20 grey levels more than the same surface would have in the reference's corner: 1.3 * 100 / 1.2^2 = 90.3.
@@ -48,25 +52,38 @@ TEST(RelativeExposure, FindsGainAndBothFalloffs) {
   EXPECT_NEAR(RelativeExposure(1.3f).Change({110.3f, 1}, {100, 0}), -19.7f, 1e-3f);
 }
 
+// One source sees everything at one radius of the reference and cannot tell its falloff; the other can.
+TEST(RelativeExposure, AllSourcesTellOfTheReferencesFalloff) {
+  std::vector<std::vector<SpotPair>> pairs = {SeenByBoth(4000, 1.2, 0.4, 0), SeenByBoth(16000, 0.9, 0.4, 0.3)};
+  for (SpotPair& pair : pairs[0]) {
+    pair.reference.brightness *= static_cast<float>(Darkened(0.5, 0.4) / Darkened(pair.reference.squared_radius, 0.4));
+    pair.reference.squared_radius = 0.5f;
+  }
+  const std::vector<RelativeExposure> exposures = RelativeExposure::Fit(pairs, kMinPairs);
+  EXPECT_NEAR(exposures[0].gain(), 1.2, 0.02);
+  EXPECT_NEAR(exposures[1].gain(), 0.9, 0.02);
+  EXPECT_NEAR(exposures[0].Change({83.33f, 1}, {100, 0}), 0, 2);  // 1.2 * 100 / 1.2^2
+}
+
 TEST(RelativeExposure, MistakenSpotsDoNotMatter) {
   std::vector<SpotPair> pairs = SeenByBoth(16000, 0.8, 0.3, 0.3);
   const std::vector<SpotPair> right = pairs;
   for (std::size_t i = 0; i < pairs.size(); i += 5) pairs[i].reference.brightness += 60;
-  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  const RelativeExposure exposure = FitOne(pairs);
   for (const SpotPair& pair : right) ASSERT_NEAR(exposure.Change(pair.reference, pair.source), 0, 3);
 }
 
 TEST(RelativeExposure, FewSpotsTellNothing) {
   const std::vector<SpotPair> pairs = SeenByBoth(99, 1.5, 0.3, 0.3);
-  EXPECT_EQ(RelativeExposure::Fit(pairs, kMinPairs).gain(), 1);
-  EXPECT_EQ(RelativeExposure::Fit({}, 0).gain(), 1);
+  EXPECT_EQ(FitOne(pairs).gain(), 1);
+  EXPECT_EQ(FitOne({}, 0).gain(), 1);
 }
 
 TEST(RelativeExposure, WhereNoFalloffShowsThereIsNone) {
   // All spots lie at one radius: gain and falloff cannot be told apart.
   std::vector<SpotPair> pairs = SeenByBoth(200, 1.2, 0, 0);
   for (SpotPair& pair : pairs) pair.reference.squared_radius = pair.source.squared_radius = 0.3f;
-  const RelativeExposure exposure = RelativeExposure::Fit(pairs, kMinPairs);
+  const RelativeExposure exposure = FitOne(pairs);
   EXPECT_NEAR(exposure.gain(), 1.2, 0.01);
   EXPECT_NEAR(exposure.Change({120, 1}, {100, 0}), 0, 1);
 }
@@ -82,7 +99,7 @@ TEST(RelativeExposure, WhatIsCutOffAtWhiteIsNotUnlike) {
 TEST(RelativeExposure, OfOneImageKnowsItsFalloff) {
   std::vector<RelativeExposure> exposures;
   for (const double source_falloff : {0.0, 0.2, 0.4})
-    exposures.push_back(RelativeExposure::Fit(SeenByBoth(16000, 1 + source_falloff, 0.4, source_falloff), kMinPairs));
+    exposures.push_back(FitOne(SeenByBoth(16000, 1 + source_falloff, 0.4, source_falloff)));
   const RelativeExposure own = RelativeExposure::OfOneImage(exposures);
   EXPECT_EQ(own.gain(), 1);
   EXPECT_NEAR(own.Change({100, 1}, {144, 0}), 0, 2);  // 144 / 1.2^2
