@@ -37,12 +37,10 @@ class MapCopies {
 
   // Null where there is no room beside what is in use.
   std::shared_ptr<MapCopy> Get(HostMap map) {
-    std::shared_ptr<MapCopy>& copy = copies_[map.data];
-    if (copy == nullptr) copy = Upload(map);
-    if (copy == nullptr) {
-      copies_.erase(map.data);
-      return nullptr;
-    }
+    const auto found = copies_.find(map.data);
+    const std::shared_ptr<MapCopy> copy = found != copies_.end() ? found->second : Upload(map);
+    if (copy == nullptr) return nullptr;
+    copies_[map.data] = copy;
     copy->last_use = ++clock_;
     return copy;
   }
@@ -104,7 +102,7 @@ class MapCopies {
   bool DiscardOldest() {
     Entry oldest = copies_.end();
     for (Entry entry = copies_.begin(); entry != copies_.end(); ++entry) {
-      if (entry->second == nullptr || entry->second.use_count() > 1) continue;
+      if (entry->second.use_count() > 1) continue;
       if (oldest == copies_.end() || entry->second->last_use < oldest->second->last_use) oldest = entry;
     }
     if (oldest == copies_.end()) return false;
@@ -207,7 +205,12 @@ class CudaFusion final : public FusionDevice {
   void Load(HostMap map) override {
     const ScopedDevice current(index_);
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!has_failed_ && copies_.HasRoomFor(map)) copies_.Get(map);
+    if (has_failed_ || !copies_.HasRoomFor(map)) return;
+    try {
+      copies_.Get(map);
+    } catch (const ResourceError& error) {
+      GiveUp(error);
+    }
   }
 
   void Forget(HostMap map) override {
@@ -234,6 +237,11 @@ class CudaFusion final : public FusionDevice {
   }
 
  private:
+  void GiveUp(const ResourceError& error) {
+    LogWarning(std::string(error.what()) + "; the processor goes on in its place");
+    has_failed_ = true;
+  }
+
   const int index_;
   std::atomic<bool> has_failed_ = false;
   std::mutex mutex_;
@@ -286,8 +294,7 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
     launch.num_neighbors = static_cast<int>(count);
     return std::make_unique<ImageOnGpu>(this, std::move(copies), std::move(on_device), launch);
   } catch (const ResourceError& error) {
-    LogWarning(std::string(error.what()) + "; the processor goes on in its place");
-    has_failed_ = true;
+    GiveUp(error);
     return nullptr;
   }
 }
