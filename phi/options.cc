@@ -90,7 +90,7 @@ OptionList FilterOptions::List() {
       .ColmapDefault("2")
       .Between(0, kMaxRequiredViews);
   list.Add("PatchMatchStereo.filter_geom_consistency_max_cost", &max_reprojection_error,
-           "Largest forward-backward reprojection error of a confirming image")
+           "Largest forward-backward reprojection error of an image that confirms a measured pixel")
       .Unit("pixels")
       .ColmapDefault("1")
       .MoreThan(0);

@@ -17,6 +17,9 @@ enum class FilterVerdict : std::uint8_t { kDropped = 0, kKept = 1 };
 struct FilterReference {
   RayModel rays;
   ConsistencyThresholds thresholds;
+  // In place of the thresholds': a plane through what was measured around a hole foretells a depth, to a share of it, and no match that
+  // would be good to a pixel.
+  float max_reprojection_error_inferred = 0;
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
   bool accepts_few_views =
@@ -63,10 +66,13 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
   const PlaneHypothesis h = f.map(x, y);
   if (!(h.depth > 0) || WasJudged(f, x, y)) return;
   constexpr int kMost = 255;
-  const int required = CountsAll(f) ? kMost : RequiredViews(f, WasInferred(f, x, y));
+  const bool was_inferred = WasInferred(f, x, y);
+  const int required = CountsAll(f) ? kMost : RequiredViews(f, was_inferred);
+  ConsistencyThresholds thresholds = f.thresholds;
+  if (was_inferred) thresholds.max_reprojection_error = f.max_reprojection_error_inferred;
   for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
     const FilterSource& source = turn.sources[j];
-    switch (Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, f.thresholds, source.mask)) {
+    switch (Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, thresholds, source.mask)) {
       case Testimony::kNone:
         break;
       case Testimony::kContradicts:

@@ -46,6 +46,12 @@ void ApplyRules(const Rules& rules, ConsistencyThresholds* t) {
   t->min_rays_cosine = ScaledCosine(t->min_rays_cosine, few);
 }
 
+// Pixels.
+float MaxReprojectionErrorInferred(const FilterOptions& options) {
+  const bool asks_depth_alone = options.formulas == Formulas::kRobust && options.rules.IsOn(Rule::kFilterTolerances);
+  return asks_depth_alone ? std::numeric_limits<float>::infinity() : static_cast<float>(options.max_reprojection_error);
+}
+
 }  // namespace
 
 ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
@@ -65,6 +71,7 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
 FilterReference MakeFilterReference(const FilterInput& input, const FilterOptions& options) {
   FilterReference f{.rays = MakeRayModel(input.reference.view->camera.pinhole),
                     .thresholds = MakeConsistencyThresholds(options),
+                    .max_reprojection_error_inferred = MaxReprojectionErrorInferred(options),
                     .min_num_consistent = options.min_num_consistent,
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_cost = static_cast<float>(1 - options.min_ncc),

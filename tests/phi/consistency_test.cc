@@ -265,6 +265,33 @@ TEST_F(FilterTest, InferredPixelsHaveTheirOwnNumberOfViews) {
   }
 }
 
+// Depth 2 moves by 25 pixels between the views, and by 0.25 less where it is 1 % more.
+TEST_F(FilterTest, InferredPixelsAreComparedByDepthAlone) {
+  options_.max_reprojection_error = 0.1;
+  const auto keeps = [&](PixelState state, float depth) {
+    SetStates(StateMap(80, 60, state));
+    input_.sources.clear();
+    AddMap(depth);
+    return Keeps(60, 30);
+  };
+  EXPECT_TRUE(keeps(PixelState::kInferredAlone, 2.016f));
+  EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.024f));
+  // An estimate's pixels count.
+  options_.min_num_consistent = 1;
+  input_.sources.clear();
+  AddMap(2.016f);
+  SetStates({});
+  EXPECT_FALSE(Keeps(60, 30));
+  options_.max_reprojection_error = 1;
+  EXPECT_TRUE(Keeps(60, 30));
+  options_.max_reprojection_error = 0.1;
+  options_.rules.Set(Rule::kFilterTolerances, 0);
+  EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.016f));
+  options_.rules = {};
+  options_.formulas = Formulas::kPaper;
+  EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.016f));
+}
+
 TEST_F(FilterTest, KeepsADepthThatNoViewNeedsToConfirm) {
   input_.sources.clear();
   EXPECT_FALSE(Keeps(60, 30));
