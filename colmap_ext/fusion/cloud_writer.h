@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "colmap_ext/sparse_model.h"
 #include "phi/fusion/image_fusion.h"
@@ -19,6 +20,11 @@ class CloudWriter {
  public:
   virtual ~CloudWriter() = default;
   virtual void Write(phi::FusedBlock block) = 0;
+  // Does of Write() what can be done on any thread and in any order; what it returns does the rest, and is called once, in the order of the
+  // blocks. Holds no reference to anything but the writer.
+  virtual std::function<void()> Prepare(phi::FusedBlock block) {
+    return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
+  }
   virtual void Commit() = 0;
 };
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -46,21 +48,9 @@ class PlyCloudWriter : public CloudWriter {
  public:
   explicit PlyCloudWriter(const PlyCloudOptions& options) : options_(options) { OpenFile(); }
 
-  void Write(phi::FusedBlock block) override {
-    std::size_t first_view = 0;
-    for (std::size_t begin = 0; begin < block.points.size();) {
-      if (files_.back().cloud->num_vertices() == options_.max_points_per_file) OpenFile();
-      File& file = files_.back();
-      const auto space = options_.max_points_per_file - file.cloud->num_vertices();
-      const std::size_t end = begin + std::min<std::uint64_t>(block.points.size() - begin, space);
-      // The two files side by side: on many cores writing is what fusion waits for. Isolated, so that neither waits
-      // for a block that is being fused.
-      tbb::this_task_arena::isolate([&] {
-        tbb::parallel_invoke([&] { WriteRows(block, begin, end, &file); },
-                             [&] { first_view = WriteViews(block, begin, end, first_view, &file); });
-      });
-      begin = end;
-    }
+  void Write(phi::FusedBlock block) override { Put(Pack(block)); }
+  std::function<void()> Prepare(phi::FusedBlock block) override {
+    return [this, packed = std::make_shared<const Packed>(Pack(block))] { Put(*packed); };
   }
 
   void Commit() override {
@@ -78,6 +68,12 @@ class PlyCloudWriter : public CloudWriter {
   struct File {
     std::unique_ptr<PlyWriter> cloud;
     std::unique_ptr<VisibilityFile> visibility;
+  };
+  // A block's points as the files hold them.
+  struct Packed {
+    std::size_t num_points;
+    std::vector<unsigned char> rows;
+    std::vector<std::uint32_t> words;  // of each point its number of views and the views
   };
 
   void OpenFile() {
@@ -98,20 +94,16 @@ class PlyCloudWriter : public CloudWriter {
                       std::make_unique<VisibilityFile>(path.string() + ".vis")});
   }
 
-  void WriteRows(const phi::FusedBlock& block, std::size_t begin, std::size_t end, File* file) {
-    if (options_.in_doubles) {
-      WriteRowsAs<double>(block, begin, end, file);
-    } else {
-      WriteRowsAs<float>(block, begin, end, file);
-    }
+  Packed Pack(const phi::FusedBlock& block) const {
+    return {block.points.size(), options_.in_doubles ? PackRows<double>(block) : PackRows<float>(block), PackViews(block)};
   }
 
   template <typename Coordinate>
-  void WriteRowsAs(const phi::FusedBlock& block, std::size_t begin, std::size_t end, File* file) {
+  std::vector<unsigned char> PackRows(const phi::FusedBlock& block) const {
     constexpr std::size_t kRowBytes = 3 * sizeof(Coordinate) + kBytesAfterPosition;
-    rows_.resize((end - begin) * kRowBytes);
-    unsigned char* row = rows_.data();
-    for (std::size_t i = begin; i < end; ++i, row += kRowBytes) {
+    std::vector<unsigned char> rows(block.points.size() * kRowBytes);
+    unsigned char* row = rows.data();
+    for (std::size_t i = 0; i < block.points.size(); ++i, row += kRowBytes) {
       const phi::FusedPoint& point = block.points[i];
       Coordinate position[3];
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -123,26 +115,50 @@ class PlyCloudWriter : public CloudWriter {
       std::memcpy(row + sizeof(position), point.normal, sizeof(point.normal));
       std::memcpy(row + sizeof(position) + sizeof(point.normal), bytes, sizeof(bytes));
     }
-    file->cloud->WriteVertices(rows_.data(), rows_.size(), end - begin);
+    return rows;
   }
 
-  std::size_t WriteViews(const phi::FusedBlock& block, std::size_t begin, std::size_t end,
-                         std::size_t first_view, File* file) {
-    words_.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      words_.push_back(block.view_counts[i]);
-      const auto first = block.views.begin() + static_cast<std::ptrdiff_t>(first_view);
-      words_.insert(words_.end(), first, first + block.view_counts[i]);
-      first_view += block.view_counts[i];
+  static std::vector<std::uint32_t> PackViews(const phi::FusedBlock& block) {
+    std::vector<std::uint32_t> words;
+    words.reserve(block.points.size() + block.views.size());
+    auto next = block.views.begin();
+    for (const std::uint32_t count : block.view_counts) {
+      words.push_back(count);
+      words.insert(words.end(), next, next + count);
+      next += count;
     }
-    file->visibility->Write(words_.data(), words_.size() * sizeof(std::uint32_t));
-    return first_view;
+    return words;
+  }
+
+  // Into as many files as it takes.
+  void Put(const Packed& packed) {
+    const std::size_t row_bytes = packed.num_points > 0 ? packed.rows.size() / packed.num_points : 0;
+    const std::uint32_t *words = packed.words.data(), *const words_end = words + packed.words.size();
+    for (std::size_t begin = 0; begin < packed.num_points;) {
+      if (files_.back().cloud->num_vertices() == options_.max_points_per_file) OpenFile();
+      const File& file = files_.back();
+      const std::size_t count =
+          std::min<std::uint64_t>(packed.num_points - begin, options_.max_points_per_file - file.cloud->num_vertices());
+      const std::uint32_t* const next = begin + count < packed.num_points ? AfterPoints(words, count) : words_end;
+      // The two files side by side: on many cores writing is what fusion waits for. Isolated, so that neither waits
+      // for a block that is being fused.
+      tbb::this_task_arena::isolate([&] {
+        tbb::parallel_invoke(
+            [&] { file.cloud->WriteVertices(packed.rows.data() + begin * row_bytes, count * row_bytes, count); },
+            [&] { file.visibility->Write(words, static_cast<std::size_t>(next - words) * sizeof(std::uint32_t)); });
+      });
+      words = next;
+      begin += count;
+    }
+  }
+
+  static const std::uint32_t* AfterPoints(const std::uint32_t* words, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) words += 1 + *words;
+    return words;
   }
 
   PlyCloudOptions options_;
   std::vector<File> files_;
-  std::vector<unsigned char> rows_;
-  std::vector<std::uint32_t> words_;
 };
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -266,19 +268,29 @@ void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& com
     next_row += kRowsPerBlock;
     return begin;
   };
-  using Block = std::shared_ptr<phi::FusedBlock>;
-  const auto compute_block = [&](int begin) {
-    return std::make_shared<phi::FusedBlock>(compute(begin, std::min(begin + kRowsPerBlock, height)));
+  struct Block {
+    std::int64_t num_points = 0;
+    phi::OutcomeCounts outcomes;
+    std::function<void()> write;
   };
-  const auto write = [&](const Block& block) {
-    findings_.num_points += static_cast<std::int64_t>(block->points.size());
+  using BlockHandle = std::shared_ptr<Block>;
+  const auto compute_block = [&](int begin) {
+    phi::FusedBlock fused = compute(begin, std::min(begin + kRowsPerBlock, height));
+    auto block = std::make_shared<Block>();
+    block->num_points = static_cast<std::int64_t>(fused.points.size());
+    block->outcomes = fused.outcomes;
+    block->write = writer->Prepare(std::move(fused));
+    return block;
+  };
+  const auto write = [&](const BlockHandle& block) {
+    findings_.num_points += block->num_points;
     findings_.outcomes += block->outcomes;
-    writer->Write(std::move(*block));
+    block->write();
   };
   tbb::parallel_pipeline(static_cast<std::size_t>(2 * tbb::this_task_arena::max_concurrency()),
                          tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, next_block) &
-                             tbb::make_filter<int, Block>(tbb::filter_mode::parallel, compute_block) &
-                             tbb::make_filter<Block, void>(tbb::filter_mode::serial_in_order, write));
+                             tbb::make_filter<int, BlockHandle>(tbb::filter_mode::parallel, compute_block) &
+                             tbb::make_filter<BlockHandle, void>(tbb::filter_mode::serial_in_order, write));
 }
 
 void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
