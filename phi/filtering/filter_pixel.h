@@ -17,8 +17,8 @@ enum class FilterVerdict : std::uint8_t { kDropped = 0, kKept = 1 };
 struct FilterReference {
   RayModel rays;
   ConsistencyThresholds thresholds;
-  // In place of the thresholds': a plane through what was measured around a hole foretells a depth, to a share of it, and no match that
-  // would be good to a pixel.
+  // In place of the thresholds' own: a plane through what was measured around a hole tells a depth to a share of it, where a match is good
+  // to a pixel.
   float max_reprojection_error_inferred = 0;
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
   float max_cost = 0;
