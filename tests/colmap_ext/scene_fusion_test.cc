@@ -330,6 +330,7 @@ TEST(SceneFusion, NumbersFilesBeyondTheMostPoints) {
   const auto first = ReadCloud(folder / "parts.ply"), second = ReadCloud(folder / "parts_2.ply");
   EXPECT_EQ(first.size(), 10000u);
   EXPECT_EQ(second.size(), static_cast<std::size_t>(std::min<std::int64_t>(total - 10000, 10000)));
+  EXPECT_TRUE(fs::exists(folder / "parts_2.ply.vis"));
   // Each point's views go with it, after a count of eight bytes.
   const auto views_of = [&](const char* name) { return ReadBytes(folder / name).substr(8); };
   const std::string both = views_of("parts.ply.vis") + views_of("parts_2.ply.vis");
