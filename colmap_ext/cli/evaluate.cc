@@ -25,6 +25,7 @@ struct EvaluateOptions {
   TruthOptions truth;
   CloudEvaluationOptions scoring;
   CoverageOptions coverage;
+  bool coverage_by_visibility = false;
   std::filesystem::path transform, crop;
   CloudPreparation preparation;
   MapEvaluationOptions depth, normals;
@@ -59,6 +60,10 @@ void AddCloudOptions(OptionParser& parser, EvaluateOptions& o) {
   parser.Add("coverage_workspace_path", &o.coverage.workspace,
              "Count only points that project onto a pixel with truth (--truth_depth_maps) in an image of "
              "this workspace");
+  parser.Add("coverage_by_visibility", &o.coverage_by_visibility,
+             "Where the truth hides a point, that pixel counts in images alone that see the point "
+             "(CLOUD.vis): surfaces that were "
+             "not scanned may lie behind ones that were");
   parser.Add("cloud_transform_path", &o.transform,
              "File with the 4 x 4 matrix that takes the cloud to the truth's frame");
   parser.Add("crop_volume_path", &o.crop,
@@ -143,12 +148,17 @@ void Complete(EvaluateOptions& o) {
   if (!o.crop.empty()) o.preparation.crop = ReadCropVolume(o.crop);
   Require(o.coverage.workspace.empty() || !o.depth.truth.empty(),
           "--coverage_workspace_path needs --truth_depth_maps");
+  Require(!o.coverage_by_visibility || !o.coverage.workspace.empty(),
+          "--coverage_by_visibility needs --coverage_workspace_path");
+  if (o.coverage_by_visibility) o.coverage.visibility = o.cloud.string() + ".vis";
+  o.coverage.hidden_by = o.scoring.tolerances.back();
 }
 
 CloudScores EvaluateClouds(const EvaluateOptions& o) {
   constexpr double kReading = 1, kComparing = 2;  // expected times, in one unit
-  ProgressLine progress(std::vector<ProgressStage>{{.name = "reading clouds", .weight = kReading, .unit = "steps"},
-                                                   {.name = "comparing clouds", .weight = kComparing, .unit = "steps"}});
+  ProgressLine progress(
+      std::vector<ProgressStage>{{.name = "reading clouds", .weight = kReading, .unit = "steps"},
+                                 {.name = "comparing clouds", .weight = kComparing, .unit = "steps"}});
   progress.SetNumTasks(0, 1);
   progress.SetNumTasks(1, 1);
   LoadedClouds loaded;

@@ -5,15 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <random>
 #include <string_view>
 #include <utility>
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/evaluation/truth_maps.h"
-#include "colmap_ext/input_file.h"
 #include "colmap_ext/report/report_pictures.h"
+#include "colmap_ext/visibility_file.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -63,60 +62,20 @@ CloudSample::Point MakePoint(const double* v) {
   return p;
 }
 
-// The words of a .vis file after its count: of each point a number, and so many images.
-class ViewWords {
- public:
-  explicit ViewWords(std::ifstream* file) : file_(file) {}
-
-  // False at the file's end.
-  bool Next(std::uint32_t* word) {
-    if (position_ == end_ && !Refill()) return false;
-    *word = words_[position_++];
-    return true;
-  }
-
-  bool Skip(std::size_t num_words) {
-    while (num_words > end_ - position_) {
-      num_words -= end_ - position_;
-      if (!Refill()) return false;
-    }
-    position_ += num_words;
-    return true;
-  }
-
- private:
-  bool Refill() {
-    phi::ThrowIfCancelled();
-    file_->read(reinterpret_cast<char*>(words_.data()), static_cast<std::streamsize>(words_.size() * sizeof(words_[0])));
-    end_ = static_cast<std::size_t>(file_->gcount()) / sizeof(words_[0]);
-    position_ = 0;
-    return end_ > 0;
-  }
-
-  std::ifstream* file_;
-  std::vector<std::uint32_t> words_ = std::vector<std::uint32_t>(std::size_t{1} << 18);
-  std::size_t position_ = 0, end_ = 0;
-};
-
 // By row: the images that see the point, as indices into the workspace's views; none from where the file is cut short, and
 // none where it is not of `num_points` points.
 std::vector<std::vector<std::uint16_t>> ReadViews(const std::filesystem::path& path, std::uint64_t num_points,
                                                   const std::vector<std::uint64_t>& rows) {
   std::vector<std::vector<std::uint16_t>> views(rows.size());
-  std::ifstream file = OpenRegularFile(path);
-  std::uint64_t count = 0;
-  if (!file.read(reinterpret_cast<char*>(&count), sizeof(count)) || count != num_points) return views;
-  ViewWords words(&file);
+  VisibilityReader reader(path);
+  if (reader.num_points() != num_points) return views;
+  std::vector<std::uint32_t> images;
   std::uint64_t row = 0;
-  std::uint32_t num_views = 0, view = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i, ++row) {
-    for (; row < rows[i]; ++row) {
-      if (!words.Next(&num_views) || !words.Skip(num_views)) return views;
-    }
-    if (!words.Next(&num_views)) return views;
-    for (std::uint32_t v = 0; v < num_views; ++v) {
-      if (!words.Next(&view)) return views;
-      if (view <= UINT16_MAX) views[i].push_back(static_cast<std::uint16_t>(view));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!reader.Skip(rows[i] - row) || !reader.Next(&images)) return views;
+    row = rows[i] + 1;
+    for (const std::uint32_t image : images) {
+      if (image <= UINT16_MAX) views[i].push_back(static_cast<std::uint16_t>(image));
     }
   }
   return views;

@@ -151,5 +151,55 @@ TEST(CoveredByTruth, ProjectsWithPixelCentresAtHalves) {
   EXPECT_THAT(moved, ElementsAre(true));
 }
 
+// A surface that was not scanned lies behind the truth of an image that does not see it.
+TEST(CoveredByTruth, TruthBeforeAPointCountsWhereTheImageSeesThePoint) {
+  const TemporaryFolder folder;
+  SparseModel model;
+  model.cameras[1] = {1, 1, 4, 2, {2, 2, 2, 1}};
+  for (const std::string name : {"a.png", "b.png"}) {  // b has no truth
+    SparseImage image;
+    image.image_id = static_cast<std::uint32_t>(model.images.size() + 1);
+    image.camera_id = 1;
+    image.name = name;
+    model.images.push_back(image);
+  }
+  std::filesystem::create_directories(folder / "dense/sparse");
+  WriteSparseModelBinary(model, folder / "dense/sparse");
+  Array2D<float> truth(4, 2);
+  truth(2, 1) = 5;
+  WriteDepthMap(folder / "truth/a.png.bin", truth);
+  const std::vector<Vec3f> points{
+      {0.1f, 0.1f, 8}, {0.1f, 0.1f, 8}, {0.1f, 0.1f, 8}, {0.1f, 0.1f, 3}, {0.1f, 0.1f, 5.04f}};
+  const std::vector<std::vector<std::uint32_t>> images{{0}, {1}, {1, 0}, {1}, {1}};
+  const auto write_visibility = [&](std::size_t num_points) {
+    std::string bytes;
+    const auto append = [&](const auto value) {
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    };
+    append(static_cast<std::uint64_t>(num_points));
+    for (std::size_t i = 0; i < num_points; ++i) {
+      append(static_cast<std::uint32_t>(images[i].size()));
+      for (const std::uint32_t image : images[i]) append(image);
+    }
+    test_support::WriteBytes(folder / "cloud.ply.vis", bytes);
+  };
+  write_visibility(points.size());
+  CoverageOptions options{folder / "dense", folder / "truth", 1000, {}, 0};
+  const auto covered = [&] { return CoveredByTruth(points, Eigen::Vector3d::Zero(), options); };
+  EXPECT_THAT(covered(), ElementsAre(true, true, true, true, true));
+  options.visibility = folder / "cloud.ply.vis";
+  options.hidden_by = 0.05;
+  EXPECT_THAT(covered(), ElementsAre(true, false, true, true, true));
+  options.hidden_by = 0.03;
+  EXPECT_THAT(covered(), ElementsAre(true, false, true, true, false));
+
+  write_visibility(points.size() - 1);
+  EXPECT_THROW(covered(), phi::InputError);
+  write_visibility(points.size());
+  std::filesystem::resize_file(folder / "cloud.ply.vis",
+                               std::filesystem::file_size(folder / "cloud.ply.vis") - 4);
+  EXPECT_THROW(covered(), phi::InputError);
+}
+
 }  // namespace
 }  // namespace colmap_ext
