@@ -18,7 +18,7 @@ class VisibilityReader {
 
   std::uint64_t num_points() const { return num_points_; }
 
-  // False where the file is cut short.
+  // False where the file is cut short; `images` then holds those before its end.
   bool Next(std::vector<std::uint32_t>* images);
   bool Skip(std::uint64_t num_points);
 

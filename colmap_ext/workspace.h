@@ -22,6 +22,8 @@ namespace colmap_ext {
 inline constexpr std::string_view kPhotometric = "photometric";
 inline constexpr std::string_view kMeasured = "measured";
 inline constexpr std::string_view kGeometric = "geometric";
+inline constexpr std::string_view kShared =
+    "shared";  // between stages only: estimates with hypotheses of other images, before the first filter
 inline constexpr std::string_view kInferred =
     "inferred";  // between stages only: what inference made, before the last filter
 

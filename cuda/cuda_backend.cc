@@ -62,6 +62,7 @@ class CudaBackend : public Backend {
   std::vector<DeviceStageTime> DeviceStageTimes() const override {
     std::vector<DeviceStageTime> times;
     for (const auto& [name, stage] : {std::pair{"estimation", DeviceTimes::kEstimation},
+                                      {"matching", DeviceTimes::kMatching},
                                       {"inference", DeviceTimes::kInference},
                                       {"filter", DeviceTimes::kFilter}}) {
       const StageTime& time = device_->times.stage(stage);
@@ -73,6 +74,10 @@ class CudaBackend : public Backend {
 
   EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) override {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
+  }
+
+  CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) override {
+    return OnDevice([&] { return EstimateOnGpu(device_.get(), WithoutIterations(input, options), options).cost; });
   }
 
   MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {
@@ -88,6 +93,7 @@ class CudaBackend : public Backend {
   void LogTimes() const {
     if (GetLogLevel() < LogLevel::kDebug) return;  // the rate of bare fetches would be measured for nothing
     LogStage("estimation", DeviceTimes::kEstimation);
+    LogStage("matching", DeviceTimes::kMatching);
     LogStage("inference", DeviceTimes::kInference);
     LogStage("filter", DeviceTimes::kFilter);
   }

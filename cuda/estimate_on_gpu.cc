@@ -247,7 +247,8 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
   const double num_samples = static_cast<double>(*scratch->estimation.host_num_samples.data());
-  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
+  const bool iterates = input.first_iteration == 0 || input.first_iteration < input.end_iteration;
+  device->times.Add(iterates ? DeviceTimes::kEstimation : DeviceTimes::kMatching, scratch->begin, scratch->end, num_samples, task);
   return result;
 }
 

@@ -40,6 +40,12 @@ struct EstimationInput {
   std::function<void(double)> tell_progress;
 };
 
+// The same with no iteration: what it starts from is matched and no more.
+inline EstimationInput WithoutIterations(EstimationInput input, const StereoOptions& options) {
+  input.first_iteration = input.end_iteration = options.num_iterations;
+  return input;
+}
+
 // What an estimation did, in numbers that are the same on every machine; 0 where a backend does not count.
 struct EstimationCounts {
   std::int64_t hypotheses = 0;  // planes that were matched at a pixel, in one view or more
@@ -108,7 +114,7 @@ struct InferenceResult {
 
 // What a device worked on one stage.
 struct DeviceStageTime {
-  std::string stage;       // "estimation", "filter" or "inference"
+  std::string stage;       // "estimation", "matching", "filter" or "inference"
   int num_images = 0;      // calls
   double seconds = 0;      // in which the device was busy with the stage
   double num_samples = 0;  // bilinear samples of source images for ZNCC; 0: none, or not counted
@@ -127,6 +133,8 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
+  // Of the planes in input.initial, as the estimation matches them in its last iteration. Where their depth is 0 the cost means nothing.
+  virtual CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) = 0;
   // What is kept; the rest has no depth.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,

@@ -13,12 +13,12 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 13, kFilterRevision = 16, kInferRevision = 33;
+constexpr int kEstimateRevision = 13, kShareRevision = 1, kFilterRevision = 16, kInferRevision = 33;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
 // Times relative to an estimation, for the first guess of the time left.
-constexpr double kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
+constexpr double kShareWeight = 0.15, kFilterWeight = 0.02, kInferWeight = 0.3, kPublishWeight = 0.01;
 // The same relative to an inference, where nothing is estimated.
 constexpr double kFilterWeightInFilling = 0.1;
 
@@ -57,6 +57,21 @@ bool JudgesMeasurements(const PipelineOptions& options) {
   return options.filter.formulas == phi::Formulas::kRobust;
 }
 
+bool SharesHypotheses(const PipelineOptions& options) {
+  return options.filter_maps && options.filter.formulas == phi::Formulas::kRobust &&
+         options.filter.rules.IsOn(phi::Rule::kSharedHypotheses);
+}
+
+Stage MakeShare(const PipelineOptions& options) {
+  return {.kind = StageKind::kShare,
+          .result = std::string(kShared),
+          .options = RevisionText(kShareRevision, options.filter.formulas),
+          .is_output = false,
+          .transient = true,
+          .reads_source_maps = true,
+          .weight = kShareWeight};
+}
+
 Stage MakePublish(std::string_view result) {
   return {.kind = StageKind::kPublish, .result = std::string(result), .weight = kPublishWeight};
 }
@@ -88,7 +103,10 @@ void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages)
 }
 
 // Or of the matched sources alone.
-bool ReadsWitnesses(const Stage& stage) { return stage.reads_source_maps && stage.kind != StageKind::kEstimate; }
+bool ReadsWitnesses(const Stage& stage) {
+  const bool matches = stage.kind == StageKind::kEstimate || stage.kind == StageKind::kShare;
+  return stage.reads_source_maps && !matches;
+}
 
 // Of those sources whose maps of the stage before this one reads; -1 where no job makes one.
 std::span<const int> SourceJobsRead(const Stage& stage, const ImageJob& job) {
@@ -241,6 +259,8 @@ std::string ActivityName(StageKind kind) {
   switch (kind) {
     case StageKind::kEstimate:
       return "estimating";
+    case StageKind::kShare:
+      return "comparing";
     case StageKind::kFilter:
       return "filtering";
     case StageKind::kInfer:
@@ -266,6 +286,7 @@ std::string EstimateKind(const PipelineOptions& options) {
 std::vector<Stage> BuildStages(const PipelineOptions& options) {
   std::vector<Stage> stages;
   AppendEstimates(options, &stages);
+  if (SharesHypotheses(options)) stages.push_back(MakeShare(options));
   if (!options.geom_consistency) {
     if (options.filter_maps) stages.push_back(MakeFilter(kPhotometric, options));
     return stages;

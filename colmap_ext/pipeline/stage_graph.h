@@ -17,6 +17,7 @@ namespace colmap_ext {
 
 enum class StageKind {
   kEstimate,  // depth and normals by patch matching
+  kShare,     // takes hypotheses of other images that match better
   kFilter,    // keeps what other views confirm
   kInfer,     // fills holes with plane hypotheses
   kPublish,   // the map of the stage before under another name

@@ -14,6 +14,7 @@
 #include "phi/inference/infer_holes.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/cost_aggregation.h"
+#include "phi/matching/shared_hypotheses.h"
 
 namespace colmap_ext {
 namespace {
@@ -65,6 +66,8 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
   switch (stage.kind) {
     case StageKind::kEstimate:
       return Estimate(stage, previous, input_keys, jobs_[job], backend, progress, warnings);
+    case StageKind::kShare:
+      return Share(*previous, input_keys, jobs_[job], backend);
     case StageKind::kFilter:
       return Filter(stage, *previous, input_keys, jobs_[job], backend);
     case StageKind::kInfer:
@@ -75,30 +78,36 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
   return {};
 }
 
-StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
-                                 const std::vector<std::string>& input_keys, const ImageJob& job,
-                                 phi::Backend& backend, ProgressLine::Task* progress,
-                                 std::vector<std::string>* warnings) const {
+phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vector<int>* used,
+                                                   std::vector<std::string>* warnings) const {
   phi::EstimationInput input;
-  input.tell_progress = [progress](double share) { progress->SetShare(share); };
   // Samples count by their grey level: those of the reference's mask must differ. Those of a source's must not, since
   // only the reference decides which samples of a window count, and an edge that is not there would outweigh the rest.
   const bool has_weights = options_.stereo.formulas != phi::Formulas::kPaper;
   input.reference = {&workspace_.views()[job.image],
                      has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
   input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-  std::vector<int> used;
-  input.sources = ReadSources(job, job.NumMatched(), &used, warnings);
+  input.sources = ReadSources(job, job.NumMatched(), used, warnings);
   if (input.sources.empty()) {
     throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
   }
-  input.first_iteration = stage.first_iteration;
-  input.end_iteration = stage.end_iteration;
   phi::SparseDepth sparse = sparse_depth_(job.image);
   input.sparse = std::move(sparse.points);
   input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;
   input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
   input.depth_range_is_given = options_.depth_min > 0;
+  return input;
+}
+
+StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
+                                 const std::vector<std::string>& input_keys, const ImageJob& job,
+                                 phi::Backend& backend, ProgressLine::Task* progress,
+                                 std::vector<std::string>* warnings) const {
+  std::vector<int> used;
+  phi::EstimationInput input = EstimationInputOf(job, &used, warnings);
+  input.tell_progress = [progress](double share) { progress->SetShare(share); };
+  input.first_iteration = stage.first_iteration;
+  input.end_iteration = stage.end_iteration;
   if (previous) {
     input.initial = phi::PlanesOf(store_.Map(job.image, previous->result));
     for (const auto& source : SourceDepths(*previous, input_keys, job, used)) {
@@ -113,6 +122,23 @@ StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
   result.map = Shared(stage, {std::move(estimate.map), {}});
   if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
   return result;
+}
+
+StageResult StageTasks::Share(const Stage& previous, const std::vector<std::string>& input_keys,
+                              const ImageJob& job, phi::Backend& backend) const {
+  std::vector<int> used;
+  std::vector<std::string> warnings;  // the estimation gave them
+  const phi::EstimationInput input = EstimationInputOf(job, &used, &warnings);
+  const phi::ViewMap own{&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
+  std::vector<phi::SourceMap> sources;
+  for (const int i : used) {
+    if (!HasMap(input_keys, job.source_jobs[i])) continue;
+    sources.push_back({&workspace_.views()[job.sources[i]], [this, image = job.sources[i], &previous] {
+                         return store_.Map(image, previous.result);
+                       }});
+  }
+  phi::PlaneMap shared = phi::ShareHypotheses(backend, input, options_.stereo, own, sources);
+  return {.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(shared), {}})};
 }
 
 StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
@@ -138,7 +164,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
-    const std::int64_t num_kept = phi::CountIf(filtered.states, [](phi::PixelState s) { return phi::IsInferred(s); });
+    const std::int64_t num_kept =
+        phi::CountIf(filtered.states, [](phi::PixelState s) { return phi::IsInferred(s); });
     std::lock_guard<std::mutex> lock(mutex_);
     inference_.num_kept += num_kept;
   }
@@ -154,7 +181,8 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
 
 phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
   std::vector<const phi::Camera*> sources;
-  for (std::size_t i = 0; i < job.NumMatched(); ++i) sources.push_back(&workspace_.views()[job.sources[i]].camera);
+  for (std::size_t i = 0; i < job.NumMatched(); ++i)
+    sources.push_back(&workspace_.views()[job.sources[i]].camera);
   return phi::DepthPrecision(workspace_.views()[job.image].camera, sources);
 }
 
@@ -172,9 +200,10 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;
-  input.sources = ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, warnings);
-  input.max_matched = static_cast<int>(
-      std::count_if(used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
+  input.sources =
+      ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, warnings);
+  input.max_matched = static_cast<int>(std::count_if(
+      used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
@@ -216,7 +245,8 @@ phi::ViewImage StageTasks::ReadView(int image) const {
   return {&workspace_.views()[image], store_.Gray(image)};
 }
 
-std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::size_t num_sources, std::vector<int>* used,
+std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::size_t num_sources,
+                                                    std::vector<int>* used,
                                                     std::vector<std::string>* warnings) const {
   std::vector<phi::ViewImage> sources;
   for (std::size_t i = 0; i < num_sources; ++i) {
@@ -242,12 +272,12 @@ std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths
 }
 
 bool StageTasks::AsksRegions() const {
-  return options_.inference.mode != phi::InferenceMode::kOff && options_.inference.formulas == phi::Formulas::kRobust;
+  return options_.inference.mode != phi::InferenceMode::kOff &&
+         options_.inference.formulas == phi::Formulas::kRobust;
 }
 
-std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(const ImageJob& job,
-                                                                               const std::vector<int>& used,
-                                                                               const phi::InferenceInput& input) const {
+std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(
+    const ImageJob& job, const std::vector<int>& used, const phi::InferenceInput& input) const {
   std::vector<std::shared_ptr<const phi::ViewRegions>> regions;
   const phi::InferenceOptions& options = options_.inference;
   if (!AsksRegions() || !options.rules.IsOn(phi::Rule::kSourceRegions)) return regions;
@@ -257,8 +287,9 @@ std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(c
     if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
     regions[i] = regions_.Get(source.image, [&] {
-      return phi::FindViewRegions(store_.Regions(source.image, options.rules), *depths, workspace_.views()[source.image].image_id,
-                                  PrecisionOf(source), options.rules);
+      return phi::FindViewRegions(store_.Regions(source.image, options.rules), *depths,
+                                  workspace_.views()[source.image].image_id, PrecisionOf(source),
+                                  options.rules);
     });
   });
   return regions;

@@ -42,6 +42,11 @@ class StageTasks {
   StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
                        const ImageJob& job, phi::Backend& backend, ProgressLine::Task* progress,
                        std::vector<std::string>* warnings) const;
+  StageResult Share(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
+                    phi::Backend& backend) const;
+  // What the estimation reads, and its sources' positions in job.sources.
+  phi::EstimationInput EstimationInputOf(const ImageJob& job, std::vector<int>* used,
+                                         std::vector<std::string>* warnings) const;
   StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
                      const ImageJob& job, phi::Backend& backend) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
@@ -53,8 +58,8 @@ class StageTasks {
   phi::ViewImage ReadView(int image) const;
   // Of the first `num_sources` sources those whose image can be read; the others become warnings. `used` gets their
   // positions in job.sources.
-  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::size_t num_sources, std::vector<int>* used,
-                                          std::vector<std::string>* warnings) const;
+  std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::size_t num_sources,
+                                          std::vector<int>* used, std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
   std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(
       const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
@@ -63,7 +68,8 @@ class StageTasks {
   // Whether inference looks at the images' regions.
   bool AsksRegions() const;
   // Parallel to input.sources; empty where the rule is off.
-  std::vector<std::shared_ptr<const phi::ViewRegions>> SourceRegions(const ImageJob& job, const std::vector<int>& used,
+  std::vector<std::shared_ptr<const phi::ViewRegions>> SourceRegions(const ImageJob& job,
+                                                                     const std::vector<int>& used,
                                                                      const phi::InferenceInput& input) const;
 
   const Workspace& workspace_;

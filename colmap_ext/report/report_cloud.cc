@@ -72,11 +72,13 @@ std::vector<std::vector<std::uint16_t>> ReadViews(const std::filesystem::path& p
   std::vector<std::uint32_t> images;
   std::uint64_t row = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!reader.Skip(rows[i] - row) || !reader.Next(&images)) return views;
+    if (!reader.Skip(rows[i] - row)) return views;
+    const bool is_whole = reader.Next(&images);
     row = rows[i] + 1;
     for (const std::uint32_t image : images) {
       if (image <= UINT16_MAX) views[i].push_back(static_cast<std::uint16_t>(image));
     }
+    if (!is_whole) return views;
   }
   return views;
 }

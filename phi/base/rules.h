@@ -29,6 +29,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSparseRanking, "sparse_ranking", kEstimation, kOff)            \
   X(kRefinement, "refinement", kEstimation, kOffAndScale)           \
   X(kDepthBounds, "depth_bounds", kEstimation, kOffAndScale)        \
+  X(kSharedHypotheses, "shared_hypotheses", kFilter, kOff)          \
   X(kOneSurfaceDepth, "one_surface_depth", kFilter, kOffAndScale)   \
   X(kFilterTolerances, "filter_tolerances", kFilter, kOffAndScale)  \
   X(kFewViews, "few_views", kFilter, kOffAndScale)                  \

@@ -36,6 +36,10 @@ class CpuBackend : public Backend {
     return result;
   }
 
+  CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) override {
+    return Estimate(WithoutIterations(input, options), options).cost;
+  }
+
   MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {
     MeasurementMap result;
     arena_.execute([&] { result = FilterOnCpu(input, options); });

@@ -99,9 +99,12 @@ PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& star
 void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
+  // Backend::MatchingCosts: nobody asks for the rest.
+  const bool matches_alone = start.earlier != nullptr && p.first_iteration == p.end_iteration;
   ForEachRow(height, [&](int y) {
     const CpuContext of_row = context;
     for (int x = 0; x < width; ++x) {
+      if (matches_alone && !((*start.earlier)(x, y).depth > 0)) continue;
       InitializePixelState(of_row, x, y, StartHypothesis(p, start, x, y));
     }
     work->RowDone(width, EstimationWork::kFirstHypotheses, of_row.counts);

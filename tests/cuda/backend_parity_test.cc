@@ -122,6 +122,20 @@ TEST_P(BackendTest, StartsFromAnEarlierMapWithTheSourcesGuidance) {
   EXPECT_GT(PercentCorrect(result.map, *scene.truth[0], 0.01), 97);
 }
 
+TEST_P(BackendTest, MatchesGivenPlanesAsTheEstimationDoes) {
+  const RenderedScene scene = test_support::SphereScene(SmallScene());
+  EstimationInput input = InputOf(scene);
+  const EstimationResult estimate = backend_->Estimate(input, Iterations(2));
+  PlaneMap start = estimate.map;
+  for (int x = 0; x < start.width(); ++x) start(x, 40).depth = 0;
+  input.initial = std::make_shared<const PlaneMap>(start);
+  const CostMap costs = backend_->MatchingCosts(input, Iterations(2));
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (!(start.data()[i].depth > 0)) continue;
+    ASSERT_NEAR(costs.data()[i], estimate.cost.data()[i], 1e-3) << i;
+  }
+}
+
 TEST_P(BackendTest, FilterKeepsTheTruthAndDropsWhatContradictsIt) {
   const RenderedScene scene = test_support::PlaneScene(SmallScene());
   PlaneMap map = *scene.truth[0];

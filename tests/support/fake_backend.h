@@ -62,6 +62,11 @@ class FakeBackend : public phi::Backend {
     return result;
   }
 
+  phi::CostMap MatchingCosts(const phi::EstimationInput& input, const phi::StereoOptions&) override {
+    const Call call(this, "match", *input.reference.view);
+    return phi::CostMap(input.reference.image->width(), input.reference.image->height(), 0.25f);
+  }
+
   // Depth of the reference plus a share of the sources' depths: shows which maps a filter has read.
   phi::MeasurementMap Filter(const phi::FilterInput& input, const phi::FilterOptions&) override {
     const Call call(this, "filter", *input.reference.view);

@@ -73,7 +73,7 @@ class ShardPipelineTest : public ::testing::Test {
 
 TEST_F(ShardPipelineTest, StageByStageAreTheMapsOfOneRun) {
   const std::vector<std::string> clean = CleanMaps();
-  for (const char* stage : {"photometric", "measured", "inferred", "geometric"}) {
+  for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
     for (const int shard : {2, 0, 3, 1}) EXPECT_EQ(RunShard(shard, 4, stage), phi::ExitCode::kOk) << stage;
   }
   EXPECT_EQ(calls_.estimates, kNumImages);
@@ -127,7 +127,7 @@ TEST_F(ShardPipelineTest, SaysForWhichMapItWaits) {
   EXPECT_THAT(
       log.messages(),
       ::testing::Contains(HasSubstr(
-          "measured maps of 2 images wait for photometric maps that other shards have not made yet: " +
+          "shared maps of 2 images wait for photometric maps that other shards have not made yet: " +
           names_[2] + " for that of ")));
 }
 
@@ -143,7 +143,7 @@ TEST_F(ShardPipelineTest, AnImageThatFailedIsNotWaitedFor) {
     return HashMaps(whole.path());
   }();
   EXPECT_EQ(RunShard(0, 2, "photometric"), phi::ExitCode::kSomeImagesFailed);
-  for (const char* stage : {"photometric", "measured", "inferred", "geometric"}) {
+  for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
     EXPECT_EQ(RunShard(1, 2, stage), phi::ExitCode::kOk) << stage;
     if (stage == std::string("photometric")) continue;
     EXPECT_EQ(RunShard(0, 2, stage), phi::ExitCode::kOk) << stage;
@@ -170,7 +170,7 @@ TEST_F(ShardPipelineTest, MapsOfAnotherProgramAreNotReplaced) {
 
 // A network file system may show a map before the record of the shard that made it.
 TEST_F(ShardPipelineTest, MapsWhoseRecordIsNotSeenYetAreLeftAlone) {
-  for (const char* stage : {"photometric", "measured", "inferred", "geometric"}) {
+  for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
     for (const int shard : {0, 1}) RunShard(shard, 2, stage);
   }
   const std::vector<std::string> maps = HashMaps(folder_.path());
@@ -192,7 +192,7 @@ TEST_F(ShardPipelineTest, MapsWhoseRecordIsNotSeenYetAreLeftAlone) {
 // Options change between two runs in shards, and nobody has run without shards meanwhile.
 TEST_F(ShardPipelineTest, ShardsWithOtherOptionsMakeTheirMapsAnew) {
   const auto run_all = [&] {
-    for (const char* stage : {"photometric", "measured", "inferred", "geometric"}) {
+    for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
       for (const int shard : {0, 1}) EXPECT_EQ(RunShard(shard, 2, stage), phi::ExitCode::kOk) << stage;
     }
   };
@@ -212,11 +212,11 @@ TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {
   RunShard(0, 3, "photometric");
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
   EXPECT_EQ(status.num_images, kNumImages);
-  ASSERT_EQ(status.stages.size(), 4u);
+  ASSERT_EQ(status.stages.size(), 5u);
   EXPECT_EQ(status.stages[0].name, "photometric");
   EXPECT_EQ(status.stages[0].num_done, 2);
   EXPECT_EQ(status.stages[0].num_waiting, 4);
-  EXPECT_EQ(status.stages[3].num_waiting, 6);
+  EXPECT_EQ(status.stages[4].num_waiting, 6);
   EXPECT_TRUE(status.open_shards.empty());
   EXPECT_LT(status.seconds_left, 0) << "nobody is at work";
 }

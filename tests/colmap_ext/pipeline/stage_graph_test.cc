@@ -25,7 +25,7 @@ std::vector<std::string> Keys(const std::vector<Stage>& stages) {
 TEST(StageGraphTest, AnotherRevisionOfAStageChangesItsKeysAndThoseAfterIt) {
   const std::vector<Stage> stages = BuildStages(PipelineOptions());
   const std::vector<std::string> keys = Keys(stages);
-  ASSERT_EQ(stages.size(), 4u);  // estimation, filter, inference, filter
+  ASSERT_EQ(stages.size(), 5u);  // estimation, sharing, filter, inference, filter
   for (std::size_t changed = 0; changed < stages.size(); ++changed) {
     std::vector<Stage> earlier = stages;
     const std::size_t revision = earlier[changed].options.find("revision=");
@@ -59,15 +59,17 @@ PlanScope Only(int job) {
   return scope;
 }
 
-// The stages are photometric, measured, inferred (intermediate) and geometric, and the last three read the sources' maps.
+// The stages are photometric, shared (intermediate), measured, inferred (intermediate) and geometric, and the last four read the sources'
+// maps.
 TEST(StageGraphTest, AShardReachesAsFarAsItsStagesRead) {
   const std::vector<Stage> stages = BuildStages(PipelineOptions());
   PlanScope scope = Only(0);
   // Whether 0's inferred map is wanted its reader 1 knows, whose geometric map follows from the inferred ones of 0 to 2, those from
-  // the measured ones of 0 to 3, those from the photometric ones of 0 to 4.
-  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3, 4}));
-  scope.end_stage = 2;
-  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1})) << "the measured map alone";
+  // the measured ones of 0 to 3, those from the shared ones of 0 to 4, those from the photometric ones of 0 to 5.
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  scope.end_stage = 3;
+  // As above: whether 0's shared map is wanted 1 knows, whose measured map follows from those of 0 to 2.
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3})) << "the measured map alone";
   scope.end_stage = 1;
   EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0})) << "the photometric map alone";
 }
@@ -101,7 +103,7 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
   PipelineOptions options;
   options.num_guided_passes = 1;
   const std::vector<Stage> stages = BuildStages(options);
-  ASSERT_EQ(stages.size(), 5u);
+  ASSERT_EQ(stages.size(), 6u);
   std::vector<ImageJob> jobs = Row();
   for (int j = 1; j < 8; ++j) {
     jobs[j].sources.push_back(j + 2);
@@ -109,7 +111,8 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
     jobs[j].max_matched = 2;
   }
   EXPECT_EQ(InputJobs(stages[1], jobs, 4), (std::vector<int>{4, 3, 5}));
-  EXPECT_EQ(InputJobs(stages[2], jobs, 4), (std::vector<int>{4, 3, 5, 6}));
+  EXPECT_EQ(InputJobs(stages[2], jobs, 4), (std::vector<int>{4, 3, 5})) << "sharing";
+  EXPECT_EQ(InputJobs(stages[3], jobs, 4), (std::vector<int>{4, 3, 5, 6}));
   PlanScope scope = Only(4);
   scope.end_stage = 2;
   EXPECT_EQ(JobsInReach(stages, jobs, scope), (std::vector<int>{2, 3, 4, 5, 6})) << "whoever reads 4's first estimate";
@@ -118,7 +121,7 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
   const std::vector<StagePlan> before = MakePlan(stages, jobs, nothing_done);
   jobs[4].witness_key = "another camera";
   const std::vector<StagePlan> after = MakePlan(stages, jobs, nothing_done);
-  for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 2) << s;
+  for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 3) << s;
   // 4's first estimate is there no more. A guided pass that is still to be made wants it if it matches 4.
   for (const auto& [reader, wants] : {std::pair{3, true}, {5, true}, {2, false}, {7, false}}) {
     const PlanQueries but_one = {.is_done = [r = reader](int stage, int job, const std::string&) { return stage > 0 && !(stage == 1 && job == r); },
@@ -134,12 +137,12 @@ TEST(StageGraphTest, AnIntermediateMapIsWantedByItsReadersOfOtherShards) {
   const PlanQueries queries = {
       .is_done =
           [&](int stage, int job, const std::string&) {
-            if (stage < 2) return true;
-            return stage == 3 && std::find(with_geometric.begin(), with_geometric.end(), job) != with_geometric.end();
+            if (stage < 3) return true;
+            return stage == 4 && std::find(with_geometric.begin(), with_geometric.end(), job) != with_geometric.end();
           },
       .has_failed = [](int, int, const std::string&) { return false; }};
-  EXPECT_EQ(MakePlan(stages, Row(), queries, Only(4))[2].pending, std::vector<int>{4}) << "5 reads it";
-  EXPECT_TRUE(MakePlan(stages, Row(), queries, Only(3))[2].pending.empty());
+  EXPECT_EQ(MakePlan(stages, Row(), queries, Only(4))[3].pending, std::vector<int>{4}) << "5 reads it";
+  EXPECT_TRUE(MakePlan(stages, Row(), queries, Only(3))[3].pending.empty());
 }
 
 }  // namespace

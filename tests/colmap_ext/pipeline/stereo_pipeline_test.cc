@@ -93,7 +93,7 @@ TEST_F(StereoPipelineTest, AnImageGoesOnWhenWhatItReadsIsThere) {
   test_support::ReadNeighboursAlone(folder_.path(), names_);
   const test_support::CallOrder order(&calls_);
   EXPECT_TRUE(Run().failures.empty());
-  EXPECT_EQ(order.size(), 4u * kNumImages);
+  EXPECT_EQ(order.size(), 6u * kNumImages);
   for (int i = 0; i < kNumImages; ++i) {
     EXPECT_GT(order.Place("filter", names_[i]), order.Place("estimate", names_[i == 0 ? 1 : i - 1]));
     EXPECT_GT(order.Place("infer", names_[i]), order.Place("filter", names_[i == 0 ? 1 : i - 1]));
@@ -121,13 +121,30 @@ TEST_F(StereoPipelineTest, InferenceHearsTheRegionsOfSourcesThatHaveAMap) {
   EXPECT_EQ(told[names_[0]], std::vector<bool>());
 }
 
+// Each image's own planes and what it is offered are matched, before its own map is filtered.
+TEST_F(StereoPipelineTest, SharesHypothesesBeforeTheFilter) {
+  std::map<std::string, std::vector<std::string>> calls;
+  std::mutex mutex;
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    std::lock_guard<std::mutex> lock(mutex);
+    calls[image].push_back(stage);
+  };
+  EXPECT_TRUE(Run().failures.empty());
+  for (const std::string& name : names_)
+    EXPECT_EQ(calls[name], (std::vector<std::string>{"estimate", "match", "match", "filter", "infer", "filter"}));
+  calls.clear();
+  options_.filter.rules.Set(phi::Rule::kSharedHypotheses, 0);
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(calls[names_[0]], (std::vector<std::string>{"filter", "infer", "filter"})) << "estimates serve both";
+}
+
 TEST_F(StereoPipelineTest, LeavesTheRunsFiguresInTheRecord) {
   Run();
   Run();  // finds everything done: no run worth a line
   const auto record = nlohmann::json::parse(test_support::ReadBytes(folder_ / "stereo/phimvs.json"));
   ASSERT_EQ(record["runs"].size(), 1u);
   const auto& run = record["runs"][0];
-  ASSERT_EQ(run["stages"].size(), 4u) << run.dump(1);
+  ASSERT_EQ(run["stages"].size(), 5u) << run.dump(1);
   double seconds = 0;
   for (const auto& stage : run["stages"]) {
     EXPECT_EQ(stage["images"], kNumImages);

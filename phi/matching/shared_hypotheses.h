@@ -1,0 +1,24 @@
+// Hypotheses that the source views' estimates carry, offered to the pixels of a reference image whose own ones no source
+// confirms: where the search failed in one image it has often not failed in another.
+#pragma once
+
+#include <vector>
+
+#include "phi/backend.h"
+#include "phi/matching/estimate_pixel.h"
+
+namespace phi {
+
+// Of each source the nearest plane that falls on the pixel, as it meets the ray through the pixel's centre; of these the one that most
+// sources carry, on ties the first source's. Depth 0, nothing is offered: where a source's plane is the pixel's own, where the pixel has
+// none (it is masked), and where no source's falls on it. Planes beyond the estimation's range of depths are not offered.
+// `own`: of the reference, of its camera's size. Sources are loaded one after the other.
+PlaneMap OfferedPlanes(const EstimationParameters& parameters, const ViewMap& own,
+                       const std::vector<SourceMap>& sources);
+
+// The reference's estimate, in which what is offered has replaced what clearly matches worse. Both are matched in the same way, so that
+// an offer is a place to look and no evidence. `input`: as of the estimation; its start and iterations do not count.
+PlaneMap ShareHypotheses(Backend& backend, EstimationInput input, const StereoOptions& options,
+                         const ViewMap& own, const std::vector<SourceMap>& sources);
+
+}  // namespace phi
