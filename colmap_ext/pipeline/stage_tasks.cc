@@ -137,6 +137,7 @@ StageResult StageTasks::Share(const Stage& previous, const std::vector<std::stri
                          return store_.Map(image, previous.result);
                        }});
   }
+  // Its cost map stays the estimation's: a plane that was taken costs less than that says.
   phi::PlaneMap shared = phi::ShareHypotheses(backend, input, options_.stereo, own, sources);
   return {.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(shared), {}})};
 }
