@@ -40,9 +40,10 @@ struct EstimationInput {
   std::function<void(double)> tell_progress;
 };
 
-// The same with no iteration: what it starts from is matched and no more.
+// The same with no iteration: what it starts from is matched and no more. No first hypothesis is drawn, so sparse points are not looked at.
 inline EstimationInput WithoutIterations(EstimationInput input, const StereoOptions& options) {
   input.first_iteration = input.end_iteration = options.num_iterations;
+  input.sparse.clear();
   return input;
 }
 

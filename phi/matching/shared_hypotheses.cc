@@ -17,8 +17,8 @@ namespace phi {
 namespace {
 
 constexpr float kOwnPlane = 0.005f, kSamePlane = 0.01f;  // relative differences of depth
-constexpr float kMaxShift =
-    0.05f;  // of depth, from where a source's pixel meets its plane to the reference pixel's centre
+// Of depth, from where a source's pixel meets its plane to the reference pixel's centre.
+constexpr float kMaxShift = 0.05f;
 constexpr float kMargin = 0.03f;  // of the matching cost
 
 bool AreClose(float depth, float other, float difference) { return std::abs(depth / other - 1) < difference; }
@@ -93,8 +93,8 @@ class SourcePlanes {
 
 // What a pixel is offered so far, and by how many more sources than offer another plane (Boyer and Moore's majority vote).
 struct Offer {
-  static constexpr std::uint8_t kConfirmed =
-      0xFF;  // a source carries the pixel's own plane: nothing is offered any more
+  // A source carries the pixel's own plane: nothing is offered any more.
+  static constexpr std::uint8_t kConfirmed = 0xFF;
 
   PlaneHypothesis& plane;
   std::uint8_t& lead;

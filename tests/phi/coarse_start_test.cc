@@ -19,6 +19,7 @@ namespace phi {
 namespace {
 
 using test_support::ExactSceneOptions;
+using test_support::InputOf;
 using test_support::RenderedScene;
 
 StereoOptions Fast(int num_iterations = 8) {
@@ -26,15 +27,6 @@ StereoOptions Fast(int num_iterations = 8) {
   options.quality = Quality::kFast;
   options.num_iterations = num_iterations;
   return options;
-}
-
-EstimationInput InputOf(const RenderedScene& scene) {
-  EstimationInput input;
-  input.reference = scene.Image(0);
-  input.sources = scene.SourceImages(0);
-  input.depth_min = 2;
-  input.depth_max = 10;
-  return input;
 }
 
 // Without pixels.

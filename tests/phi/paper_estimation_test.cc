@@ -85,11 +85,7 @@ TEST(PaperRefinement, DepthMovesByAQuarterOfTheFarthestOfThePixelsSparsePoints) 
 // Nothing but the user bounds the paper's depths: a sparse point beyond the view's range counts whole.
 TEST(PaperRange, OnlyTheUserBoundsDepths) {
   const test_support::RenderedScene scene = test_support::PlaneScene({.width = 40, .height = 30});
-  EstimationInput input;
-  input.reference = scene.Image(0);
-  input.sources = scene.SourceImages(0);
-  input.depth_min = 2;
-  input.depth_max = 10;
+  EstimationInput input = test_support::InputOf(scene);
   StereoOptions options;
   const auto farthest_start = [&] {
     const EstimationParameters p = MakeEstimationParameters(input, options);
@@ -108,11 +104,7 @@ TEST(PaperRange, OnlyTheUserBoundsDepths) {
 
 TEST(PaperWindow, OneLevelIsOneWindow) {
   const test_support::RenderedScene scene = test_support::PlaneScene();
-  EstimationInput input;
-  input.reference = scene.Image(0);
-  input.sources = scene.SourceImages(0);
-  input.depth_min = 2;
-  input.depth_max = 10;
+  EstimationInput input = test_support::InputOf(scene);
   StereoOptions options;
   options.formulas = Formulas::kPaper;
   options.num_window_levels = 1;

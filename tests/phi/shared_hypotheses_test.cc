@@ -17,6 +17,7 @@ namespace phi {
 namespace {
 
 using test_support::CenteredView;
+using test_support::InputOf;
 using test_support::RenderedScene;
 
 constexpr float kOwnDepth = 3;
@@ -81,7 +82,7 @@ TEST(OfferedPlanes, FallOnThePixelAndMeetItsCentre) {
   EXPECT_NEAR(offered(20, 7).normal.x, 0.6, 1e-6);
 }
 
-// At depth 4 the centre falls on u = 20.5 exactly: half a pixel less or more would be another pixel's side.
+// A centre at (10.5, v) falls on u = 10.5 + 40 / depth: a hundredth of a pixel before and behind a pixel's border.
 TEST(OfferedPlanes, KnowHalfAPixel) {
   Row row(1);
   row.maps[0](10, 7) = {kFacing, 40 / 10.49f};  // u = 20.99
@@ -196,15 +197,6 @@ TEST(ShareHypotheses, TakesWhatClearlyMatchesBetter) {
     EXPECT_FLOAT_EQ(shared(35, 3).depth, depth) << cost;
     EXPECT_FLOAT_EQ(shared(34, 3).depth, kOwnDepth);
   }
-}
-
-EstimationInput InputOf(const RenderedScene& scene) {
-  EstimationInput input;
-  input.reference = scene.Image(0);
-  input.sources = scene.SourceImages(0);
-  input.depth_min = 2;
-  input.depth_max = 10;
-  return input;
 }
 
 TEST(MatchingCosts, AreThoseOfTheEstimation) {

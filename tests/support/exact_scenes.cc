@@ -114,4 +114,13 @@ RenderedScene SlatScene(const ExactSceneOptions& options, double width) {
   return Render(shapes, options);
 }
 
+phi::EstimationInput InputOf(const RenderedScene& scene) {
+  phi::EstimationInput input;
+  input.reference = scene.Image(0);
+  input.sources = scene.SourceImages(0);
+  input.depth_min = 2;
+  input.depth_max = 10;
+  return input;
+}
+
 }  // namespace test_support

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "colmap_ext/synthetic/rendered_scene.h"
+#include "phi/backend.h"
 
 namespace test_support {
 
@@ -38,5 +39,8 @@ RenderedScene SphereScene(const ExactSceneOptions& options = {}, double radius =
 // Upright slats, `width` world units wide and facing view 0 at `depth`, before the textured wall z = 1.5 * depth; their
 // axes lie four widths apart.
 RenderedScene SlatScene(const ExactSceneOptions& options, double width);
+
+// View 0 as the reference of an estimation between the depths 2 and 10, all others as its sources; without noise.
+phi::EstimationInput InputOf(const RenderedScene& scene);
 
 }  // namespace test_support
