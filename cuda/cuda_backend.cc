@@ -62,7 +62,7 @@ class CudaBackend : public Backend {
   std::vector<DeviceStageTime> DeviceStageTimes() const override {
     std::vector<DeviceStageTime> times;
     for (const auto& [name, stage] : {std::pair{"estimation", DeviceTimes::kEstimation},
-                                      {"matching", DeviceTimes::kMatching},
+                                      {"sharing", DeviceTimes::kSharing},
                                       {"inference", DeviceTimes::kInference},
                                       {"filter", DeviceTimes::kFilter}}) {
       const StageTime& time = device_->times.stage(stage);
@@ -76,8 +76,8 @@ class CudaBackend : public Backend {
     return OnDevice([&] { return EstimateOnGpu(device_.get(), input, options); });
   }
 
-  CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) override {
-    return OnDevice([&] { return EstimateOnGpu(device_.get(), WithoutIterations(input, options), options).cost; });
+  std::shared_ptr<const MeasurementMap> Share(const SharingInput& input, const StereoOptions& options) override {
+    return OnDevice([&] { return ShareOnGpu(device_.get(), input, options); });
   }
 
   MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {
@@ -93,7 +93,7 @@ class CudaBackend : public Backend {
   void LogTimes() const {
     if (GetLogLevel() < LogLevel::kDebug) return;  // the rate of bare fetches would be measured for nothing
     LogStage("estimation", DeviceTimes::kEstimation);
-    LogStage("matching", DeviceTimes::kMatching);
+    LogStage("sharing", DeviceTimes::kSharing);
     LogStage("inference", DeviceTimes::kInference);
     LogStage("filter", DeviceTimes::kFilter);
   }

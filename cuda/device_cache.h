@@ -32,6 +32,12 @@ class DeviceCache {
 
   // The copy of `host`, complete. Uploaded on `stream` where it is not there.
   std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream) {
+    return GetOrMake(host, [&](Device* copy) { upload_(*host, stream, copy); });
+  }
+
+  // The same; make(copy) makes it, complete.
+  template <typename Make>
+  std::shared_ptr<const Device> GetOrMake(const std::shared_ptr<const Host>& host, const Make& make) {
     std::unique_lock<std::mutex> lock(mutex_);
     auto entry = Find(host);
     while (entry != entries_.end() && entry->device == nullptr) {
@@ -47,7 +53,7 @@ class DeviceCache {
     entry = entries_.insert(entries_.begin(), {host, nullptr});
     lock.unlock();
     try {
-      upload_(*host, stream, device.get());
+      make(device.get());
     } catch (...) {
       lock.lock();
       entries_.erase(entry);

@@ -25,6 +25,17 @@ class DeviceArray2D {
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's upload", task);
   }
 
+  // The same from memory of the device.
+  void Copy(ArrayView2D<const Pixel> map, cudaStream_t stream, const Task& task) {
+    width_ = map.width;
+    height_ = map.height;
+    buffer_.Reserve(map.size(), task);
+    Check(cudaMemcpyAsync(buffer_.data(), map.data, static_cast<std::size_t>(map.size()) * sizeof(Pixel),
+                          cudaMemcpyDeviceToDevice, stream),
+          "cudaMemcpyAsync on the device", task);
+    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's copy", task);
+  }
+
   ArrayView2D<const Pixel> View() const { return buffer_.View(width_, height_); }
 
  private:

@@ -31,7 +31,6 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
       budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
       images(UploadTo<GrayImage, GrayPyramid>("image upload")),
       maps(UploadTo<PlaneMap, DeviceMap>("map upload")),
-      depths(UploadTo<DepthMap, DeviceDepths>("depth map upload")),
       measured(UploadTo<MeasuredDepths, DeviceMeasuredDepths>("measured depths' upload")),
       times(Task{"set-up"}) {}
 
@@ -46,7 +45,7 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
   while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
   }
   // Of each kind the scratch memory of all calls at once, or what a cache keeps for as many.
-  constexpr int kKinds = 3, kCalls = NumCallsOfAllStages(kConcurrentCalls);
+  constexpr int kKinds = 4, kCalls = NumCallsOfAllStages(kConcurrentCalls);
   return kKinds * kCalls * std::max(largest, bytes) <= budget.bytes();
 }
 
@@ -55,20 +54,20 @@ void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSiz
     constexpr std::size_t kTimes = NumCallsOfAllStages(kConcurrentCalls) / kConcurrentCalls;
     images.KeepAtLeast(kTimes * sizes.images);
     maps.KeepAtLeast(kTimes * sizes.maps);
-    depths.KeepAtLeast(kTimes * sizes.depths);
     measured.KeepAtLeast(kTimes * sizes.measured);
     return;
   }
   KeepOnly(sizes);
   scratch.FreeIdleDeviceMaps();
   if (kind != CallKind::kEstimation) own->estimation.FreeDeviceMaps();
+  if (kind != CallKind::kSharing) own->sharing.FreeDeviceMaps();
+  if (kind != CallKind::kEstimation && kind != CallKind::kSharing) own->window_scales.Free();
   if (kind != CallKind::kInference) own->inference.FreeDeviceMaps();
 }
 
 void DeviceResources::KeepOnly(const CacheSizes& sizes) {
   images.KeepAtMost(sizes.images);
   maps.KeepAtMost(sizes.maps);
-  depths.KeepAtMost(sizes.depths);
   measured.KeepAtMost(sizes.measured);
 }
 

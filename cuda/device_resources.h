@@ -1,5 +1,5 @@
 // What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times. And the
-// three kinds of call.
+// four kinds of call.
 //
 // Memory: calls of all kinds come side by side. Caches keep what the calls at once work on; where the budget cannot hold that of
 // all kinds, what the calls of the kind at hand do, and each call first gives up what only other kinds need. cuda/memory_plan.h says what a
@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
 #include "cuda/device.h"
 #include "cuda/device_cache.h"
@@ -22,10 +23,10 @@ namespace phi::gpu {
 
 // How many entries each cache keeps for the calls of one kind.
 struct CacheSizes {
-  std::size_t images = 0, maps = 0, depths = 0, measured = 0;
+  std::size_t images = 0, maps = 0, measured = 0;
 };
 
-enum class CallKind { kEstimation, kFilter, kInference };
+enum class CallKind { kEstimation, kSharing, kFilter, kInference };
 
 // Keep the device busy: one computes while another uploads or downloads, and two are at the host's part of their work.
 inline constexpr int kConcurrentCalls = 4;
@@ -51,7 +52,6 @@ struct DeviceResources {
   std::atomic<std::int64_t> peak_bytes = 0;
   DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
-  DeviceCache<DepthMap, DeviceDepths> depths;                  // of estimates, for guidance
   DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference
   ScratchPool scratch;
   DeviceTimes times;
@@ -66,6 +66,7 @@ struct DeviceResources {
 
 EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
                                const StereoOptions& options);
+std::shared_ptr<const MeasurementMap> ShareOnGpu(DeviceResources* device, const SharingInput& input, const StereoOptions& options);
 MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
 InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options);

@@ -39,7 +39,7 @@ class StageTime {
 
 class DeviceTimes {
  public:
-  enum Stage { kEstimation, kMatching, kFilter, kInference, kNumStages };
+  enum Stage { kEstimation, kSharing, kFilter, kInference, kNumStages };
 
   // The device must be current.
   explicit DeviceTimes(const Task& task) : origin_(Event::Timing::kOn, task) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "cuda/bind_images.h"
 #include "cuda/device_resources.h"
 #include "cuda/estimation_in_bands.h"
 #include "cuda/memory_plan.h"
@@ -14,38 +15,17 @@
 namespace phi::gpu {
 namespace {
 
-using ImageHandle = std::shared_ptr<const GrayPyramid>;
-
-// The reference, then the sources; the handles keep them alive until the call ends.
-std::vector<ImageHandle> UploadImages(DeviceResources* device, const EstimationInput& input, cudaStream_t stream) {
-  std::vector<ImageHandle> handles = {device->images.Get(input.reference.image, stream)};
-  for (const ViewImage& source : input.sources) handles.push_back(device->images.Get(source.image, stream));
-  return handles;
-}
-
-// The levels from `level` on. input: of a part at that level.
-void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput& input, int level,
-                  EstimationLaunch* launch) {
-  images[0]->CopyTextures(level, launch->reference);
-  const std::vector<RelativeView> views = MakeRelativeViews(input);
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    launch->sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
-    images[j + 1]->CopyTextures(level, launch->sources[j].textures);
-  }
-}
-
 // Gives up what an estimation does not use; see DeviceResources.
 void PrepareMemory(DeviceResources* device, Scratch* scratch, const EstimationPlan& plan,
                    std::size_t num_sources) {
   const std::size_t num_calls = device->NumCallsAtOnce(plan.bytes);
-  const CacheSizes sizes = {.images = num_calls * (num_sources + 1), .depths = num_calls * num_sources};
-  device->MakeRoom(CallKind::kEstimation, plan.bytes, sizes, scratch);
+  device->MakeRoom(CallKind::kEstimation, plan.bytes, {.images = num_calls * (num_sources + 1)}, scratch);
 }
 
 // Room for the state of the whole image, of its coarser parts, and the scales of its windows.
 void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(task.width) * task.height;
-  scratch->estimation.window_scales.Reserve(num_pixels, task);
+  scratch->window_scales.Reserve(num_pixels, task);
   scratch->estimation.changed.Reserve(num_pixels, task);
   scratch->estimation.coarse_plane.Reserve(plan.num_coarse_pixels, task);
   scratch->estimation.notes.Reserve(NumHalfPassNotes(task.width, plan.band_rows > 0 ? plan.band_rows : task.height), task);
@@ -57,17 +37,11 @@ void ReserveState(Scratch* scratch, const EstimationPlan& plan, const Task& task
 void BindState(const Scratch& scratch, const DepthRanges& ranges, EstimationLaunch* launch) {
   const int width = launch->parameters.reference.width, height = launch->parameters.reference.height;
   launch->notes = scratch.estimation.notes.data();
-  launch->window_scales = scratch.estimation.window_scales.View(width, height);
+  launch->window_scales = scratch.window_scales.View(width, height);
   launch->state = {scratch.plane.View(width, height),
                    scratch.cost.View(width, height),
                    scratch.estimation.changed.View(width, height),
                    ranges};
-}
-
-void ResetCounter(Scratch* scratch, const Task& task) {
-  DeviceBuffer<unsigned long long>& counter = scratch->estimation.num_samples;
-  counter.Reserve(1, task);
-  Check(cudaMemsetAsync(counter.data(), 0, counter.bytes(), scratch->stream.get()), "cudaMemsetAsync", task);
 }
 
 ArrayView2D<const DepthRange> UploadRanges(Scratch* scratch, const EstimationInput& coarsest,
@@ -78,29 +52,6 @@ ArrayView2D<const DepthRange> UploadRanges(Scratch* scratch, const EstimationInp
   scratch->estimation.ranges.Reserve(num_cells, task);
   scratch->estimation.ranges.Upload(ranges.data(), num_cells, scratch->stream.get(), task);
   return scratch->estimation.ranges.View(ranges.width(), ranges.height());
-}
-
-using DepthsHandle = std::shared_ptr<const DeviceDepths>;
-
-// The source views' depths for guidance; the handles keep them alive until the call ends.
-std::vector<DepthsHandle> BindGuidance(DeviceResources* device, const EstimationInput& input,
-                                       Scratch* scratch, const Task& task, EstimationLaunch* launch) {
-  const cudaStream_t stream = scratch->stream.get();
-  std::vector<DepthsHandle> handles;
-  if (input.source_depths.empty()) return handles;
-  const std::vector<RelativeView> views = MakeRelativeViews(input);
-  std::vector<GuidanceSource> guidance;
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    guidance.push_back({views[j], {}});
-    if (input.source_depths[j] == nullptr) continue;
-    handles.push_back(device->depths.Get(input.source_depths[j], stream));
-    guidance.back().depths = handles.back()->View();
-  }
-  scratch->estimation.guidance.Reserve(kMaxSourceViews, task);
-  scratch->estimation.guidance.Upload(guidance.data(), static_cast<std::int64_t>(guidance.size()), stream,
-                                      task);
-  launch->guidance = scratch->estimation.guidance.data();
-  return handles;
 }
 
 // One call's parts, coarse to fine: they share images, buffers and the stream. Nothing waits for the device between them
@@ -119,11 +70,9 @@ class PartsOnGpu {
   // What all parts read.
   void Upload(DeviceResources* device) {
     ReserveState(scratch_, plan_, task_);
-    ResetCounter(scratch_, task_);
-    launch_.num_samples = scratch_->estimation.num_samples.data();
+    BindSampleCount(scratch_, task_, &launch_);
     images_ = UploadImages(device, input_, scratch_->stream.get());
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
-    guidance_ = BindGuidance(device, input_, scratch_, task_, &launch_);
   }
 
   void Launch() {
@@ -138,7 +87,7 @@ class PartsOnGpu {
 
   void LaunchPart(const EstimationPart& part) {
     const PartInput of_part(input_, options_, part);
-    launch_.parameters = MakeEstimationParameters(of_part.input(), of_part.options());
+    launch_.parameters = of_part.Parameters();
     launch_.end_row = launch_.parameters.reference.height;
     // The cells of the coarsest part cover more pixels of a finer one.
     ranges_.cell = kDepthRangeCell << (parts_.front().level - part.level);
@@ -162,31 +111,27 @@ class PartsOnGpu {
 
   void EstimateWhole() {
     const cudaStream_t stream = scratch_->stream.get();
-    if (input_.initial != nullptr) {
-      scratch_->plane.Upload(input_.initial->data(), launch_.state.plane.size(), stream, task_);
-      initial_.hypotheses = launch_.state.plane;
-    }
-    LaunchInitialization(launch_, initial_, stream, task_);
+    LaunchInitialization(launch_, coarse_, stream, task_);
     ForEachHalfPass(
         [&](int iteration, int colour) { LaunchHalfPass(launch_, iteration, colour, stream, task_); });
   }
 
   void EstimateByBands() {
     EstimationInBands estimation(launch_, plan_.band_rows, scratch_, task_);
-    estimation.Initialize(initial_, {input_.initial.get(), host_coarse_.empty() ? nullptr : &host_coarse_});
+    estimation.Initialize(coarse_, host_coarse_.empty() ? nullptr : &host_coarse_);
     ForEachHalfPass([&](int iteration, int colour) { estimation.HalfPass(iteration, colour); });
   }
 
   // What the last part found becomes the start of the next one, whose image is 2^shift times larger.
   void StartFromCoarse(int shift) {
-    initial_.coarse.shift = shift;
+    coarse_.shift = shift;
     const ArrayView2D<PlaneHypothesis> found = launch_.state.plane;
     const std::size_t bytes = static_cast<std::size_t>(found.size()) * sizeof(PlaneHypothesis);
     if (IsWhole()) {
       const DeviceBuffer<PlaneHypothesis>& kept = scratch_->estimation.coarse_plane;
       Check(cudaMemcpyAsync(kept.data(), found.data, bytes, cudaMemcpyDeviceToDevice, scratch_->stream.get()),
             "cudaMemcpyAsync on the device", task_);
-      initial_.coarse.map = kept.View(found.width, found.height);
+      coarse_.map = kept.View(found.width, found.height);
     } else {
       scratch_->stream.Synchronize(task_);
       host_coarse_ = PlaneMap(found.width, found.height);
@@ -201,10 +146,9 @@ class PartsOnGpu {
   Scratch* scratch_;
   const Task& task_;
   EstimationLaunch launch_;  // of the part at hand
-  InitialDepths initial_;
+  CoarseHypotheses coarse_;  // what the part before found
   DepthRanges ranges_;
   std::vector<ImageHandle> images_;
-  std::vector<DepthsHandle> guidance_;
   PlaneMap host_coarse_;  // in bands: what the coarser part found
 };
 
@@ -243,12 +187,11 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
     scratch->host_plane.Download(scratch->plane, num_pixels, stream, task);
     scratch->host_cost.Download(scratch->cost, num_pixels, stream, task);
   }
-  scratch->estimation.host_num_samples.Download(scratch->estimation.num_samples, 1, stream, task);
+  scratch->host_num_samples.Download(scratch->num_samples, 1, stream, task);
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
-  const double num_samples = static_cast<double>(*scratch->estimation.host_num_samples.data());
-  const bool iterates = input.first_iteration == 0 || input.first_iteration < input.end_iteration;
-  device->times.Add(iterates ? DeviceTimes::kEstimation : DeviceTimes::kMatching, scratch->begin, scratch->end, num_samples, task);
+  const double num_samples = static_cast<double>(*scratch->host_num_samples.data());
+  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }
 

@@ -14,15 +14,12 @@ __global__ void __launch_bounds__(kThreads)
 
 template <class V>
 __global__ void __launch_bounds__(kThreads)
-    InitializeKernel(const __grid_constant__ EstimationLaunch launch, InitialDepths initial, int colour) {
+    InitializeKernel(const __grid_constant__ EstimationLaunch launch, CoarseHypotheses coarse, int colour) {
   const PixelPosition pixel = CheckerboardPixel(threadIdx.x, colour, launch.first_row);
   const typename V::Context context(launch);
   if (launch.state.plane.Contains(pixel.x, pixel.y)) {
     PlaneHypothesis hypothesis;
-    if (initial.hypotheses.data != nullptr) hypothesis = initial.hypotheses(pixel.x, pixel.y);
-    if (!(hypothesis.depth > 0) &&
-        (initial.coarse.map.data == nullptr ||
-         !HypothesisFromCoarse(launch.parameters, initial.coarse, pixel.x, pixel.y, &hypothesis))) {
+    if (coarse.map.data == nullptr || !HypothesisFromCoarse(launch.parameters, coarse, pixel.x, pixel.y, &hypothesis)) {
       const DepthRange near = launch.state.ranges.At(pixel.x, pixel.y);
       hypothesis = FirstHypothesis(launch.parameters, near, pixel.x, pixel.y);
     }
@@ -63,13 +60,13 @@ void LaunchWindowScales(const EstimationLaunch& launch, cudaStream_t stream, con
   }
 }
 
-void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
+void LaunchInitialization(const EstimationLaunch& launch, const CoarseHypotheses& coarse, cudaStream_t stream,
                           const Task& task) {
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
     const auto kernel = InitializeKernel<decltype(variant)>;
     const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
     for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, initial, colour);
+      kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, coarse, colour);
       CheckLaunch("InitializeKernel", task);
     }
   });

@@ -1,7 +1,6 @@
 #include "cuda/estimation_in_bands.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "phi/base/cancellation.h"
 #include "phi/matching/propagation.h"
@@ -34,19 +33,10 @@ EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_ro
   scratch->cost.Reserve(read, task);
 }
 
-void EstimationInBands::Initialize(InitialDepths initial, const HostStart& start) {
-  const PlaneMap* earlier = start.earlier;
-  if (earlier != nullptr) std::memcpy(scratch_->host_plane.data(), earlier->data(), earlier->bytes());
+void EstimationInBands::Initialize(CoarseHypotheses coarse, const PlaneMap* found) {
   ForEachBand([&](const Band& band) {
-    const EstimationLaunch launch = Bind(band);
-    if (earlier != nullptr) {
-      CopyNeighbourRows(band, band.first, band.end, Direction::kToDevice);
-      initial.hypotheses = launch.state.plane;
-    }
-    if (start.coarse != nullptr) {
-      initial.coarse.map = UploadCoarse(*start.coarse, initial.coarse.shift, band);
-    }
-    LaunchInitialization(launch, initial, scratch_->stream.get(), task_);
+    if (found != nullptr) coarse.map = UploadCoarse(*found, coarse.shift, band);
+    LaunchInitialization(Bind(band), coarse, scratch_->stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
   });
 }

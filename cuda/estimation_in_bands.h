@@ -8,20 +8,14 @@
 
 namespace phi::gpu {
 
-// What an estimation starts from, each or null.
-struct HostStart {
-  const PlaneMap* earlier = nullptr;  // of the same size
-  const PlaneMap* coarse = nullptr;   // of the part before; InitialDepths::coarse has its shift
-};
-
 class EstimationInBands {
  public:
   // launch: everything but state and rows. band_rows: a multiple of kTileSide. The device buffers of `scratch` take a band,
   // its host buffers the whole image.
   EstimationInBands(const EstimationLaunch& launch, int band_rows, Scratch* scratch, const Task& task);
 
-  // The maps to start from are on the host; `initial` is completed with a band's rows of them.
-  void Initialize(InitialDepths initial, const HostStart& start);
+  // found: null, or what the part before found; `coarse` has its shift, and is completed with a band's rows of it.
+  void Initialize(CoarseHypotheses coarse, const PlaneMap* found);
   void HalfPass(int iteration, int colour);
 
  private:

@@ -8,7 +8,6 @@
 #include "cuda/texture_sampler.h"
 #include "phi/matching/coarse_hypothesis.h"
 #include "phi/matching/estimate_pixel.h"
-#include "phi/matching/geometric_guidance.h"
 #include "phi/matching/window_level.h"
 
 namespace phi::gpu {
@@ -21,12 +20,6 @@ struct SourceView {
   Vec3f b;
   int width = 0, height = 0;  // of level 0
   TextureSampler textures[kMaxPyramidLevels];
-};
-
-// Depths of a source view's earlier map for geometric guidance; one without data guides nothing and costs the most.
-struct GuidanceSource {
-  RelativeView view;
-  ArrayView2D<const float> depths;
 };
 
 // 1 << pyramid level, the range step, and a bit for the narrow window.
@@ -67,19 +60,13 @@ struct EstimationLaunch {
   ArrayView2D<std::uint8_t>
       window_scales;  // of each pixel, see PackWindowScale; LaunchWindowScales writes it
   HalfPassNote* notes = nullptr;  // NumHalfPassNotes of the rows to work on, on the device; for half-passes that rank
-  const GuidanceSource* guidance = nullptr;  // null, or one per source view, on the device
   SourceView sources[kMaxSourceViews];
-};
-
-// What the first hypotheses come from where it is there; else from EstimationState::ranges.
-struct InitialDepths {
-  ArrayView2D<const PlaneHypothesis> hypotheses;  // no data, or an earlier estimate; depth <= 0: none
-  CoarseHypotheses coarse;                        // used where `hypotheses` has none
 };
 
 void LaunchWindowScales(const EstimationLaunch& launch, cudaStream_t stream, const Task& task);
 
-void LaunchInitialization(const EstimationLaunch& launch, const InitialDepths& initial, cudaStream_t stream,
+// The first hypotheses come from `coarse` where it has data, else from EstimationState::ranges.
+void LaunchInitialization(const EstimationLaunch& launch, const CoarseHypotheses& coarse, cudaStream_t stream,
                           const Task& task);
 
 // One colour of the checkerboard, 0 and then 1 in each iteration.

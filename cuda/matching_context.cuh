@@ -301,13 +301,7 @@ struct GpuContext {
       const bool is_inside =
           warp.IsInside(static_cast<float>(form.samples_per_side), view, level);
       num_samples += is_inside ? num_window_samples : 0;
-      float cost = is_inside ? patch.window.Cost(view.textures[level], warp) : kMaxCost;
-      if (launch.guidance != nullptr) {
-        const GuidanceSource& source = launch.guidance[j];
-        cost = fminf(cost + GuidanceCost(parameters.reference, source.view, source.depths, u, v, h.depth),
-                     kMaxCost);
-      }
-      function(j, cost);
+      function(j, is_inside ? patch.window.Cost(view.textures[level], warp) : kMaxCost);
     }
   }
 };

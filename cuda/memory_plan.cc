@@ -38,9 +38,6 @@ struct EstimationSizes {
     const std::int64_t height = input.reference.image->height();
     if (coarse_start) coarse_width = (width + 1) / 2;
     fixed = 2 * width * height * sizeof(std::uint8_t);  // scales of the windows, and whether pixels changed
-    for (const auto& depths : input.source_depths) {
-      if (depths != nullptr) fixed += static_cast<std::int64_t>(depths->bytes());
-    }
     row = width * (sizeof(PlaneHypothesis) + sizeof(float));
   }
 
@@ -52,6 +49,28 @@ struct EstimationSizes {
   }
   std::int64_t InBands(std::int64_t rows) const {
     return fixed + (rows + 2 * kPropagationReach) * row + CoarseBytes(rows) + NoteBytes(rows);
+  }
+};
+
+// Of the sources that have one, with their masks.
+struct SourceMaps {
+  std::int64_t largest = 0;  // bytes
+  int count = 0;
+
+  SourceMaps(const std::vector<SourceMap>& sources, std::int64_t reference_bytes) : largest(reference_bytes) {
+    for (const SourceMap& source : sources) {
+      if (source.load == nullptr) continue;
+      ++count;
+      const Pinhole& size = source.view->camera.pinhole;  // not read yet: a map has its camera's size
+      const std::size_t mask_bytes = source.load_mask ? sizeof(std::uint8_t) : 0;
+      largest = std::max(largest, std::int64_t{size.width} * size.height *
+                                      static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes));
+    }
+  }
+
+  // How many so many bytes hold, beside the one in transit.
+  int NumAtOnce(std::int64_t bytes) const {
+    return static_cast<int>(std::min<std::int64_t>(std::max(count, 1), bytes / largest - kInTransit));
   }
 };
 
@@ -81,30 +100,36 @@ EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget,
   return {rows, sizes.CoarsePixels(rows), images + sizes.InBands(rows)};
 }
 
+SharingPlan PlanSharing(const SharingInput& input, std::int64_t budget, const Task& task) {
+  const std::int64_t width = input.own.map->width(), height = input.own.map->height();
+  const std::int64_t own = static_cast<std::int64_t>(input.own.map->planes.bytes());
+  const SourceMaps maps(input.sources, own);
+  // The image's own map and the scales of its windows.
+  const std::int64_t fixed = ImageBytes(input.estimation.reference, input.estimation.sources) + own +
+                             width * height * static_cast<std::int64_t>(sizeof(std::uint8_t));
+  const std::int64_t row = width * SharingScratch::kBandPixelBytes;
+  const std::int64_t of_one = fixed + (1 + kInTransit) * maps.largest;
+  if (of_one + height * row <= budget) {
+    const int at_once = maps.NumAtOnce(budget - fixed - height * row);
+    return {at_once, static_cast<int>(height), fixed + (at_once + kInTransit) * maps.largest + height * row};
+  }
+  const std::int64_t tile = kTileSide * row;
+  if (of_one + tile > budget) ThrowTooLittleMemory(of_one + tile, budget, task);
+  const int rows = static_cast<int>((budget - of_one) / tile * kTileSide);
+  return {1, rows, of_one + rows * row};
+}
+
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(input.reference.map->size());
-  const auto map_bytes = [](const SourceMap& source) {  // not read yet: a map has its camera's size
-    const Pinhole& size = source.view->camera.pinhole;
-    const std::size_t mask_bytes = source.load_mask ? sizeof(std::uint8_t) : 0;
-    return std::int64_t{size.width} * size.height *
-           static_cast<std::int64_t>(sizeof(PlaneHypothesis) + mask_bytes);
-  };
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->planes.bytes());
   std::int64_t fixed = reference_bytes + num_pixels * (sizeof(Testimonies) + sizeof(FilterVerdict));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   fixed += static_cast<std::int64_t>(input.reference.map->states.bytes());
-  std::int64_t largest = reference_bytes;
-  int num_sources = 0;
-  for (const SourceMap& source : input.sources) {
-    if (source.load == nullptr) continue;
-    ++num_sources;
-    largest = std::max(largest, map_bytes(source));
-  }
-  const std::int64_t smallest = fixed + (1 + kInTransit) * largest;
+  const SourceMaps maps(input.sources, reference_bytes);
+  const std::int64_t smallest = fixed + (1 + kInTransit) * maps.largest;
   if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);
-  const std::int64_t most = (budget - fixed) / largest - kInTransit;
-  const int at_once = static_cast<int>(std::min<std::int64_t>(std::max(num_sources, 1), most));
-  return {at_once, fixed + (at_once + kInTransit) * largest};
+  const int at_once = maps.NumAtOnce(budget - fixed);
+  return {at_once, fixed + (at_once + kInTransit) * maps.largest};
 }
 
 std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task) {

@@ -3,6 +3,7 @@
 //
 //   estimation  the state of the pixels stays in host memory, and each half-pass goes over bands of rows, which come with the
 //               rows around them that propagation reads
+//   sharing     the source maps take turns, then bands of rows, too
 //   filter      the source maps take turns; the count of confirming views is carried on
 //   inference   not done in parts
 #pragma once
@@ -20,6 +21,12 @@ struct EstimationPlan {
   std::int64_t bytes = 0;              // of device memory
 };
 
+struct SharingPlan {
+  int num_sources_at_once = 0;
+  int band_rows = 0;        // a multiple of kTileSide, or the height
+  std::int64_t bytes = 0;   // of device memory
+};
+
 struct FilterPlan {
   int num_sources_at_once = 0;
   std::int64_t bytes = 0;
@@ -29,6 +36,7 @@ struct FilterPlan {
 // coarse_start: the estimation goes from coarse to fine (phi/matching/coarse_start.h).
 EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task,
                               bool coarse_start = false);
+SharingPlan PlanSharing(const SharingInput& input, std::int64_t budget, const Task& task);
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task);
 std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task);
 

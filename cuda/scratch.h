@@ -12,6 +12,7 @@
 #include "cuda/estimation_kernels.h"
 #include "cuda/filtering_kernels.h"
 #include "cuda/inference_kernels.h"
+#include "cuda/sharing_kernels.h"
 #include "cuda/stream.h"
 
 namespace phi::gpu {
@@ -43,19 +44,29 @@ struct InferenceScratch {
 };
 
 struct EstimationScratch {
-  DeviceBuffer<std::uint8_t> window_scales, changed;
+  DeviceBuffer<std::uint8_t> changed;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<HalfPassNote> notes;
   DeviceBuffer<DepthRange> ranges;
-  DeviceBuffer<GuidanceSource> guidance;
-  DeviceBuffer<unsigned long long> num_samples;
-  PinnedBuffer<unsigned long long> host_num_samples;
 
   void FreeDeviceMaps() {
-    window_scales.Free();
     changed.Free();
     coarse_plane.Free();
     notes.Free();
+  }
+};
+
+struct SharingScratch {
+  // Device bytes a pixel of a band, with those that Scratch holds for all kinds of call.
+  static constexpr std::int64_t kBandPixelBytes =
+      sizeof(PlaneHypothesis) + sizeof(std::uint8_t) + sizeof(NearestPixel);
+
+  DeviceBuffer<std::uint8_t> leads;
+  DeviceBuffer<NearestPixel> nearest;
+
+  void FreeDeviceMaps() {
+    leads.Free();
+    nearest.Free();
   }
 };
 
@@ -67,14 +78,18 @@ struct Scratch {
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;
+  DeviceBuffer<std::uint8_t> window_scales;  // of estimation and sharing
+  DeviceBuffer<unsigned long long> num_samples;
   DeviceBuffer<PixelState> states;
   DeviceBuffer<Testimonies> testimonies;
   DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
   EstimationScratch estimation;
+  SharingScratch sharing;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
+  PinnedBuffer<unsigned long long> host_num_samples;
   PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
   PinnedBuffer<Testimonies> host_testimonies;
@@ -111,6 +126,8 @@ class ScratchPool {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const std::unique_ptr<Scratch>& idle : free_) {
       idle->estimation.FreeDeviceMaps();
+      idle->sharing.FreeDeviceMaps();
+      idle->window_scales.Free();
       idle->inference.FreeDeviceMaps();
     }
   }

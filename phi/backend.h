@@ -26,26 +26,13 @@ struct EstimationInput {
   std::vector<SparseObservation> sparse;  // the points that may initialise depth; may be empty
   double noise = 0;                       // NoiseDeviation of the reference image, grey levels
   bool is_reduced = false;                // images and views are reduced ones, of a coarse start
-  // The part of StereoOptions::num_iterations that this estimation does: refinement ranges and random draws go on where
-  // an earlier part stopped. end_iteration 0: to the last one.
-  int first_iteration = 0, end_iteration = 0;
   float depth_min = 0, depth_max = 0;  // robust range of the scene in this view, world units
   // Whether the user gave that range. The paper knows none but the sparse points' around each pixel: its hypotheses may
   // leave a range that was only estimated.
   bool depth_range_is_given = false;
-  // Second and later estimations start from `initial` and may use the sources' depths as geometric guidance.
-  std::shared_ptr<const PlaneMap> initial;
-  std::vector<std::shared_ptr<const DepthMap>> source_depths;  // empty, or parallel to sources; null: none
   // Told the share of the work that is done, (0, 1], rising, by backends that need long for an image; may be empty.
   std::function<void(double)> tell_progress;
 };
-
-// The same with no iteration: what it starts from is matched and no more. No first hypothesis is drawn, so sparse points are not looked at.
-inline EstimationInput WithoutIterations(EstimationInput input, const StereoOptions& options) {
-  input.first_iteration = input.end_iteration = options.num_iterations;
-  input.sparse.clear();
-  return input;
-}
 
 // What an estimation did, in numbers that are the same on every machine; 0 where a backend does not count.
 struct EstimationCounts {
@@ -65,6 +52,13 @@ struct EstimationResult {
   PlaneMap map;
   CostMap cost;
   EstimationCounts counts = {};
+};
+
+// The planes of `own` and of the sources are estimates. See phi/matching/share_pixel.h.
+struct SharingInput {
+  EstimationInput estimation;      // as of the estimation of the image; its sparse points do not count
+  ViewMap own;
+  std::vector<SourceMap> sources;  // those of the estimation that have a map, in their order
 };
 
 // The reference's states: none before inference, then as InferenceResult's.
@@ -115,7 +109,7 @@ struct InferenceResult {
 
 // What a device worked on one stage.
 struct DeviceStageTime {
-  std::string stage;       // "estimation", "matching", "filter" or "inference"
+  std::string stage;       // "estimation", "sharing", "filter" or "inference"
   int num_images = 0;      // calls
   double seconds = 0;      // in which the device was busy with the stage
   double num_samples = 0;  // bilinear samples of source images for ZNCC; 0: none, or not counted
@@ -134,8 +128,8 @@ class Backend {
   // 0: not known.
   virtual double ExpectedPixelViewsPerSecond() const { return 0; }
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
-  // Of the planes in input.initial, as the estimation matches them in its last iteration. Where their depth is 0 the cost means nothing.
-  virtual CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) = 0;
+  // The estimate of the image, in which what other images' estimates carry has replaced what clearly matches worse.
+  virtual std::shared_ptr<const MeasurementMap> Share(const SharingInput& input, const StereoOptions& options) = 0;
   // What is kept; the rest has no depth.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,

@@ -67,7 +67,6 @@ void StereoCommandOptions::RegisterPreset(OptionParser* parser) {
                           {"PatchMatchStereo.window_radius", "7"},  // r_orig; r_now is 5
                           {"PatchMatchStereo.window_step", "1.4"},
                           {"PatchMatchStereo.num_iterations", "8"},
-                          {"PhiStereo.num_guided_passes", "0"},
                           {"PhiStereo.num_window_levels", "1"},
                           {"PatchMatchStereo.geom_consistency", "true"},
                           {"PatchMatchStereo.filter", "true"},

@@ -20,9 +20,6 @@ phi::OptionList PipelineOptions::EstimationList() {
   list.Add("PatchMatchStereo.depth_max", &depth_max, "Farthest depth; -1 = from the sparse points")
       .Unit("world units")
       .ColmapDefault("-1");
-  list.Add("PhiStereo.num_guided_passes", &num_guided_passes,
-           "How many of the iterations, the last ones, are guided by the other images' maps")
-      .Between(0, 10);
   return list;
 }
 
@@ -68,11 +65,6 @@ phi::OptionList PipelineOptions::List() {
 void PipelineOptions::SetMethod(const phi::Method& method) {
   view_selection.formulas = stereo.formulas = filter.formulas = inference.formulas = method.formulas;
   view_selection.rules = stereo.rules = filter.rules = inference.rules = method.rules;
-}
-
-int PipelineOptions::NumGuidedPasses() const {
-  if (!geom_consistency) return 0;
-  return std::min(num_guided_passes, stereo.num_iterations - 1);
 }
 
 std::int64_t PipelineOptions::CacheBytes() const {

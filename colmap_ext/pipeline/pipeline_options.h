@@ -16,9 +16,8 @@ struct PipelineOptions {
 
   bool geom_consistency = true;  // false ends with (filtered) photometric maps
   bool filter_maps = true;
-  int num_guided_passes = 0;  // see NumGuidedPasses
-  double depth_min = -1;      // world units; < 0: from the sparse points
-  double depth_max = -1;      // likewise
+  double depth_min = -1;  // world units; < 0: from the sparse points
+  double depth_max = -1;  // likewise
   bool write_cost_maps = false;
   bool compact_maps = false;  // of what later stages alone read: compact_map.h
   bool overwrite = false;            // replaces maps that another program made
@@ -34,9 +33,6 @@ struct PipelineOptions {
 
   // The stages compute by the same formulas and rules.
   void SetMethod(const phi::Method& method);
-  // Estimations after the first one, one iteration each, that start from all views' maps and are guided by them. They
-  // are part of num_iterations. None where only photometric maps are wanted.
-  int NumGuidedPasses() const;
   // -1: half of the memory that the process may use, at most 32 GB.
   std::int64_t CacheBytes() const;
   // Whether later stages read the matching cost of the estimate.

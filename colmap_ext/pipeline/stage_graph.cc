@@ -81,31 +81,17 @@ bool RawMapsAreOutput(const PipelineOptions& options) {
   return options.geom_consistency || !options.filter_maps;
 }
 
-void AppendEstimates(const PipelineOptions& options, std::vector<Stage>* stages) {
-  const bool raw_is_output = RawMapsAreOutput(options);
-  const int num_guided = options.NumGuidedPasses();
-  for (int pass = 0; pass <= num_guided; ++pass) {
-    const bool last = pass == num_guided;
-    const int first_part = options.stereo.num_iterations - num_guided;  // iterations of the first estimation
-    Stage stage{.kind = StageKind::kEstimate, .options = EstimationText(options)};
-    stage.first_iteration = pass == 0 ? 0 : first_part + pass - 1;
-    stage.end_iteration = first_part + pass;
-    stage.weight =
-        static_cast<double>(stage.end_iteration - stage.first_iteration) / options.stereo.num_iterations;
-    // The first maps are kept for a later run to go on from; those between are cheap to make again.
-    stage.transient = pass > 0 && !last;
-    stage.result = last ? EstimateKind(options) : "pass" + std::to_string(pass);
-    stage.is_output = last && raw_is_output;
-    stage.reads_source_maps = pass > 0;
-    stage.is_rounded = true;
-    stages->push_back(stage);
-  }
+Stage MakeEstimate(const PipelineOptions& options) {
+  return {.kind = StageKind::kEstimate,
+          .result = EstimateKind(options),
+          .options = EstimationText(options),
+          .is_output = RawMapsAreOutput(options),
+          .is_rounded = true};
 }
 
 // Or of the matched sources alone.
 bool ReadsWitnesses(const Stage& stage) {
-  const bool matches = stage.kind == StageKind::kEstimate || stage.kind == StageKind::kShare;
-  return stage.reads_source_maps && !matches;
+  return stage.reads_source_maps && stage.kind != StageKind::kShare;
 }
 
 // Of those sources whose maps of the stage before this one reads; -1 where no job makes one.
@@ -284,8 +270,7 @@ std::string EstimateKind(const PipelineOptions& options) {
 }
 
 std::vector<Stage> BuildStages(const PipelineOptions& options) {
-  std::vector<Stage> stages;
-  AppendEstimates(options, &stages);
+  std::vector<Stage> stages = {MakeEstimate(options)};
   if (SharesHypotheses(options)) stages.push_back(MakeShare(options));
   if (!options.geom_consistency) {
     if (options.filter_maps) stages.push_back(MakeFilter(kPhotometric, options));

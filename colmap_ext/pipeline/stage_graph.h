@@ -33,9 +33,8 @@ struct Stage {
   bool has_mask = false;   // its maps have states: phi/measurement.h
   bool is_rounded = false;  // its maps are what compact files give back (compact_map.h), in whatever form they are kept
   bool reads_source_maps = false;
-  int first_iteration = 0, end_iteration = 0;  // of an estimation
-  double weight = 1;                           // expected time of a task, relative to an estimation
-  std::string_view key_prefix = {};            // of its results' keys: tells what made them
+  double weight = 1;                 // expected time of a task, relative to an estimation
+  std::string_view key_prefix = {};  // of its results' keys: tells what made them
 };
 
 // The begin of the keys of what hole_filler makes. patch_match_stereo gives no such key and so makes its own geometric
@@ -48,7 +47,7 @@ std::string ActivityName(StageKind kind);
 std::vector<Stage> BuildStages(const PipelineOptions& options);
 // Of a run that begins with measured maps: those, then what fills them.
 std::vector<Stage> BuildFillingStages(const PipelineOptions& options);
-// The kind of map that the last estimation makes.
+// The kind of map that the estimation makes.
 std::string EstimateKind(const PipelineOptions& options);
 
 // One reference image of patch-match.cfg.

@@ -14,7 +14,6 @@
 #include "phi/inference/infer_holes.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/cost_aggregation.h"
-#include "phi/matching/shared_hypotheses.h"
 
 namespace colmap_ext {
 namespace {
@@ -65,7 +64,7 @@ StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
                             ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
   switch (stage.kind) {
     case StageKind::kEstimate:
-      return Estimate(stage, previous, input_keys, jobs_[job], backend, progress, warnings);
+      return Estimate(stage, jobs_[job], backend, progress, warnings);
     case StageKind::kShare:
       return Share(*previous, input_keys, jobs_[job], backend);
     case StageKind::kFilter:
@@ -99,23 +98,11 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   return input;
 }
 
-StageResult StageTasks::Estimate(const Stage& stage, const Stage* previous,
-                                 const std::vector<std::string>& input_keys, const ImageJob& job,
-                                 phi::Backend& backend, ProgressLine::Task* progress,
-                                 std::vector<std::string>* warnings) const {
+StageResult StageTasks::Estimate(const Stage& stage, const ImageJob& job, phi::Backend& backend,
+                                 ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
   std::vector<int> used;
   phi::EstimationInput input = EstimationInputOf(job, &used, warnings);
   input.tell_progress = [progress](double share) { progress->SetShare(share); };
-  input.first_iteration = stage.first_iteration;
-  input.end_iteration = stage.end_iteration;
-  if (previous) {
-    input.initial = phi::PlanesOf(store_.Map(job.image, previous->result));
-    for (const auto& source : SourceDepths(*previous, input_keys, job, used)) {
-      // A null pointer has no depths to share.
-      using Depths = std::shared_ptr<const phi::DepthMap>;
-      input.source_depths.push_back(source != nullptr ? Depths(source, &source->depths) : nullptr);
-    }
-  }
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
   if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
@@ -128,18 +115,17 @@ StageResult StageTasks::Share(const Stage& previous, const std::vector<std::stri
                               const ImageJob& job, phi::Backend& backend) const {
   std::vector<int> used;
   std::vector<std::string> warnings;  // the estimation gave them
-  const phi::EstimationInput input = EstimationInputOf(job, &used, &warnings);
-  const phi::ViewMap own{&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
-  std::vector<phi::SourceMap> sources;
+  phi::SharingInput input;
+  input.estimation = EstimationInputOf(job, &used, &warnings);
+  input.own = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
   for (const int i : used) {
     if (!HasMap(input_keys, job.source_jobs[i])) continue;
-    sources.push_back({&workspace_.views()[job.sources[i]], [this, image = job.sources[i], &previous] {
+    input.sources.push_back({&workspace_.views()[job.sources[i]], [this, image = job.sources[i], &previous] {
                          return store_.Map(image, previous.result);
                        }});
   }
   // Its cost map stays the estimation's: a plane that was taken costs less than that says.
-  phi::PlaneMap shared = phi::ShareHypotheses(backend, input, options_.stereo, own, sources);
-  return {.map = std::make_shared<const phi::MeasurementMap>(phi::MeasurementMap{std::move(shared), {}})};
+  return {.map = backend.Share(input, options_.stereo)};
 }
 
 StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,

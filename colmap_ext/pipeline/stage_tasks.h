@@ -39,9 +39,8 @@ class StageTasks {
   InferenceSummary Inference() const;
 
  private:
-  StageResult Estimate(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                       const ImageJob& job, phi::Backend& backend, ProgressLine::Task* progress,
-                       std::vector<std::string>* warnings) const;
+  StageResult Estimate(const Stage& stage, const ImageJob& job, phi::Backend& backend,
+                       ProgressLine::Task* progress, std::vector<std::string>* warnings) const;
   StageResult Share(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
                     phi::Backend& backend) const;
   // What the estimation reads, and its sources' positions in job.sources.

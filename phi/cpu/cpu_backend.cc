@@ -2,12 +2,14 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "phi/backend.h"
 #include "phi/cpu/cpu_estimation.h"
 #include "phi/cpu/cpu_filter.h"
+#include "phi/cpu/cpu_sharing.h"
 #include "phi/inference/infer.h"
 
 namespace phi {
@@ -36,8 +38,10 @@ class CpuBackend : public Backend {
     return result;
   }
 
-  CostMap MatchingCosts(const EstimationInput& input, const StereoOptions& options) override {
-    return Estimate(WithoutIterations(input, options), options).cost;
+  std::shared_ptr<const MeasurementMap> Share(const SharingInput& input, const StereoOptions& options) override {
+    MeasurementMap result;
+    arena_.execute([&] { result.planes = ShareOnCpu(input, options); });
+    return std::make_shared<const MeasurementMap>(std::move(result));
   }
 
   MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) override {

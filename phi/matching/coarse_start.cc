@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "phi/matching/estimation_setup.h"
 #include "phi/matching/window_level.h"
 
 namespace phi {
@@ -52,12 +53,10 @@ int LargestLevel(const Pinhole& size, const Rules& rules) {
 }  // namespace
 
 std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options) {
-  const int end = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
-  const bool goes_on = input.initial != nullptr || input.first_iteration > 0;
+  const int end = options.num_iterations;
   const int largest_level = LargestLevel(input.reference.view->camera.pinhole, options.rules);
-  if (options.formulas == Formulas::kPaper || goes_on || largest_level == 0 ||
-      !options.rules.IsOn(Rule::kCoarseToFine)) {
-    return {{0, input.first_iteration, end}};
+  if (options.formulas == Formulas::kPaper || largest_level == 0 || !options.rules.IsOn(Rule::kCoarseToFine)) {
+    return {{0, 0, end}};
   }
   std::vector<EstimationPart> parts;
   for (const LevelShare& share : options.quality == Quality::kFast ? kFastSchedule : kStandardSchedule) {
@@ -71,9 +70,7 @@ std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const 
 }
 
 PartInput::PartInput(const EstimationInput& input, const StereoOptions& options, const EstimationPart& part)
-    : input_(input), options_(options) {
-  input_.first_iteration = part.first_iteration;
-  input_.end_iteration = part.end_iteration;
+    : part_(part), input_(input), options_(options) {
   if (part.level == 0) return;
   input_.is_reduced = true;
   views_.push_back(ReduceView(*input.reference.view, part.level));
@@ -87,6 +84,13 @@ PartInput::PartInput(const EstimationInput& input, const StereoOptions& options,
   }
   input_.noise *= scale;  // halving takes the mean of four pixels
   options_.num_window_levels = std::min(options.num_window_levels, kMaxPyramidLevels - part.level);
+}
+
+EstimationParameters PartInput::Parameters() const {
+  EstimationParameters parameters = MakeEstimationParameters(input_, options_);
+  parameters.first_iteration = part_.first_iteration;
+  parameters.end_iteration = part_.end_iteration;
+  return parameters;
 }
 
 }  // namespace phi

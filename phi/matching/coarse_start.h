@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/matching/estimate_pixel.h"
 
 namespace phi {
 
@@ -16,11 +17,11 @@ struct EstimationPart {
   int first_iteration = 0, end_iteration = 0;
 };
 
-// Coarsest first; the last one is at level 0. One part alone in the paper's form, where reduced images would be too
-// small, or where the estimation goes on from an earlier one.
+// Coarsest first; the last one is at level 0. One part alone in the paper's form, and where reduced images would be too
+// small.
 std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options);
 
-// The input and the options of a part. Images stay as they are: each backend has its own pyramids.
+// The input, options and parameters of a part. Images stay as they are: each backend has its own pyramids.
 class PartInput {
  public:
   PartInput(const EstimationInput& input, const StereoOptions& options, const EstimationPart& part);
@@ -30,8 +31,10 @@ class PartInput {
   EstimationInput& input() { return input_; }
   const EstimationInput& input() const { return input_; }
   const StereoOptions& options() const { return options_; }
+  EstimationParameters Parameters() const;
 
  private:
+  const EstimationPart part_;
   std::vector<SceneView> views_;  // reduced: reference, then sources
   EstimationInput input_;
   StereoOptions options_;

@@ -5,7 +5,7 @@
 //   state                          EstimationState
 //   BestInRegion(x, y, region, &offset)   propagation.h's, over the state's costs
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
-//   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views, geometric guidance included
+//   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views
 //   Ranked, Rank(patch, x, y, h, &ranked), Score(patch, x, y, h, &ranked)   for UpdateByRanking alone: the same by sparse samples, and
 //                                  then, for the same hypothesis, by all
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.

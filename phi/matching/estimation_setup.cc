@@ -96,8 +96,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
-  p.first_iteration = input.first_iteration;
-  p.end_iteration = input.end_iteration > 0 ? input.end_iteration : options.num_iterations;
+  p.end_iteration = options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
   p.formulas = options.formulas;
   p.rules = options.rules;

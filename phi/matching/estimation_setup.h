@@ -15,7 +15,7 @@ inline constexpr float kHalfWeightDifference = 9.0f;
 // more than kMaxSourceViews, an empty depth range).
 void CheckEstimationInput(const EstimationInput& input);
 
-// Checks the input, too.
+// Of all iterations. Checks the input, too.
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options);
 
 std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input);

@@ -45,7 +45,6 @@ TEST(StereoOptions, ThePaperPresetSetsThePapersValues) {
   EXPECT_EQ(paper.stereo.SamplesPerSide(), 5);
   EXPECT_EQ(paper.stereo.num_window_levels, 1);
   EXPECT_EQ(paper.stereo.num_iterations, 8);
-  EXPECT_EQ(paper.NumGuidedPasses(), 0);
   EXPECT_EQ(paper.filter.max_depth_error, 0.02);
   EXPECT_EQ(paper.filter.max_normal_error, 30);
   EXPECT_EQ(paper.filter.max_reprojection_error, 1);
@@ -72,7 +71,6 @@ TEST(StereoOptions, WhatIsSetGoesBeforeThePreset) {
   const PipelineOptions both = Parsed({"--PhiStereo.num_window_levels", "3", "--preset", "paper"});
   EXPECT_EQ(both.stereo.num_window_levels, 3);
   EXPECT_EQ(both.stereo.formulas, phi::Formulas::kPaper);
-  EXPECT_EQ(Parsed({"--preset", "paper", "--PhiStereo.num_guided_passes", "2"}).NumGuidedPasses(), 2);
   EXPECT_EQ(
       Parsed({"--preset", "paper", "--PhiStereo.min_displacement", "0.02"}).view_selection.min_displacement,
       0.02);
@@ -97,14 +95,6 @@ TEST(StereoOptions, TheLogSaysWhatGoesBeforeThePreset) {
   EXPECT_THAT(log.messages(), Contains(HasSubstr("--PhiStereo.quality has no effect")));
   EXPECT_THAT(log.messages(), Contains(HasSubstr("options: ")));
   EXPECT_EQ(parser.EffectiveValues().at("PhiStereo.formulas"), "paper");
-}
-
-TEST(StereoOptions, GuidedPassesArePartOfTheIterations) {
-  EXPECT_EQ(Parsed({}).NumGuidedPasses(), 0);
-  EXPECT_EQ(Parsed({"--PhiStereo.num_guided_passes", "3"}).NumGuidedPasses(), 3);
-  EXPECT_EQ(Parsed({"--PhiStereo.num_guided_passes", "9", "--PatchMatchStereo.num_iterations", "5"})
-                .NumGuidedPasses(),
-            4);
 }
 
 }  // namespace

@@ -33,18 +33,6 @@ RenderedScene TallScene() {
 
 EstimationInput InputOf(const RenderedScene& scene) { return MakeInput(scene, 0, 2, 10); }
 
-// Guided by the true maps, from an initial map with holes.
-EstimationInput GuidedInputOf(const RenderedScene& scene) {
-  EstimationInput input = InputOf(scene);
-  auto initial = std::make_shared<PlaneMap>(*scene.truth[0]);
-  for (int x = 0; x < initial->width(); ++x) (*initial)(x, x).depth = 0;
-  input.initial = initial;
-  for (std::size_t j = 1; j < scene.views.size(); ++j) {
-    input.source_depths.push_back(std::make_shared<const DepthMap>(DepthsOf(*scene.truth[j])));
-  }
-  return input;
-}
-
 const Task& TestTask() {
   static const Task task{"estimation", "a.jpg", kWidth, kHeight};
   return task;
@@ -192,11 +180,6 @@ TEST_F(SplitTest, AnEstimationInPartsGivesTheBytesOfTheWhole) {
   ExpectSameBytesInBands(InputOf(scene));
 }
 
-TEST_F(SplitTest, AGuidedEstimationInPartsGivesTheBytesOfTheWhole) {
-  const RenderedScene scene = TallScene();
-  ExpectSameBytesInBands(GuidedInputOf(scene));
-}
-
 // Two coarser parts, odd sizes, and bands that do not end with the image.
 TEST_F(SplitTest, ACoarseStartInPartsGivesTheBytesOfTheWhole) {
   ExactSceneOptions options;
@@ -220,6 +203,42 @@ TEST_F(SplitTest, ManyViewsInPartsGiveTheBytesOfTheWhole) {
   }
   ASSERT_EQ(input.sources.size(), 20u);
   ExpectSameBytesInBands(input);
+}
+
+// An estimate of one iteration, and sources that carry the truth.
+TEST_F(SplitTest, ASharingInPartsGivesTheBytesOfTheWhole) {
+  const RenderedScene scene = TallScene();
+  StereoOptions options;
+  options.num_iterations = 1;
+  DeviceResources ample(QueryDevice(0), 0);
+  SharingInput input;
+  input.estimation = InputOf(scene);
+  input.own = {&scene.views[0], std::make_shared<const MeasurementMap>(
+                                    MeasurementMap{EstimateOnGpu(&ample, input.estimation, options).map, {}})};
+  input.sources = scene.SourceTruth(0);
+  const PlaneMap whole = ShareOnGpu(&ample, input, options)->planes;
+  std::size_t num_taken = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) num_taken += whole.data()[i].depth != input.own.map->planes.data()[i].depth;
+  EXPECT_GT(num_taken, whole.size() / 10);
+  EXPECT_LT(num_taken, whole.size());
+  // Images as of an estimation; the map and two of the others; scales of the windows; of a band planes 16, leads 1, nearest 8.
+  const std::int64_t images = (kNumSources + 2) * (15360 + 3840 + 960 + 240), map = std::int64_t{kWidth} * kHeight * 16;
+  const std::int64_t fixed = images + 3 * map + std::int64_t{kWidth} * kHeight, row = std::int64_t{kWidth} * (16 + 1 + 8);
+  EXPECT_THROW(PlanSharing(input, fixed + 16 * row - 1, TestTask()), ResourceError);
+  struct Parts {
+    std::int64_t budget;
+    int band_rows, num_at_once;
+  };
+  for (const Parts& parts : {Parts{fixed + 16 * row, 16, 1}, {fixed + 159 * row, 144, 1}, {fixed + 160 * row, 160, 1},
+                             {fixed + 160 * row + 2 * map, 160, 3}, {fixed + 160 * row + 9 * map, 160, 4}}) {
+    const SharingPlan plan = PlanSharing(input, parts.budget, TestTask());
+    EXPECT_EQ(plan.band_rows, parts.band_rows);
+    EXPECT_EQ(plan.num_sources_at_once, parts.num_at_once);
+    EXPECT_LE(plan.bytes, parts.budget);
+    DeviceResources scarce(QueryDevice(0), parts.budget);
+    const PlaneMap in_parts = ShareOnGpu(&scarce, input, options)->planes;
+    EXPECT_EQ(std::memcmp(whole.data(), in_parts.data(), whole.bytes()), 0) << parts.band_rows << ", " << parts.num_at_once;
+  }
 }
 
 TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
@@ -259,8 +278,8 @@ TEST_F(SplitTest, CountsTheSamplesOfTheWindowsThatWereRead) {
   const RenderedScene scene = TallScene();
   EstimationInput input = InputOf(scene);
   input.sources = {scene.Image(0)};
-  input.first_iteration = input.end_iteration = 1;  // the first hypotheses alone
   StereoOptions options;
+  options.num_iterations = 0;  // the first hypotheses alone
   options.window_radius = 6.5;  // reaches 6.5 pixels: seven pixels from each border do not count
   options.window_step = 1.3;
   options.num_window_levels = 1;

@@ -86,16 +86,9 @@ TEST(EstimationParts, EachHasAnIterationAndTheLastOneEndsAtTheEnd) {
   }
 }
 
-TEST(EstimationParts, AnEstimationThatGoesOnStaysAtFullSize) {
+TEST(EstimationParts, HaveTheSameSharesOfFewerIterations) {
   const RenderedScene scene = CameraOf(600, 400);
-  EstimationInput first = InputOf(scene);
-  first.end_iteration = 6;  // two guided passes follow
-  EXPECT_EQ(ScheduleOf(first, Fast()), (Schedule{{2, 0, 4}, {1, 3, 6}, {0, 5, 6}}));
-  EstimationInput guided = InputOf(scene);
-  guided.first_iteration = 6;
-  guided.end_iteration = 7;
-  guided.initial = std::make_shared<PlaneMap>(600, 400);
-  EXPECT_EQ(ScheduleOf(guided, Fast()), (Schedule{{0, 6, 7}}));
+  EXPECT_EQ(ScheduleOf(InputOf(scene), Fast(6)), (Schedule{{2, 0, 4}, {1, 3, 6}, {0, 5, 6}}));
 }
 
 // X = (0.4, -0.3, 2) is at u = 700 * 0.2 + 301 = 441, v = 710 * -0.15 + 199 = 92.5; reduced to a quarter, at a quarter.
@@ -190,7 +183,9 @@ PlaneMap EstimateAtAQuarter(const EstimationInput& input) {
   };
   part.input().reference.image = quarter(part.input().reference);
   for (ViewImage& source : part.input().sources) source.image = quarter(source);
-  const PlaneMap found = EstimateOnCpu(part.input(), part.options()).map;
+  StereoOptions options = part.options();
+  options.num_iterations = 5;
+  const PlaneMap found = EstimateOnCpu(part.input(), options).map;
   PlaneMap spread(input.reference.image->width(), input.reference.image->height());
   for (int y = 0; y < spread.height(); ++y) {
     for (int x = 0; x < spread.width(); ++x) spread(x, y) = found(x / 4, y / 4);
@@ -208,11 +203,11 @@ TEST(CoarseStart, FindsThinStructuresThatTheCoarsestImageLoses) {
   const EstimationInput input = InputOf(scene);
   ASSERT_EQ(EstimationParts(input, Fast()).front().level, 2);
   const auto score = [&](const PlaneMap& map) { return ScoreSlats(map, *scene.truth[0], options.depth); };
-  EstimationInput full_size = input;  // as if it went on from a map without any depth
-  full_size.initial = std::make_shared<PlaneMap>(options.width, options.height);
+  StereoOptions at_full_size;
+  at_full_size.rules.Set(Rule::kCoarseToFine, 0);
   const SlatScore coarse = score(EstimateAtAQuarter(input)), fast = score(EstimateOnCpu(input, Fast()).map),
                   standard = score(EstimateOnCpu(input, StereoOptions()).map),
-                  full = score(EstimateOnCpu(full_size, StereoOptions()).map);
+                  full = score(EstimateOnCpu(input, at_full_size).map);
   std::printf(
       "slats: %.1f %% at a quarter of the size, %.1f fast, %.1f standard, %.1f at full size alone; "
       "wall: %.1f, %.1f, %.1f, %.1f\n",

@@ -21,7 +21,6 @@ namespace test_support {
 struct FakeCalls {
   std::atomic<int> estimates{0}, filters{0}, inferences{0};
   std::atomic<int> running{0}, most_at_once{0};
-  std::atomic<int> guided{0};  // estimations that got maps to start from
   // Called at the start of each call with the stage ("estimate", ...) and the reference's name; may throw.
   std::function<void(const std::string& stage, const std::string& image)> on_call;
   std::function<void(const phi::EstimationInput& input)> on_estimate;
@@ -48,23 +47,22 @@ class FakeBackend : public phi::Backend {
     const Call call(this, "estimate", *input.reference.view);
     ++calls_.estimates;
     if (calls_.on_estimate) calls_.on_estimate(input);
-    if (input.initial) ++calls_.guided;
     const phi::GrayImage& gray = *input.reference.image;
     phi::EstimationResult result{phi::PlaneMap(gray.width(), gray.height()),
                                  phi::CostMap(gray.width(), gray.height(), 0.25f)};
     for (std::size_t i = 0; i < gray.size(); ++i) {
       float depth = 1 + gray.data()[i] + 0.5f * static_cast<float>(options.seed);
       for (const phi::ViewImage& source : input.sources) depth += 0.01f * source.image->data()[i];
-      if (input.initial) depth += 0.001f * input.initial->data()[i].depth;
-      for (const auto& depths : input.source_depths) depth += depths ? 0.0001f * depths->data()[i] : 7;
       result.map.data()[i] = {{0, 0, -1}, i % 5 == 0 ? 0 : depth};
     }
     return result;
   }
 
-  phi::CostMap MatchingCosts(const phi::EstimationInput& input, const phi::StereoOptions&) override {
-    const Call call(this, "match", *input.reference.view);
-    return phi::CostMap(input.reference.image->width(), input.reference.image->height(), 0.25f);
+  // Reads all maps and takes nothing of them.
+  std::shared_ptr<const phi::MeasurementMap> Share(const phi::SharingInput& input, const phi::StereoOptions&) override {
+    const Call call(this, "share", *input.own.view);
+    for (const phi::SourceMap& source : input.sources) source.load();
+    return input.own.map;
   }
 
   // Depth of the reference plus a share of the sources' depths: shows which maps a filter has read.

@@ -58,7 +58,6 @@ class LostDeviceTest : public ::testing::Test {
   RunSummary Run(const std::filesystem::path& path, std::unique_ptr<DyingBackend> dying) {
     test_support::WriteNoiseWorkspace(path, {.num_images = 6});
     PipelineOptions options;
-    options.num_guided_passes = 0;
     Backends backends;
     if (dying) backends.push_back(std::move(dying));
     backends.push_back(std::make_unique<FakeBackend>(&calls_, 1));

@@ -97,13 +97,13 @@ TEST(StageGraphTest, AShardsKeysAreThoseOfTheWholeRun) {
   }
 }
 
-// Each image's neighbours are matched, and the one two places on is a witness: the guided pass reads the neighbours' maps, the
+// Each image's neighbours are matched, and the one two places on is a witness: sharing reads the neighbours' maps, the
 // filter all, and what a witness is concerns the filter and those after it alone.
 TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
   PipelineOptions options;
-  options.num_guided_passes = 1;
+  options.geom_consistency = false;  // estimates are no output
   const std::vector<Stage> stages = BuildStages(options);
-  ASSERT_EQ(stages.size(), 6u);
+  ASSERT_EQ(stages.size(), 3u);
   std::vector<ImageJob> jobs = Row();
   for (int j = 1; j < 8; ++j) {
     jobs[j].sources.push_back(j + 2);
@@ -111,20 +111,20 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
     jobs[j].max_matched = 2;
   }
   EXPECT_EQ(InputJobs(stages[1], jobs, 4), (std::vector<int>{4, 3, 5}));
-  EXPECT_EQ(InputJobs(stages[2], jobs, 4), (std::vector<int>{4, 3, 5})) << "sharing";
-  EXPECT_EQ(InputJobs(stages[3], jobs, 4), (std::vector<int>{4, 3, 5, 6}));
+  EXPECT_EQ(InputJobs(stages[2], jobs, 4), (std::vector<int>{4, 3, 5, 6}));
   PlanScope scope = Only(4);
-  scope.end_stage = 2;
-  EXPECT_EQ(JobsInReach(stages, jobs, scope), (std::vector<int>{2, 3, 4, 5, 6})) << "whoever reads 4's first estimate";
+  scope.end_stage = 1;
+  const std::vector<Stage> without_filter(stages.begin(), stages.begin() + 2);
+  EXPECT_EQ(JobsInReach(without_filter, jobs, scope), (std::vector<int>{2, 3, 4, 5, 6})) << "whoever reads 4's estimate";
   const PlanQueries nothing_done = {.is_done = [](int, int, const std::string&) { return false; },
                                     .has_failed = [](int, int, const std::string&) { return false; }};
   const std::vector<StagePlan> before = MakePlan(stages, jobs, nothing_done);
   jobs[4].witness_key = "another camera";
   const std::vector<StagePlan> after = MakePlan(stages, jobs, nothing_done);
-  for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 3) << s;
-  // 4's first estimate is there no more. A guided pass that is still to be made wants it if it matches 4.
+  for (std::size_t s = 0; s < stages.size(); ++s) EXPECT_EQ(before[s].keys[4] == after[s].keys[4], s < 2) << s;
+  // 4's estimate is there no more. Who still has to share wants it if it matches 4.
   for (const auto& [reader, wants] : {std::pair{3, true}, {5, true}, {2, false}, {7, false}}) {
-    const PlanQueries but_one = {.is_done = [r = reader](int stage, int job, const std::string&) { return stage > 0 && !(stage == 1 && job == r); },
+    const PlanQueries but_one = {.is_done = [r = reader](int stage, int job, const std::string&) { return stage > 0 && job != r; },
                                  .has_failed = [](int, int, const std::string&) { return false; }};
     EXPECT_EQ(!MakePlan(stages, jobs, but_one, Only(4))[0].pending.empty(), wants) << reader;
   }

@@ -40,7 +40,6 @@ constexpr int kNumImages = 5;
 class StereoPipelineTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    options_.num_guided_passes = 0;
     names_ = test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
   }
 
@@ -93,7 +92,7 @@ TEST_F(StereoPipelineTest, AnImageGoesOnWhenWhatItReadsIsThere) {
   test_support::ReadNeighboursAlone(folder_.path(), names_);
   const test_support::CallOrder order(&calls_);
   EXPECT_TRUE(Run().failures.empty());
-  EXPECT_EQ(order.size(), 6u * kNumImages);
+  EXPECT_EQ(order.size(), 5u * kNumImages);
   for (int i = 0; i < kNumImages; ++i) {
     EXPECT_GT(order.Place("filter", names_[i]), order.Place("estimate", names_[i == 0 ? 1 : i - 1]));
     EXPECT_GT(order.Place("infer", names_[i]), order.Place("filter", names_[i == 0 ? 1 : i - 1]));
@@ -121,7 +120,7 @@ TEST_F(StereoPipelineTest, InferenceHearsTheRegionsOfSourcesThatHaveAMap) {
   EXPECT_EQ(told[names_[0]], std::vector<bool>());
 }
 
-// Each image's own planes and what it is offered are matched, before its own map is filtered.
+// Before its own map is filtered.
 TEST_F(StereoPipelineTest, SharesHypothesesBeforeTheFilter) {
   std::map<std::string, std::vector<std::string>> calls;
   std::mutex mutex;
@@ -131,7 +130,7 @@ TEST_F(StereoPipelineTest, SharesHypothesesBeforeTheFilter) {
   };
   EXPECT_TRUE(Run().failures.empty());
   for (const std::string& name : names_)
-    EXPECT_EQ(calls[name], (std::vector<std::string>{"estimate", "match", "match", "filter", "infer", "filter"}));
+    EXPECT_EQ(calls[name], (std::vector<std::string>{"estimate", "share", "filter", "infer", "filter"}));
   calls.clear();
   options_.filter.rules.Set(phi::Rule::kSharedHypotheses, 0);
   EXPECT_TRUE(Run().failures.empty());
@@ -705,20 +704,6 @@ TEST_F(StereoPipelineTest, AMaskOfAnotherProgramStaysOrIsReplacedAlsoWhereMapsHa
     EXPECT_TRUE(Run().failures.empty());
     EXPECT_EQ(HashMaps(folder_.path()), expected) << is_empty_workspace;
   }
-}
-
-TEST_F(StereoPipelineTest, GuidedPassesStartFromTheMapsOfAllViews) {
-  const auto unguided = CleanMaps();
-  options_.num_guided_passes = 2;
-  Run();
-  EXPECT_EQ(calls_.estimates, 3 * kNumImages);
-  EXPECT_EQ(calls_.guided, 2 * kNumImages);
-  const auto guided = HashMaps(folder_.path());
-  EXPECT_EQ(guided.size(), unguided.size());  // no maps of the passes between stay
-  EXPECT_NE(guided, unguided);
-  calls_.estimates = 0;
-  Run();
-  EXPECT_EQ(calls_.estimates, 0);
 }
 
 TEST_F(StereoPipelineTest, CostMapsOnRequest) {

@@ -1,4 +1,4 @@
-#include "phi/matching/shared_hypotheses.h"
+#include "phi/matching/share_pixel.h"
 
 #include <cmath>
 #include <cstdint>
@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "phi/cpu/cpu_sharing.h"
 #include "tests/support/centered_view.h"
 #include "tests/support/exact_scenes.h"
-#include "tests/support/fake_backend.h"
 
 namespace phi {
 namespace {
@@ -164,68 +164,35 @@ TEST(OfferedPlanes, AreTheSameForAnyNumberOfThreads) {
 }
 
 // Says what a plane costs by its depth.
-class DepthCosts : public test_support::FakeBackend {
- public:
-  DepthCosts(test_support::FakeCalls* calls, float offered_cost)
-      : FakeBackend(calls, 1), offered_cost_(offered_cost) {}
+struct DepthCosts {
+  struct Patch {};
+  float offered_cost;
 
-  CostMap MatchingCosts(const EstimationInput& input, const StereoOptions&) override {
-    CostMap costs(input.initial->width(), input.initial->height());
-    for (std::size_t i = 0; i < costs.size(); ++i)
-      costs.data()[i] = input.initial->data()[i].depth == kOwnDepth ? 0.3f : offered_cost_;
-    return costs;
-  }
-
- private:
-  float offered_cost_;
+  Patch LoadPatch(int, int) const { return {}; }
+  float Cost(Patch, int, int, const PlaneHypothesis& h, Samples) const { return h.depth == kOwnDepth ? 0.3f : offered_cost; }
 };
 
-TEST(ShareHypotheses, TakesWhatClearlyMatchesBetter) {
+TEST(ChoosePlane, TakesWhatClearlyMatchesBetter) {
   Row row(1);
   row.Plant(0, 35, 3, 8);
-  const auto image = std::make_shared<const GrayImage>(40, 30);
-  EstimationInput input;
-  input.reference = {&row.reference, image};
-  input.sources = {{&row.views[0], image}};
-  input.depth_min = 1;
-  input.depth_max = 20;
   for (const auto& [cost, depth] : {std::pair(0.26f, 8.0f), {0.28f, kOwnDepth}, {0.5f, kOwnDepth}}) {
-    test_support::FakeCalls calls;
-    DepthCosts backend(&calls, cost);
-    const PlaneMap shared =
-        ShareHypotheses(backend, input, StereoOptions(), {&row.reference, AsMap(row.own)}, row.Sources());
-    EXPECT_FLOAT_EQ(shared(35, 3).depth, depth) << cost;
-    EXPECT_FLOAT_EQ(shared(34, 3).depth, kOwnDepth);
-  }
-}
-
-TEST(MatchingCosts, AreThoseOfTheEstimation) {
-  const RenderedScene scene = test_support::SphereScene();
-  const std::unique_ptr<Backend> backend = MakeCpuBackend(0);
-  EstimationInput input = InputOf(scene);
-  const EstimationResult estimate = backend->Estimate(input, StereoOptions());
-  PlaneMap start = estimate.map;
-  start(80, 60).depth = 0;
-  input.initial = std::make_shared<const PlaneMap>(start);
-  const CostMap costs = backend->MatchingCosts(input, StereoOptions());
-  for (int y = 0; y < start.height(); ++y) {
-    for (int x = 0; x < start.width(); ++x) {
-      if (!(start(x, y).depth > 0)) continue;
-      ASSERT_NEAR(costs(x, y), estimate.cost(x, y), 1e-4) << x << ' ' << y;
-    }
+    PlaneMap planes = row.Offered();
+    const OffersView offers{row.own.view(), planes.view(), {}};
+    for (const int x : {34, 35}) ChoosePlane(DepthCosts{cost}, offers, x, 3);
+    EXPECT_FLOAT_EQ(planes(35, 3).depth, depth) << cost;
+    EXPECT_FLOAT_EQ(planes(34, 3).depth, kOwnDepth);
   }
 }
 
 // A patch that the search missed, in sources that did not miss it.
-TEST(ShareHypotheses, MendsWhatOneSearchMissed) {
+TEST(ShareOnCpu, MendsWhatOneSearchMissed) {
   const RenderedScene scene = test_support::PlaneScene();
-  const std::unique_ptr<Backend> backend = MakeCpuBackend(0);
   PlaneMap missed = *scene.truth[0];
   for (int y = 40; y < 80; ++y) {
     for (int x = 60; x < 100; ++x) missed(x, y).depth *= 1.1f;
   }
-  const PlaneMap shared = ShareHypotheses(*backend, InputOf(scene), StereoOptions(),
-                                          {&scene.views[0], AsMap(missed)}, scene.SourceTruth(0));
+  const PlaneMap shared =
+      ShareOnCpu({InputOf(scene), {&scene.views[0], AsMap(missed)}, scene.SourceTruth(0)}, StereoOptions());
   int num_right = 0;
   for (int y = 40; y < 80; ++y) {
     for (int x = 60; x < 100; ++x)

@@ -1,5 +1,4 @@
-// Hypotheses that the source views' estimates carry, offered to the pixels of a reference image whose own ones no source
-// confirms: where the search failed in one image it has often not failed in another.
+// Sharing of hypotheses on the CPU: see phi/matching/share_pixel.h.
 #pragma once
 
 #include <vector>
@@ -16,9 +15,6 @@ namespace phi {
 PlaneMap OfferedPlanes(const EstimationParameters& parameters, const ViewMap& own,
                        const std::vector<SourceMap>& sources);
 
-// The reference's estimate, in which what is offered has replaced what clearly matches worse. Both are matched in the same way, so that
-// an offer is a place to look and no evidence. `input`: as of the estimation; its start and iterations do not count.
-PlaneMap ShareHypotheses(Backend& backend, EstimationInput input, const StereoOptions& options,
-                         const ViewMap& own, const std::vector<SourceMap>& sources);
+PlaneMap ShareOnCpu(const SharingInput& input, const StereoOptions& options);
 
 }  // namespace phi
