@@ -34,7 +34,8 @@ using StateMap = Array2D<PixelState>;
 struct Testimonies {
   std::uint8_t num_confirming = 0;     // theirs is the same surface
   std::uint8_t num_close = 0;          // of these, closely
-  std::uint8_t num_contradicting = 0;  // theirs is another surface
+  std::uint8_t num_contradicting = 0;  // theirs is another surface, or none
+  std::uint8_t num_empty = 0;          // of these, none
 };
 
 // An image's pixels. Depths are > 0 where the state is not kNone; where it is, nothing else counts. What else is to be known

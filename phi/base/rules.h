@@ -33,6 +33,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kOneSurfaceDepth, "one_surface_depth", kFilter, kOffAndScale)   \
   X(kFilterTolerances, "filter_tolerances", kFilter, kOffAndScale)  \
   X(kFewViews, "few_views", kFilter, kOffAndScale)                  \
+  X(kEmptyViews, "empty_views", kFilter, kOffAndScale)              \
   X(kOwnTexture, "own_texture", kFilter, kOffAndScale)              \
   X(kPlainPatches, "plain_patches", kFilter, kOffAndScale)          \
   X(kClues, "clues", kFilter, kOffAndScale)                         \

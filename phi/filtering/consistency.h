@@ -55,7 +55,8 @@ PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, 
 // What a source view's map says of a hypothesis.
 enum class Testimony : std::uint8_t {
   kNone,             // the view cannot see the point, or its mask leaves it out
-  kContradicts,      // it could, and its map shows another surface, or none
+  kFindsNothing,     // it could, and its map has no depth there
+  kContradicts,      // it could, and its map shows another surface
   kConfirms,         // both describe one surface
   kConfirmsClosely,  // the same within kCloseDepth and kCloseReprojection of the thresholds
 };
@@ -161,7 +162,9 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
       break;
   }
   // What hides the point is looked for only here: it takes nine reads.
-  return CanSee(view, h, point, source_map, t) ? Testimony::kContradicts : Testimony::kNone;
+  if (!CanSee(view, h, point, source_map, t)) return Testimony::kNone;
+  const int x = static_cast<int>(floorf(point.at.u)), y = static_cast<int>(floorf(point.at.v));
+  return source_map(x, y).depth > 0 ? Testimony::kContradicts : Testimony::kFindsNothing;
 }
 
 }  // namespace phi

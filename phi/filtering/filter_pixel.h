@@ -21,6 +21,8 @@ struct FilterReference {
   // to a pixel.
   float max_reprojection_error_inferred = 0;
   int min_num_consistent = 0, min_num_consistent_inferred = 0;
+  // Of an inferred pixel: so many views that find nothing there for each that carries it drop it. 0: any number may.
+  float max_empty_ratio = 0;
   float max_cost = 0;
   bool accepts_few_views =
       true;                    // Testimonies::num_close may take the place of views that cannot see the pixel
@@ -56,9 +58,18 @@ PHI_HD int RequiredViews(const FilterReference& f, bool was_inferred) {
   return was_inferred ? f.min_num_consistent_inferred : f.min_num_consistent;
 }
 
-// Whether all sources are asked: the confidence of an estimate rests on all that they say. Else as many as are required.
-PHI_HD bool CountsAll(const FilterReference& f) {
-  return f.states.data == nullptr && f.thresholds.formulas == Formulas::kRobust;
+// Whether all sources are asked: the confidence of an estimate rests on all that they say, and so does whether an inferred pixel is there
+// at all. Else as many as are required.
+PHI_HD bool CountsAll(const FilterReference& f, bool was_inferred) {
+  const bool matters = f.states.data == nullptr || (was_inferred && f.max_empty_ratio > 0);
+  return matters && f.thresholds.formulas == Formulas::kRobust;
+}
+
+// Whether too many of the views that look there find nothing. A wall that is there is there for most that see it; the sky beside it is
+// filled where a few views err together.
+PHI_HD bool IsEmptyForMost(const FilterReference& f, const Testimonies& t) {
+  const int num_carrying = 1 + t.num_confirming;  // with the reference itself
+  return f.max_empty_ratio > 0 && static_cast<float>(t.num_empty) >= f.max_empty_ratio * static_cast<float>(num_carrying);
 }
 
 // Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
@@ -67,7 +78,7 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
   if (!(h.depth > 0) || WasJudged(f, x, y)) return;
   constexpr int kMost = 255;
   const bool was_inferred = WasInferred(f, x, y);
-  const int required = CountsAll(f) ? kMost : RequiredViews(f, was_inferred);
+  const int required = CountsAll(f, was_inferred) ? kMost : RequiredViews(f, was_inferred);
   ConsistencyThresholds thresholds = f.thresholds;
   if (was_inferred) thresholds.max_reprojection_error = f.max_reprojection_error_inferred;
   for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
@@ -75,6 +86,9 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
     switch (Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, thresholds, source.mask)) {
       case Testimony::kNone:
         break;
+      case Testimony::kFindsNothing:
+        if (t->num_empty < kMost) ++t->num_empty;
+        [[fallthrough]];
       case Testimony::kContradicts:
         if (t->num_contradicting < kMost) ++t->num_contradicting;
         break;
@@ -95,6 +109,7 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
   const bool was_inferred = WasInferred(f, x, y);
   if (f.cost.data != nullptr && !was_inferred && f.cost(x, y) > f.max_cost)
     return FilterVerdict::kDropped;
+  if (was_inferred && IsEmptyForMost(f, t)) return FilterVerdict::kDropped;
   if (t.num_confirming >= RequiredViews(f, was_inferred))
     return FilterVerdict::kKept;
   // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.

@@ -46,10 +46,21 @@ void ApplyRules(const Rules& rules, ConsistencyThresholds* t) {
   t->min_rays_cosine = ScaledCosine(t->min_rays_cosine, few);
 }
 
+bool IsOn(const FilterOptions& options, Rule rule) {
+  return options.formulas == Formulas::kRobust && options.rules.IsOn(rule);
+}
+
 // Pixels.
 float MaxReprojectionErrorInferred(const FilterOptions& options) {
-  const bool asks_depth_alone = options.formulas == Formulas::kRobust && options.rules.IsOn(Rule::kFilterTolerances);
-  return asks_depth_alone ? std::numeric_limits<float>::infinity() : static_cast<float>(options.max_reprojection_error);
+  return IsOn(options, Rule::kFilterTolerances) ? std::numeric_limits<float>::infinity()
+                                                : static_cast<float>(options.max_reprojection_error);
+}
+
+float MaxEmptyRatio(const FilterOptions& options) {
+  constexpr float kEmptyViewsForEach = 2;
+  // Who asks for no view's word gets what was filled.
+  const bool is_asked = options.min_num_consistent_inferred > 0 && IsOn(options, Rule::kEmptyViews);
+  return is_asked ? options.rules.Scale(Rule::kEmptyViews) * kEmptyViewsForEach : 0;
 }
 
 }  // namespace
@@ -74,6 +85,7 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .max_reprojection_error_inferred = MaxReprojectionErrorInferred(options),
                     .min_num_consistent = options.min_num_consistent,
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
+                    .max_empty_ratio = MaxEmptyRatio(options),
                     .max_cost = static_cast<float>(1 - options.min_ncc),
                     .accepts_few_views = options.rules.IsOn(Rule::kFewViews),
                     .map = input.reference.map->planes.view()};

@@ -290,6 +290,7 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
     EXPECT_LE(num_unlike(&Testimonies::num_confirming), cpu.size() / 1000);
     EXPECT_LE(num_unlike(&Testimonies::num_close), cpu.size() / 1000);
     EXPECT_LE(num_unlike(&Testimonies::num_contradicting), cpu.size() / 1000);
+    EXPECT_LE(num_unlike(&Testimonies::num_empty), cpu.size() / 1000);
     const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
     // After inference measured pixels are not asked again.
     if (!after_inference) {

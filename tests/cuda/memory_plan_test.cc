@@ -256,7 +256,7 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
   options.min_num_consistent = 3;
   options.min_num_consistent_inferred = 2;
   // The map and two of the others, the map's states, testimonies and verdicts.
-  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 1 + 3 + 1);
+  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 1 + 4 + 1);
   EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
   DeviceResources ample(QueryDevice(0), 0);
   const PlaneMap whole = FilterOnGpu(&ample, input, options).planes;

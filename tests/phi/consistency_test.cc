@@ -98,7 +98,7 @@ TEST_F(ConsistencyTest, TriangulationAngle) {
 TEST_F(ConsistencyTest, NoDepthInTheSourceOrOutsideOfIt) {
   map_ = PlaneMap(80, 60);
   EXPECT_FALSE(Consistent(2.0f));
-  EXPECT_EQ(AskAt(60.5f, {{0, 0, -1}, 2.0f}), Testimony::kContradicts);
+  EXPECT_EQ(AskAt(60.5f, {{0, 0, -1}, 2.0f}), Testimony::kFindsNothing);
   EXPECT_EQ(AskAt(10.5f, {{0, 0, -1}, 2.0f}), Testimony::kNone);
 }
 
@@ -290,6 +290,53 @@ TEST_F(FilterTest, InferredPixelsAreComparedByDepthAlone) {
   options_.rules = {};
   options_.formulas = Formulas::kPaper;
   EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.016f));
+}
+
+// The reference and one view carry the depth: twice as many that find nothing drop it.
+TEST_F(FilterTest, WhatMostViewsFindEmptyIsNotFilled) {
+  const auto set_empty_views = [&](int count) {
+    input_.sources.clear();
+    AddSource();
+    for (int i = 0; i < count; ++i) AddMap(0);
+  };
+  options_.min_num_consistent = options_.min_num_consistent_inferred = 1;
+  SetStates(StateMap(80, 60, PixelState::kInferredAlone));
+  set_empty_views(3);
+  EXPECT_TRUE(Keeps(60, 30));
+  set_empty_views(4);
+  EXPECT_FALSE(Keeps(60, 30));
+  const auto mask = std::make_shared<Mask>(80, 60, 0);
+  input_.sources.back().load_mask = [mask] { return mask; };
+  EXPECT_TRUE(Keeps(60, 30)) << "what a view leaves out is not empty";
+  set_empty_views(4);
+  std::swap(input_.sources.front(), input_.sources.back());
+  EXPECT_FALSE(Keeps(60, 30)) << "whoever is asked first";
+  AddSource();
+  EXPECT_TRUE(Keeps(60, 30)) << "three carry it, four do not";
+  set_empty_views(4);
+  for (int i = 0; i < 4; ++i) AddContradictingSource();
+  EXPECT_FALSE(Keeps(60, 30)) << "four and another surface";
+  set_empty_views(3);
+  for (int i = 0; i < 4; ++i) AddContradictingSource();
+  EXPECT_TRUE(Keeps(60, 30)) << "another surface is not nothing";
+}
+
+TEST_F(FilterTest, EmptyViewsSayNothingOfAMeasurementNorWhereNobodyIsAsked) {
+  options_.min_num_consistent = options_.min_num_consistent_inferred = 1;
+  for (int i = 0; i < 9; ++i) AddMap(0);
+  EXPECT_TRUE(Keeps(60, 30));
+  SetStates(StateMap(80, 60, PixelState::kInferredAlone));
+  EXPECT_FALSE(Keeps(60, 30));
+  options_.min_num_consistent_inferred = 0;
+  EXPECT_TRUE(Keeps(60, 30));
+  options_.min_num_consistent_inferred = 1;
+  options_.rules.Set(Rule::kEmptyViews, 0);
+  EXPECT_TRUE(Keeps(60, 30));
+  options_.rules.Set(Rule::kEmptyViews, 3);  // nine of two are not six for each
+  EXPECT_TRUE(Keeps(60, 30));
+  options_.rules = {};
+  options_.formulas = Formulas::kPaper;
+  EXPECT_TRUE(Keeps(60, 30));
 }
 
 TEST_F(FilterTest, KeepsADepthThatNoViewNeedsToConfirm) {
