@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "colmap_ext/evaluation/truth_maps.h"
@@ -22,6 +23,10 @@ class PointImages {
  public:
   PointImages() = default;
   PointImages(const std::filesystem::path& path, std::size_t num_points) {
+    if (!std::filesystem::exists(path)) {
+      throw phi::InputError(path.string() + " is missing, which says what images see each point; stereo_fusion writes it beside its " +
+                            "cloud. Fuse again, or leave out --coverage_by_visibility");
+    }
     VisibilityReader reader(path);
     if (reader.num_points() != num_points) {
       throw phi::InputError(path.string() + " is of " + std::to_string(reader.num_points()) +

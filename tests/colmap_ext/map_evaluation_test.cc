@@ -10,6 +10,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/error.h"
+#include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -199,6 +200,8 @@ TEST(CoveredByTruth, TruthBeforeAPointCountsWhereTheImageSeesThePoint) {
   std::filesystem::resize_file(folder / "cloud.ply.vis",
                                std::filesystem::file_size(folder / "cloud.ply.vis") - 4);
   EXPECT_THROW(covered(), phi::InputError);
+  std::filesystem::remove(folder / "cloud.ply.vis");
+  EXPECT_THAT(test_support::InputErrorOf(covered), ::testing::HasSubstr("cloud.ply.vis is missing"));
 }
 
 }  // namespace
