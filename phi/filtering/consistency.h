@@ -101,14 +101,14 @@ PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const Pro
 }
 
 // Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
-enum class Agreement : std::uint8_t { kNone, kWithin, kClose };
+enum class Agreement : std::uint8_t { kNothingThere, kNone, kWithin, kClose };  // kNothingThere: the map has no depth
 
 // `point`: of `h` at the reference pixel (u, v).
 PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
                                 const PlaneHypothesis& h, const ProjectedPoint& point,
                                 ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
   const float depth = InterpolatedDepth(source_map, point.at.u, point.at.v, t.formulas, t.same_depth);
-  if (!(depth > 0)) return Agreement::kNone;
+  if (!(depth > 0)) return Agreement::kNothingThere;
 
   const float own_depth = point.in_source.z;
   const bool depths_agree = t.max_depth_error > 0 ? fabsf(own_depth - depth) < t.max_depth_error
@@ -153,18 +153,12 @@ PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float 
   if (!(point.in_source.z > 0)) return Testimony::kNone;
   point.at = view.source.Project(point.in_source);
   if (IsLeftOut(source_mask, point.at.u, point.at.v)) return Testimony::kNone;
-  switch (CompareWithMap(reference, view, u, v, h, point, source_map, t)) {
-    case Agreement::kClose:
-      return Testimony::kConfirmsClosely;
-    case Agreement::kWithin:
-      return Testimony::kConfirms;
-    case Agreement::kNone:
-      break;
-  }
+  const Agreement agreement = CompareWithMap(reference, view, u, v, h, point, source_map, t);
+  if (agreement == Agreement::kClose) return Testimony::kConfirmsClosely;
+  if (agreement == Agreement::kWithin) return Testimony::kConfirms;
   // What hides the point is looked for only here: it takes nine reads.
   if (!CanSee(view, h, point, source_map, t)) return Testimony::kNone;
-  const int x = static_cast<int>(floorf(point.at.u)), y = static_cast<int>(floorf(point.at.v));
-  return source_map(x, y).depth > 0 ? Testimony::kContradicts : Testimony::kFindsNothing;
+  return agreement == Agreement::kNothingThere ? Testimony::kFindsNothing : Testimony::kContradicts;
 }
 
 }  // namespace phi

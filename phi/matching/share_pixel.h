@@ -11,6 +11,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/geometry/depth_agreement.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/matching/estimate_pixel.h"
 
@@ -54,23 +55,15 @@ struct FallenPixel {
 // False: nowhere.
 PHI_HD bool FallOnReference(const OfferingSource& source, const RayModel& reference, int x, int y,
                             FallenPixel* fallen) {
-  const float* a = source.view.a.m;
-  const Vec3f b = source.view.b;
-  const float u = x + 0.5f, v = y + 0.5f, depth = source.planes(x, y).depth;
-  const float z = depth * (a[6] * u + a[7] * v + a[8]) + b.z;
-  const float of_z = 1 / z;
-  const float at_u = (depth * (a[0] * u + a[1] * v + a[2]) + b.x) * of_z;
-  const float at_v = (depth * (a[3] * u + a[4] * v + a[5]) + b.y) * of_z;
-  if (!(depth > 0 && z > 0 && at_u >= 0 && at_v >= 0 && at_u < static_cast<float>(reference.width) &&
+  const float depth = source.planes(x, y).depth;
+  const Vec3f at = depth * (source.view.a * Vec3f{x + 0.5f, y + 0.5f, 1.0f}) + source.view.b;  // homogeneous
+  const float of_z = 1 / at.z, at_u = at.x * of_z, at_v = at.y * of_z;
+  if (!(depth > 0 && at.z > 0 && at_u >= 0 && at_v >= 0 && at_u < static_cast<float>(reference.width) &&
         at_v < static_cast<float>(reference.height))) {
     return false;
   }
-  *fallen = {static_cast<int>(at_u), static_cast<int>(at_v), z};
+  *fallen = {static_cast<int>(at_u), static_cast<int>(at_v), at.z};
   return true;
-}
-
-PHI_HD bool IsNearDepth(float depth, float other, float relative) {
-  return fabsf(depth / other - 1) < relative;
 }
 
 // The plane of the source's pixel `number` as it meets the ray through the centre of reference pixel (x, y). False where that is far from
@@ -86,24 +79,24 @@ PHI_HD bool MeetRay(const EstimationParameters& p, const OfferingSource& source,
   const Vec3f normal = source.view.rotation * plane.normal, ray = p.reference.Ray(x + 0.5f, y + 0.5f);
   if (!FacesCamera(normal, ray)) return false;
   *met = {normal, Dot(normal, point) / Dot(normal, ray)};
-  return p.IsInRange(met->depth) && IsNearDepth(met->depth, point.z, kMaxShift);
+  return p.IsInRange(met->depth) && DepthsAgree(point.z, met->depth, kMaxShift);
 }
 
 // nearest: of the source's pixels on (x, y).
 PHI_HD void HearOffer(const EstimationParameters& p, const OfferingSource& source, NearestPixel nearest,
                       const OffersView& offers, int x, int y) {
-  constexpr float kOwnPlane = 0.005f, kSamePlane = 0.01f;  // relative differences of depth
+  constexpr float kOwnPlane = 0.5f * kSameDepth;  // nearer than other views' planes are to each other
   PlaneHypothesis met;
   if (nearest == kNoPixel || !MeetRay(p, source, static_cast<std::uint32_t>(nearest), x, y, &met)) return;
   PlaneHypothesis& offered = offers.offered(x, y);
   std::uint8_t& lead = offers.leads(x, y);
-  if (IsNearDepth(met.depth, offers.own(x, y).depth, kOwnPlane)) {
+  if (DepthsAgree(offers.own(x, y).depth, met.depth, kOwnPlane)) {
     offered = {};
     lead = kConfirmedPixel;
   } else if (!(offered.depth > 0)) {
     offered = met;
     lead = 1;
-  } else if (IsNearDepth(met.depth, offered.depth, kSamePlane)) {
+  } else if (DepthsAgree(offered.depth, met.depth, kSameDepth)) {
     ++lead;
   } else if (lead == 0) {
     offered = met;
