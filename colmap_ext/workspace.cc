@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "colmap_ext/moved_image.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -298,6 +299,12 @@ Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
 }
 
 std::shared_ptr<const phi::GrayImage> Workspace::ReadGray(int image, const PhotoFile* photo) const {
+  const auto gray = ReadUnmovedGray(image, photo);
+  const phi::ImageCorrection* correction = Correction(image);
+  return correction == nullptr ? gray : std::make_shared<const phi::GrayImage>(MoveImage(*gray, *correction));
+}
+
+std::shared_ptr<const phi::GrayImage> Workspace::ReadUnmovedGray(int image, const PhotoFile* photo) const {
   const phi::Pinhole& working = views_[image].camera.pinhole;
   if (IsInMemory()) {
     const auto& gray = memory_images_[image].gray;

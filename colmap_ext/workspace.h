@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/image_file.h"
@@ -14,6 +15,7 @@
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/image_mask.h"
 #include "phi/base/option.h"
+#include "phi/geometry/image_correction.h"
 #include "phi/scene_view.h"
 
 namespace colmap_ext {
@@ -68,6 +70,11 @@ class Workspace {
   const std::vector<phi::SceneView>& views() const { return views_; }
   int FindImage(std::string_view name) const;  // index, or -1
 
+  // From here on gray photos are moved to where their points are. corrections: by view, or empty.
+  void SetCorrections(std::vector<phi::ImageCorrection> corrections) { corrections_ = std::move(corrections); }
+  // Null: the photo is used as it is.
+  const phi::ImageCorrection* Correction(int image) const { return corrections_.empty() ? nullptr : &corrections_[image]; }
+
   std::filesystem::path ImagePath(int image) const;
   std::filesystem::path DepthMapPath(int image, std::string_view kind) const;
   std::filesystem::path NormalMapPath(int image, std::string_view kind) const;
@@ -83,7 +90,7 @@ class Workspace {
   // The photo's file, for those who want it in gray and in colour. Not of a workspace in memory. Throws phi::InputError
   // naming the file when it is missing or cannot be read.
   std::shared_ptr<const PhotoFile> ReadPhoto(int image) const;
-  // 8-bit gray at the working resolution, of the photo's file where it is given. Throws phi::InputError naming the file when
+  // 8-bit gray at the working resolution, moved by its correction, of the photo's file where it is given. Throws phi::InputError naming the file when
   // it is missing, damaged, or its size disagrees with its camera.
   std::shared_ptr<const phi::GrayImage> ReadGray(int image, const PhotoFile* photo = nullptr) const;
   // The image's mask at the working resolution: a pixel that covers any masked one is masked. Null where there is none.
@@ -97,11 +104,14 @@ class Workspace {
   template <typename Image>
   Image ReadFullSize(int image, const PhotoFile* photo, Image (*decode)(const PhotoFile&, const CheckSize&)) const;
 
+  std::shared_ptr<const phi::GrayImage> ReadUnmovedGray(int image, const PhotoFile* photo) const;
+
   // Fills views_ from model_. Names the model's `origin` in errors.
   void MakeViews(const std::string& origin, int max_image_size, ProblemList* problems);
 
   std::filesystem::path path_, mask_path_;
   std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images
+  std::vector<phi::ImageCorrection> corrections_;  // the same
   SparseModel model_;
   std::vector<phi::SceneView> views_;
   std::unordered_map<std::string, int> index_by_name_;

@@ -14,6 +14,8 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "phi/base/error.h"
@@ -73,6 +75,12 @@ void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
                                  "' sees no sparse point; its source images and depth range are guesses");
     }
   }
+}
+
+void CheckPoses(const Workspace& workspace, WorkspaceReport* report) {
+  const auto corrections = phi::FindImageCorrections(workspace.views(), MakeSparseScene(workspace.model()), {});
+  const std::string warning = PoseWarning(corrections, workspace);
+  if (!warning.empty()) report->warnings.push_back((workspace.path() / "sparse").string() + ": " + warning);
 }
 
 const SparseCamera& CameraOf(const Workspace& workspace, int image) {
@@ -241,6 +249,7 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
                             ": one image is not enough for stereo; at least two are needed");
   }
   CheckPoints(*workspace, &report);
+  if (report.errors.empty()) CheckPoses(*workspace, &report);
   CheckImages(*workspace, &report.errors);
   CheckConfigs(*workspace, config_path, &report);
   CheckMaps(*workspace, &report.errors);

@@ -10,6 +10,7 @@
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "phi/base/cancellation.h"
@@ -27,6 +28,8 @@ struct StereoInput {
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
+    const phi::StereoOptions& stereo = options.pipeline.stereo;
+    MoveImages(scene, {stereo.formulas, stereo.rules}, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
     AddInputs(workspace, scene, options.pipeline.view_selection.formulas, JobsInReach(stages, jobs, scope), &jobs);

@@ -38,6 +38,9 @@ std::string SceneKey(const phi::SparseScene& scene) {
 // Raise it with every change of what masks do to maps (see stage_graph.cc): maps of unmasked images are not made again.
 constexpr std::int64_t kMaskRevision = 1;
 
+// The same of how photos are moved.
+constexpr std::int64_t kCorrectionRevision = 1;
+
 // Camera and image file of a view.
 std::string ViewKey(const Workspace& workspace, int image) {
   const phi::SceneView& view = workspace.views()[image];
@@ -47,6 +50,10 @@ std::string ViewKey(const Workspace& workspace, int image) {
   key.Add(k.fx).Add(k.fy).Add(k.cx).Add(k.cy);
   for (const double value : view.camera.pose.rotation.reshaped()) key.Add(value);
   for (const double value : view.camera.pose.translation) key.Add(value);
+  if (const phi::ImageCorrection* correction = workspace.Correction(image); correction != nullptr) {
+    key.Add(kCorrectionRevision);
+    for (const double value : correction->coefficients.reshaped()) key.Add(value);
+  }
   AddFileSample(workspace.ImagePath(image), &key);
   if (const std::filesystem::path mask = workspace.ImageMaskPath(image);
       !mask.empty() && std::filesystem::exists(mask)) {

@@ -21,6 +21,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
 #define PHI_RULES(X)                                                \
   X(kViewCoverage, "view_coverage", kSourceViews, kOffAndScale)     \
   X(kWeakViews, "weak_views", kSourceViews, kOffAndScale)           \
+  X(kImageCorrections, "image_corrections", kEstimation, kOffAndScale) \
   X(kSampleWeights, "sample_weights", kEstimation, kOffAndScale)    \
   X(kNarrowWindows, "narrow_windows", kEstimation, kOffAndScale)    \
   X(kReducedImages, "reduced_images", kEstimation, kOffAndScale)    \

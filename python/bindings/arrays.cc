@@ -21,6 +21,7 @@
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/pipeline/image_jobs.h"
+#include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/memory_scene.h"
 #include "phi/base/array_memory.h"
 #include "phi/base/error.h"
@@ -207,7 +208,9 @@ nb::list Estimate(const Scene& scene, const Sources& sources, const std::vector<
   RunSupervised(listeners, [&] {
     colmap_ext::StereoCommandOptions options = ParseStereo(words, false);
     options.pipeline.write_cost_maps = true;  // for the confidence
-    const auto workspace = WorkspaceOf(scene, options.workspace.max_image_size);
+    colmap_ext::Workspace workspace = WorkspaceOf(scene, options.workspace.max_image_size);
+    const phi::StereoOptions& stereo = options.pipeline.stereo;
+    colmap_ext::MoveImages(colmap_ext::MakeSparseScene(workspace.model()), {stereo.formulas, stereo.rules}, &workspace);
     const auto backends = colmap_ext::MakeBackends(options.backend);
     arrays = ArraysOf(colmap_ext::EstimateScene(workspace, sources, options.pipeline, backends), workspace);
   });

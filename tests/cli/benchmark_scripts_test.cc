@@ -164,6 +164,30 @@ TEST_F(ThinWorkspace, DisturbedCamerasTurnByPixels) {
   EXPECT_THAT(Script("scenes/disturb", {folder_ / "data", folder_ / "x", "--by", "fog"}).errors, HasSubstr("not 'fog'"));
 }
 
+// Centres move as well, and points go where their observations meet then.
+TEST_F(ThinWorkspace, GivenPosesMoveAndPointsFollow) {
+  const fs::path set = folder_ / "data/wall";
+  fs::create_directories(set);
+  WriteSparseModelBinary(model_, dense_ / "sparse");
+  fs::copy(dense_, set / "dense", fs::copy_options::recursive);
+  WriteCloud(set / "truth.ply", {{0, 0, 2}}, 4);
+  const ProgramResult result = Script("scenes/disturb", {folder_ / "data", folder_ / "disturbed", "--by", "given_poses"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const SparseModel model = colmap_ext::ReadSparseModel(folder_ / "disturbed/wall/dense/sparse");
+  for (std::size_t i = 0; i < 4; ++i) {
+    const colmap_ext::SparseImage& image = model.images[i];
+    const double moved = (image.rotation * Eigen::Vector3d(static_cast<double>(i), 0, 0) + image.translation).norm();
+    EXPECT_GT(moved, 1e-6) << i;
+    EXPECT_LT(moved, 0.5) << i;
+  }
+  ASSERT_EQ(model.points.size(), model_.points.size());
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    EXPECT_EQ(model.points[i].track.size(), model_.points[i].track.size());
+    EXPECT_TRUE(model.points[i].xyz.allFinite());
+  }
+  EXPECT_NE(model.points[0].xyz, model_.points[0].xyz);
+}
+
 TEST_F(ThinWorkspace, KeepsEveryOtherImageAndWhatTwoOfThemSee) {
   WriteSparseModelBinary(model_, dense_ / "sparse");
   WriteBytes(dense_ / "sparse/rigs.bin", "of COLMAP 4");

@@ -28,6 +28,7 @@ using testing::Not;
 
 const std::set<std::string> kTestedElsewhere = {
     "view_coverage",  "weak_views",  // view_selection_test.cc
+    "image_corrections",  // given_poses_test.cc: the poses must be wrong
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "empty_views",     // consistency_test.cc: of three views no four find nothing
     "overexposed",     // region_planes_test.cc

@@ -1,0 +1,47 @@
+#include "phi/geometry/image_correction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phi {
+namespace {
+
+constexpr int kGridColumns = 12, kGridRows = 8;
+
+template <typename Visit>
+void ForEachGridPoint(int width, int height, const Visit& visit) {
+  for (int j = 0; j < kGridRows; ++j) {
+    for (int i = 0; i < kGridColumns; ++i)
+      visit((i + 0.5) / kGridColumns * width, (j + 0.5) / kGridRows * height);
+  }
+}
+
+}  // namespace
+
+ImageCorrection::ImageCorrection(const Pinhole& model_pinhole)
+    : width_(model_pinhole.width), height_(model_pinhole.height) {}
+
+ImageCorrection::Terms ImageCorrection::TermsAt(double u, double v) const {
+  const double scale = 2.0 / std::max(width_, height_);
+  const double x = (u - 0.5 * width_) * scale, y = (v - 0.5 * height_) * scale;
+  return (Terms() << 1, y, y * y, x, x * y, x * x).finished();
+}
+
+Eigen::Vector2d ImageCorrection::Offset(double u, double v) const {
+  return coefficients.transpose() * TermsAt(u, v);
+}
+
+double ImageCorrection::MeanOffset() const {
+  double sum = 0;
+  ForEachGridPoint(width_, height_, [&](double u, double v) { sum += Offset(u, v).squaredNorm(); });
+  return std::sqrt(sum / (kGridColumns * kGridRows));
+}
+
+double ImageCorrection::LargestOffset() const {
+  double largest = 0;
+  ForEachGridPoint(width_, height_,
+                   [&](double u, double v) { largest = std::max(largest, Offset(u, v).norm()); });
+  return largest;
+}
+
+}  // namespace phi
