@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 
 std::chrono::duration<double> TimeForOneReader() {
   const char* text = std::getenv("PHIMVS_FUZZ_SECONDS");
-  return std::chrono::duration<double>(text != nullptr ? std::atof(text) : 10);
+  return std::chrono::duration<double>(text != nullptr ? std::atof(text) : 5);
 }
 
 constexpr double kLimitSeconds = 5;  // for one file
