@@ -233,6 +233,23 @@ def test_points_without_observations(scene):
     assert (maps[0].depth > 0).mean() > 0.2
 
 
+def test_photos_are_moved_to_their_points(scene, maps):
+    """A photo a pixel beside its place, and its observations with it: the maps are those of the photo in its place."""
+    images, points = list(scene["images"]), scene["points"]
+    images[1] = np.ascontiguousarray(np.roll(images[1], 1, axis=1))
+    observations = points.observations.copy()
+    observations[observations[:, 1] == 1, 2] += 1
+    moved = {**scene, "images": images, "points": phimvs.Points(points.xyz, observations)}
+    as_it_is = {**CPU, "PhiStereo.rules": "image_corrections=0"}
+    right = []
+    for options in (CPU, as_it_is):
+        depth = np.stack([m.depth for m in phimvs.estimate(**moved, options=options)])
+        truth = np.stack([m.depth for m in maps])
+        both = (depth > 0) & (truth > 0)
+        right.append((np.abs(depth - truth)[both] < 0.01 * truth[both]).sum() / (truth > 0).sum())
+    assert right[0] > 0.75 and right[0] > right[1] + 0.05, right
+
+
 def test_a_lonely_photo_is_an_input_error(scene):
     one = {k: v[:1] for k, v in scene.items() if k != "points"}
     with pytest.raises(phimvs.InputError, match="stereo needs at least two") as caught:
