@@ -1,5 +1,7 @@
 #include "colmap_ext/moved_image.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 #include <opencv2/imgproc.hpp>
@@ -20,20 +22,22 @@ phi::GrayImage MoveImage(const phi::GrayImage& image, const phi::ImageCorrection
   const double scale_y = static_cast<double>(correction.model_height()) / height;
   const cv::Mat source(height, width, CV_8U, const_cast<std::uint8_t*>(image.data()));
   auto moved = phi::GrayImage::Uninitialized(width, height);
-  cv::Mat columns(kRowsAtOnce, width, CV_32F), rows(kRowsAtOnce, width, CV_32F);
-  for (int top = 0; top < height; top += kRowsAtOnce) {
-    const int num_rows = std::min(kRowsAtOnce, height - top);
-    for (int y = 0; y < num_rows; ++y) {
+  tbb::parallel_for(0, (height + kRowsAtOnce - 1) / kRowsAtOnce, [&](int strip) {
+    const int top = strip * kRowsAtOnce, num_rows = std::min(kRowsAtOnce, height - top);
+    cv::Mat columns(num_rows, width, CV_32F), rows(num_rows, width, CV_32F);
+    for (int i = 0; i < num_rows; ++i) {
+      const int y = top + i;
+      const phi::ImageCorrection::Row row = correction.RowAt((y + 0.5) * scale_y);
+      float *to_x = columns.ptr<float>(i), *to_y = rows.ptr<float>(i);
       for (int x = 0; x < width; ++x) {
-        const Eigen::Vector2d offset = correction.Offset((x + 0.5) * scale_x, (top + y + 0.5) * scale_y);
-        columns.at<float>(y, x) = static_cast<float>(x + offset.x() / scale_x);
-        rows.at<float>(y, x) = static_cast<float>(top + y + offset.y() / scale_y);
+        const double u = (x + 0.5) * scale_x;
+        to_x[x] = static_cast<float>(x + row.OffsetU(u) / scale_x);
+        to_y[x] = static_cast<float>(y + row.OffsetV(u) / scale_y);
       }
     }
     cv::Mat target(num_rows, width, CV_8U, moved.data() + static_cast<std::size_t>(top) * width);
-    cv::remap(source, target, columns.rowRange(0, num_rows), rows.rowRange(0, num_rows), kInterpolation,
-              cv::BORDER_REPLICATE);
-  }
+    cv::remap(source, target, columns, rows, kInterpolation, cv::BORDER_REPLICATE);
+  });
   return moved;
 }
 

@@ -31,6 +31,15 @@ Eigen::Vector2d ImageCorrection::Offset(double u, double v) const {
   return coefficients.transpose() * TermsAt(u, v);
 }
 
+ImageCorrection::Row ImageCorrection::RowAt(double v) const {
+  const double scale = 2.0 / std::max(width_, height_), y = (v - 0.5 * height_) * scale;
+  const auto of_row = [&](int column) -> std::array<double, 3> {
+    const auto c = coefficients.col(column);
+    return {c[0] + y * (c[1] + y * c[2]), c[3] + y * c[4], c[5]};
+  };
+  return {of_row(0), of_row(1), 0.5 * width_, scale};
+}
+
 double ImageCorrection::MeanOffset() const {
   double sum = 0;
   ForEachGridPoint(width_, height_, [&](double u, double v) { sum += Offset(u, v).squaredNorm(); });

@@ -132,16 +132,17 @@ std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, 
   std::vector<AnchorCell> cells;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     const std::uint64_t key = order[begin].first;
-    double x = 0, y = 0, w = 0;
+    double x = 0, y = 0, w = 0, weight = 0;
     bool is_measured = false;
     for (; end < order.size() && order[end].first == key; ++end) {
       const AnchorPoint& p = points[order[end].second];
-      x += p.x, y += p.y, w += p.w;
+      x += p.x, y += p.y, w += p.w, weight += p.weight;
       is_measured |= p.is_measured;
     }
     const auto n = static_cast<double>(end - begin);
     if (n < min_points) continue;
-    AnchorCell cell{static_cast<float>(x / n), static_cast<float>(y / n), w / n, 0, ColumnOf(key), RowOf(key), is_measured};
+    AnchorCell cell{static_cast<float>(x / n), static_cast<float>(y / n), w / n, 0, ColumnOf(key), RowOf(key), is_measured,
+                    static_cast<float>(weight / n)};
     cell.tolerance = tolerance.At(cell.x, cell.y, static_cast<float>(cell.w));
     cells.push_back(cell);
   }

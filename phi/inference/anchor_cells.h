@@ -27,6 +27,7 @@ struct AnchorTolerance {
 struct AnchorPoint {
   float x, y, w;
   bool is_measured = true;  // a clue otherwise
+  float weight = 1;         // in what its cell says of a plane
 };
 
 // The means of a cell's points.
@@ -35,6 +36,7 @@ struct AnchorCell {
   double w, tolerance;
   int column, row;  // of the cells of its image
   bool is_measured = true;  // one of its points is
+  float weight = 1;
 
   // 0: on the plane; below -1 or above 1: off it, behind or before.
   double Off(const ImagePlane& plane) const { return (w - plane.InverseDepth(x, y)) / tolerance; }

@@ -119,7 +119,7 @@ class PlaneChoice {
       const std::vector<AnchorCell> on = CellsOn(*plane);
       if (on.size() < kFewRefitted) return;
       PlaneFit fit(on[0].x, on[0].y);
-      for (const AnchorCell& cell : on) fit.Add(cell, 1 / (cell.tolerance * cell.tolerance));
+      for (const AnchorCell& cell : on) fit.Add(cell, cell.weight / (cell.tolerance * cell.tolerance));
       if (!(fit.NarrowVariance() > limits_.min_deviation * limits_.min_deviation)) return;
       fit.Solve(plane);
     }
@@ -157,16 +157,18 @@ class PlaneChoice {
 
   Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
     Verdict verdict;
+    double all = 0;
     for (const AnchorCell& cell : cells) {
+      all += cell.weight;
       if (IsOn(plane, cell)) {
         const double off = cell.Off(plane);
         ++verdict.num_on;
-        verdict.score += 1 - off * off;
+        verdict.score += cell.weight * (1 - off * off);
       } else if (cell.w < (1 - limits_.min_apart) * plane.InverseDepth(cell.x, cell.y)) {
-        verdict.score -= 1;
+        verdict.score -= cell.weight;
       }
     }
-    verdict.score /= std::max(kFewCells, static_cast<double>(cells.size()));
+    verdict.score /= std::max(kFewCells, all);
     return verdict;
   }
 

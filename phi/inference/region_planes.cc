@@ -13,6 +13,7 @@
 #include "phi/base/random.h"
 #include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
+#include "phi/inference/creases.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/region_anchors.h"
@@ -38,6 +39,7 @@ constexpr double kReachDeviations = 5;
 // are mostly what other views mistook on plain walls.
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
+constexpr float kMoreAtCreases = 3;  // what a point there counts more than another
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
 
@@ -174,12 +176,17 @@ std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const Limits& limits, std::v
   return planes;
 }
 
-std::vector<AnchorCell> CellsOf(const std::vector<RegionPoint>& points, float side, int min_points,
-                                const AnchorTolerance& tolerance) {
-  std::vector<AnchorPoint> places;
-  places.reserve(points.size());
-  for (const RegionPoint& p : points) places.push_back({p.x, p.y, p.w, p.is_measured});
-  return MakeAnchorCells(places, side, min_points, tolerance);
+// Points at creases weigh so much.
+std::vector<AnchorPoint> WeightedPoints(const std::vector<RegionPoint>& points, const ImageRegions& regions, std::int32_t region,
+                                        float crease_weight) {
+  std::vector<AnchorPoint> weighted;
+  weighted.reserve(points.size());
+  for (const RegionPoint& p : points) {
+    const bool is_at_crease =
+        crease_weight != 1 && IsAtCrease(regions, region, static_cast<int>(p.x + 0.5f), static_cast<int>(p.y + 0.5f));
+    weighted.push_back({p.x, p.y, p.w, p.is_measured, is_at_crease ? crease_weight : 1});
+  }
+  return weighted;
 }
 
 // Of the reference view, as the sources that it was matched with tell it.
@@ -253,6 +260,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   const float side = CellSide(anchors.width);
   const PlaneChoiceLimits choice = limits.Choice(side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
+  const float crease_weight = 1 + rules.Factor(Rule::kCreases) * kMoreAtCreases;
   const bool chooses = !evidence.scene.empty() || !evidence.sources.empty();
   const int min_anchors = chooses ? choice.min_cells * min_cell_points : limits.min_anchors;
   const RegionAnchors own(*regions_, anchors, evidence.pooled, min_anchors, evidence.states);
@@ -265,7 +273,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
     const std::vector<RegionPoint> points = own.Points(k, tolerance_);
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
-    cells_[k] = CellsOf(points, side, min_cell_points, tolerance_);
+    cells_[k] = MakeAnchorCells(WeightedPoints(points, *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);
     if (!chooses) return;
     const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;

@@ -72,6 +72,16 @@ TEST(PlaneChoice, WhatLiesBehindAPlaneCountsAgainstItWhatLiesBeforeDoesNot) {
   ExpectIs(ChoosePlanes({more}, Planes{Own(kShelf)}, std::array{kWall}, kLimits).planes[0], kShelf);
 }
 
+// Three cells at a crease, four times a rim's, against ten of frames that hang a hundredth before the wall.
+TEST(PlaneChoice, CellsCountByTheirWeights) {
+  const ImagePlane frames{0.303, 0.00101, 0};
+  const auto rims = CellsOn(frames, 0, 100, 50, 60);
+  auto creases = CellsOn(kWall, 0, 30, 0, 10);
+  ExpectIs(ChoosePlanes({Both(rims, creases)}, Planes{}, std::array{frames, kWall}, kLimits).planes[0], frames);
+  for (AnchorCell& cell : creases) cell.weight = 4;
+  ExpectIs(ChoosePlanes({Both(rims, creases)}, Planes{}, std::array{frames, kWall}, kLimits).planes[0], kWall);
+}
+
 TEST(PlaneChoice, FewCellsAreNotEnough) {
   EXPECT_FALSE(ChoosePlanes({CellsOn(kWall, 0, 20, 0, 10)}, Planes{}, std::array{kWall}, kLimits).planes[0].IsThere());
   EXPECT_TRUE(ChoosePlanes({CellsOn(kWall, 0, 30, 0, 10)}, Planes{}, std::array{kWall}, kLimits).planes[0].IsThere());
