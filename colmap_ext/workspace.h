@@ -90,8 +90,8 @@ class Workspace {
   // The photo's file, for those who want it in gray and in colour. Not of a workspace in memory. Throws phi::InputError
   // naming the file when it is missing or cannot be read.
   std::shared_ptr<const PhotoFile> ReadPhoto(int image) const;
-  // 8-bit gray at the working resolution, moved by its correction, of the photo's file where it is given. Throws phi::InputError naming the file when
-  // it is missing, damaged, or its size disagrees with its camera.
+  // 8-bit gray at the working resolution, moved by its correction; of the photo's file where it is given. Throws phi::InputError
+  // naming the file when it is missing, damaged, or its size disagrees with its camera.
   std::shared_ptr<const phi::GrayImage> ReadGray(int image, const PhotoFile* photo = nullptr) const;
   // The image's mask at the working resolution: a pixel that covers any masked one is masked. Null where there is none.
   // Throws phi::InputError when it is damaged or has not the image's size.
@@ -111,7 +111,7 @@ class Workspace {
 
   std::filesystem::path path_, mask_path_;
   std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images
-  std::vector<phi::ImageCorrection> corrections_;  // the same
+  std::vector<phi::ImageCorrection> corrections_;  // by view, or empty
   SparseModel model_;
   std::vector<phi::SceneView> views_;
   std::unordered_map<std::string, int> index_by_name_;

@@ -116,9 +116,13 @@ class Adjustment {
     const auto seen = std::find_if(track.begin(), track.end(), [&](const auto& o) { return o.view == view; });
     const Eigen::Vector3d in_camera = views_[view].camera.pose * points_[point];
     if (!(in_camera.z() > 0)) return std::nullopt;
-    const Eigen::Vector2d projected = scene_.model_pinhole(view).Project(in_camera);
-    return Residual{fits_[view].correction.TermsAt(projected.x(), projected.y()),
-                    Eigen::Vector2d(seen->u, seen->v) - projected, VisibleShare(track.size())};
+    const Pinhole& k = scene_.model_pinhole(view);
+    const Eigen::Vector2d projected = k.Project(in_camera),
+                          error = Eigen::Vector2d(seen->u, seen->v) - projected;
+    // Beyond the image by its size: a point beside the camera, or no number.
+    if (!(error.norm() < k.width + k.height)) return std::nullopt;
+    return Residual{fits_[view].correction.TermsAt(projected.x(), projected.y()), error,
+                    VisibleShare(track.size())};
   }
 
   // One step. Returns the largest change of a correction, root mean square over its image.

@@ -246,6 +246,23 @@ TEST(ImageCorrections, AreOfTheRobustFormAndItsRule) {
   EXPECT_TRUE(FindImageCorrections(views, scene, {Formulas::kRobust, rules}).of_view.empty());
 }
 
+// Beside a camera, or seen at no number: they say nothing, and spoil nothing.
+TEST(ImageCorrections, SinglePointsFarOffChangeNothing) {
+  const std::vector<SceneView> views = TurnedViews(1);
+  SparseScene scene = MakeScene(MakeViews(), 0.2);
+  const ImageCorrections before = FindImageCorrections(views, scene, {});
+  const Eigen::Vector3d beside = views[0].camera.pose.rotation.transpose() *
+                                 (Eigen::Vector3d(1, 1, 1e-300) - views[0].camera.pose.translation);
+  scene.AddPoint(beside, std::vector<PointObservation>{{0, 10, 10}, {1, 700, 10}});
+  scene.AddPoint({0, 0, 5}, std::vector<PointObservation>{{2, NAN, 10}, {3, 700, 10}});
+  const ImageCorrections after = FindImageCorrections(views, scene, {});
+  ASSERT_EQ(after.of_view.size(), views.size());
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    EXPECT_LT((after.of_view[view].Offset(300, 300) - before.of_view[view].Offset(300, 300)).norm(), 0.01)
+        << view;
+  }
+}
+
 TEST(ImageCorrections, WithoutPointsThereAreNone) {
   const std::vector<SceneView> views = MakeViews();
   std::vector<Pinhole> pinholes;
