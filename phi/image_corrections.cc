@@ -35,7 +35,7 @@ constexpr double kSettled = 0.01;
 constexpr double kCoefficientStep = 1.0 / 1024;
 
 constexpr int kNumTerms = ImageCorrection::kNumTerms;
-constexpr std::array<int, kNumTerms> kDegrees = {0, 1, 2, 1, 2, 2};
+constexpr std::array<int, kNumTerms> kDegreeOf = {0, 1, 2, 1, 2, 2};
 constexpr int kNumDegrees = 3;
 
 using TermMatrix = Eigen::Matrix<double, kNumTerms, kNumTerms>;
@@ -59,7 +59,7 @@ struct Variances {
 
   Eigen::Matrix<double, kNumTerms, 1> Precisions() const {
     Eigen::Matrix<double, kNumTerms, 1> precisions;
-    for (int k = 0; k < kNumTerms; ++k) precisions[k] = 1 / of_degree[kDegrees[k]];
+    for (int k = 0; k < kNumTerms; ++k) precisions[k] = 1 / of_degree[kDegreeOf[k]];
     return precisions;
   }
 };
@@ -173,8 +173,8 @@ class Adjustment {
     for (const ViewFit& fit : fits_) {
       if (!fit.has_points) continue;
       for (int k = 0; k < kNumTerms; ++k) {
-        sums[kDegrees[k]] += fit.correction.coefficients.row(k).squaredNorm() + 2 * fit.variances[k];
-        counts[kDegrees[k]] += 2;
+        sums[kDegreeOf[k]] += fit.correction.coefficients.row(k).squaredNorm() + 2 * fit.variances[k];
+        counts[kDegreeOf[k]] += 2;
       }
     }
     for (int degree = 0; degree < kNumDegrees; ++degree) {
