@@ -7,8 +7,10 @@
 #include <numeric>
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "phi/base/median.h"
+#include "phi/geometry/triangulation_step.h"
 
 namespace phi {
 namespace {
@@ -19,8 +21,10 @@ constexpr double kNoticed = 0.25;
 constexpr double kMostOfSide = 0.01;
 // No keypoint lies more exactly, pixels.
 constexpr double kLeastNoise = 0.01;
-// What an error of so many deviations counts is halved (Cauchy's weight).
+// What an error of so many deviations counts is halved.
 constexpr double kHalfWeightAt = 2;
+// Of a step of the points (TriangulationStep).
+constexpr double kPointDamping = 1e-6;
 // The median length of a plane vector whose components have deviation 1.
 constexpr double kMedianLength = 1.17741;
 // What is first taken for the corrections' deviation, pixels: more than they are.
@@ -40,10 +44,10 @@ constexpr int kNumDegrees = 3;
 
 using TermMatrix = Eigen::Matrix<double, kNumTerms, kNumTerms>;
 
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
+// Cauchy's, of an error whose components have such a standard deviation.
+double RobustWeight(double error, double deviation) {
+  const double off = error / (kHalfWeightAt * deviation);
+  return 1 / ((1 + off * off) * deviation * deviation);
 }
 
 // A point takes up some of its observations' errors: this share of their variance is left, of a track of so many views. It has
@@ -55,7 +59,7 @@ double VisibleShare(std::size_t track_length) {
 
 // The corrections' variance by degree, that of all images: by it those of clean scenes shrink to nothing.
 struct Variances {
-  std::array<double, kNumDegrees> of_degree;
+  std::array<double, kNumDegrees> of_degree{};
 
   Eigen::Matrix<double, kNumTerms, 1> Precisions() const {
     Eigen::Matrix<double, kNumTerms, 1> precisions;
@@ -75,7 +79,7 @@ struct ViewFit {
 class Adjustment {
  public:
   Adjustment(const std::vector<SceneView>& views, const SparseScene& scene)
-      : views_(views), scene_(scene), visible_(scene), variances_{{1, 1, 1}} {
+      : views_(views), scene_(scene), visible_(scene) {
     variances_.of_degree.fill(kFirstDeviation * kFirstDeviation);
     points_.reserve(scene.num_points());
     for (std::size_t i = 0; i < scene.num_points(); ++i) points_.push_back(scene.point(i));
@@ -157,8 +161,7 @@ class Adjustment {
     TermMatrix normal = variances_.Precisions().asDiagonal();
     ImageCorrection::Coefficients right = ImageCorrection::Coefficients::Zero();
     for (std::size_t i = 0; i < residuals.size(); ++i) {
-      const double off = lengths[i] / (kHalfWeightAt * fit.noise);
-      const double weight = 1 / ((1 + off * off) * fit.noise * fit.noise);
+      const double weight = RobustWeight(lengths[i], fit.noise);
       normal += weight * residuals[i].terms * residuals[i].terms.transpose();
       right += weight * residuals[i].terms * residuals[i].error.transpose();
     }
@@ -190,29 +193,18 @@ class Adjustment {
   void MovePoint(std::size_t point) {
     const std::span<const PointObservation> track = scene_.track(point);
     if (track.size() < 2) return;
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    TriangulationStep towards;
     for (const PointObservation& seen : track) {
-      const Eigen::Matrix3d& rotation = views_[seen.view].camera.pose.rotation;
-      const Eigen::Vector3d p = views_[seen.view].camera.pose * points_[point];
+      const Camera camera{scene_.model_pinhole(seen.view), views_[seen.view].camera.pose};
+      const Eigen::Vector3d p = camera.pose * points_[point];
       if (!(p.z() > 0)) return;
-      const Pinhole& k = scene_.model_pinhole(seen.view);
-      const Eigen::Vector2d projected = k.Project(p);
+      const Eigen::Vector2d projected = camera.pinhole.Project(p);
       const ViewFit& fit = fits_[seen.view];
       const Eigen::Vector2d error =
           Eigen::Vector2d(seen.u, seen.v) - fit.correction.Offset(projected.x(), projected.y()) - projected;
-      Eigen::Matrix<double, 2, 3> slope;
-      slope << k.fx / p.z(), 0, -k.fx * p.x() / (p.z() * p.z()), 0, k.fy / p.z(),
-          -k.fy * p.y() / (p.z() * p.z());
-      slope *= rotation;
-      const double off = error.norm() / (kHalfWeightAt * fit.noise);
-      const double weight = 1 / ((1 + off * off) * fit.noise * fit.noise);
-      normal += weight * slope.transpose() * slope;
-      right += weight * slope.transpose() * error;
+      towards.Add(camera, p, error, RobustWeight(error.norm(), fit.noise));
     }
-    // A point that its rays hardly fix along them stays where it is in that direction.
-    normal += 1e-6 * normal.trace() * Eigen::Matrix3d::Identity();
-    const Eigen::Vector3d step = normal.ldlt().solve(right);
+    const Eigen::Vector3d step = towards.Solve(kPointDamping);
     if (!step.allFinite()) return;
     const Eigen::Vector3d moved = points_[point] + step;
     for (const PointObservation& seen : track) {

@@ -1,11 +1,11 @@
 // phimvs make_scene: renders a synthetic room as a COLMAP workspace with exact depth and normal maps.
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/synthetic/room.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -37,12 +37,10 @@ int RunMakeScene(int argc, char** argv) {
   const SyntheticRoom room = MakeSyntheticRoom(options);
   WriteSyntheticRoom(room, output_path);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  char seconds[32];
-  std::snprintf(seconds, sizeof(seconds), "%.1f s", elapsed.count());
   phi::LogInfo("wrote " + std::to_string(room.scene.views.size()) + " images and " +
                std::to_string(room.model.points.size()) + " sparse points to " +
                (output_path / "dense").string() + ", exact maps to " + (output_path / "truth").string() +
-               " in " + seconds);
+               " in " + FormatText("%.1f s", elapsed.count()));
   return 0;
 }
 

@@ -1,5 +1,4 @@
 // phimvs map_inspector: colour pictures and statistics of depth, normal and cost maps, beside the truth where it is known.
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -9,6 +8,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/colorize.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/map_statistics.h"
 #include "colmap_ext/measurement_file.h"
@@ -36,13 +36,6 @@ struct Inspection {
   fs::path map, picture, truth;
 };
 
-template <typename... Values>
-std::string Format(const char* format, Values... values) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
-}
-
 MapType TypeOf(const fs::path& path, MapType asked) {
   if (asked != MapType::kAuto) return asked;
   if (ReadMapSize(path).channels == 3) return MapType::kNormal;
@@ -57,7 +50,7 @@ using Accuracy = std::optional<MapAccuracy>;
 
 void PrintStatistics(const fs::path& path, const MapStatistics& s, const char* quantity) {
   std::cout << path.string()
-            << Format(": valid %.1f %%, %s median %.4g, 2nd to 98th percentile %.4g to %.4g\n",
+            << FormatText(": valid %.1f %%, %s median %.4g, 2nd to 98th percentile %.4g to %.4g\n",
                       s.ValidPercent(), quantity, s.median, s.low, s.high);
 }
 
@@ -140,9 +133,9 @@ std::map<std::string, Inspection> ListMaps(const InspectorOptions& options) {
 
 void PrintAccuracy(const MapAccuracy& accuracy, MapType type, const InspectorOptions& options) {
   const std::string limit = type == MapType::kNormal
-                                ? Format("%g degrees", options.max_normal_error)
-                                : Format("%g %%", 100 * options.max_relative_depth_error);
-  std::cout << Format("accuracy: kept %.1f %% of pixels, %.1f %% of them within ", accuracy.KeptPercent(),
+                                ? FormatText("%g degrees", options.max_normal_error)
+                                : FormatText("%g %%", 100 * options.max_relative_depth_error);
+  std::cout << FormatText("accuracy: kept %.1f %% of pixels, %.1f %% of them within ", accuracy.KeptPercent(),
                       accuracy.WithinPercent())
             << limit << std::endl;
 }

@@ -28,8 +28,7 @@ struct StereoInput {
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
-    const phi::StereoOptions& stereo = options.pipeline.stereo;
-    MoveImages(scene, {stereo.formulas, stereo.rules}, &workspace);
+    MoveImages(scene, options.pipeline.stereo, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
     AddInputs(workspace, scene, options.pipeline.view_selection.formulas, JobsInReach(stages, jobs, scope), &jobs);

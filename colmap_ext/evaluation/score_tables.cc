@@ -1,10 +1,10 @@
 #include "colmap_ext/evaluation/score_tables.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/json_file.h"
 
 namespace colmap_ext {
@@ -12,13 +12,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;  // the first row is the heading
 
-std::string Number(double value, const char* format) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
-
-std::string Percent(double value) { return Number(value, "%.2f"); }
+std::string Percent(double value) { return FormatText("%.2f", value); }
 
 std::string Table(const Rows& rows, TableFormat format) {
   std::vector<std::size_t> widths(rows.front().size(), 0);
@@ -49,7 +43,7 @@ std::string Table(const Rows& rows, TableFormat format) {
 std::string CloudTable(const CloudScores& scores, TableFormat format) {
   Rows rows{{"tolerance", "accuracy %", "completeness %", "F1 %"}};
   for (std::size_t t = 0; t < scores.tolerances.size(); ++t) {
-    rows.push_back({Number(scores.tolerances[t], "%g"), Percent(scores.accuracy[t]),
+    rows.push_back({FormatText("%g", scores.tolerances[t]), Percent(scores.accuracy[t]),
                     Percent(scores.completeness[t]), Percent(scores.f1[t])});
   }
   std::string counts = std::to_string(scores.num_points) + " points, " + std::to_string(scores.num_counted) +
@@ -75,7 +69,7 @@ std::string CloudTable(const CloudScores& scores, TableFormat format) {
 // A row for each number of images that see a true point.
 std::string ViewsTable(const CloudScores& scores, TableFormat format) {
   Rows rows{{"seen by", "points of truth"}};
-  for (double tolerance : scores.tolerances) rows[0].push_back(Number(tolerance, "within %g %%"));
+  for (double tolerance : scores.tolerances) rows[0].push_back(FormatText("within %g %%", tolerance));
   for (const ViewsCompleteness& of : scores.by_views) {
     rows.push_back({of.name, std::to_string(of.num_truth)});
     for (double share : of.completeness) rows.back().push_back(Percent(share));
@@ -85,7 +79,7 @@ std::string ViewsTable(const CloudScores& scores, TableFormat format) {
 
 std::string MapTable(const MapScores& scores, const std::string& unit, TableFormat format) {
   std::vector<std::string> heading{"image", "valid %"};
-  for (double threshold : scores.thresholds) heading.push_back("< " + Number(threshold, "%g") + unit + " %");
+  for (double threshold : scores.thresholds) heading.push_back("< " + FormatText("%g", threshold) + unit + " %");
   Rows rows{heading};
   const auto add = [&](const MapScore& score) {
     std::vector<std::string> row{score.found ? score.image : score.image + " (no map)", Percent(score.valid)};
@@ -113,7 +107,7 @@ std::string OriginTable(const MapScores& scores, const std::string& unit, TableF
   for (const char* origin : {"measured", "inferred"}) {
     rows[0].push_back(std::string(origin) + " pixels");
     for (double threshold : scores.thresholds)
-      rows[0].push_back("< " + Number(threshold, "%g") + unit + " %");
+      rows[0].push_back("< " + FormatText("%g", threshold) + unit + " %");
   }
   const auto add = [&](const std::string& name, const MapScore& score) {
     if (!score.measured || !score.inferred) return;  // no map

@@ -1,25 +1,17 @@
 #include "colmap_ext/pipeline/image_moves.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
+#include "colmap_ext/format_text.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
-namespace {
-
-std::string Pixels(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f", value);
-  return text;
-}
-
-}  // namespace
 
 std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspace& workspace) {
-  const std::string off = "the photos show the sparse points " + Pixels(corrections.mean_offset) +
-                          " pixels beside where their cameras see them";
+  const std::string off =
+      FormatText("the photos show the sparse points %.1f pixels beside where their cameras see them",
+                 corrections.mean_offset);
   if (corrections.points_are_others)
     return off + ": are these the points of these cameras? Stereo takes the photos as they are";
   if (corrections.of_view.empty()) return "";
@@ -29,13 +21,14 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspac
   return off +
          ", neighbours alike, so the poses were not adjusted to the points: stereo moves the photos to "
          "them, " +
-         workspace.views()[worst - corrections.of_view.begin()].name + " by up to " +
-         Pixels(worst->LargestOffset()) +
-         " pixels. Where poses may change, colmap bundle_adjuster before image_undistorter is better";
+         workspace.views()[worst - corrections.of_view.begin()].name +
+         FormatText(" by up to %.1f pixels", worst->LargestOffset()) +
+         ". Where poses may change, colmap bundle_adjuster before image_undistorter is better";
 }
 
-void MoveImages(const phi::SparseScene& scene, const phi::Method& method, Workspace* workspace) {
-  phi::ImageCorrections corrections = phi::FindImageCorrections(workspace->views(), scene, method);
+void MoveImages(const phi::SparseScene& scene, const phi::StereoOptions& options, Workspace* workspace) {
+  phi::ImageCorrections corrections =
+      phi::FindImageCorrections(workspace->views(), scene, {options.formulas, options.rules});
   if (const std::string warning = PoseWarning(corrections, *workspace); !warning.empty())
     phi::LogWarning(warning);
   workspace->SetCorrections(std::move(corrections.of_view));

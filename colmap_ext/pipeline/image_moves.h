@@ -15,6 +15,6 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspac
 
 // Before the workspace's photos are read or its jobs keyed. scene: MakeSparseScene of the workspace's model. Warns where photos
 // are moved, since poses that are adjusted to the points are better.
-void MoveImages(const phi::SparseScene& scene, const phi::Method& method, Workspace* workspace);
+void MoveImages(const phi::SparseScene& scene, const phi::StereoOptions& options, Workspace* workspace);
 
 }  // namespace colmap_ext

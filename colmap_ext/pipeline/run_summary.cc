@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/pipeline/shard.h"
 #include "colmap_ext/progress.h"
@@ -18,27 +18,20 @@ namespace {
 constexpr double kMega = 1e6, kGiga = 1e9;
 constexpr std::size_t kMaxListedFailures = 20;
 
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  char text[512];
-  std::snprintf(text, sizeof(text), format, args...);
-  return text;
-}
-
 double Percent(std::int64_t part, std::int64_t whole) { return whole > 0 ? 100.0 * part / whole : 0.0; }
 
 void AddInferenceLines(const InferenceSummary& s, std::vector<std::string>* lines) {
   if (s.num_holes == 0) return;
   lines->push_back(
-      Format("holes: %.1f %% inferred (%.1f %% with, %.1f %% without a measurement that agrees), %.1f %% "
+      FormatText("holes: %.1f %% inferred (%.1f %% with, %.1f %% without a measurement that agrees), %.1f %% "
              "kept by the second filter",
              Percent(s.num_confirmed + s.num_alone, s.num_holes), Percent(s.num_confirmed, s.num_holes),
              Percent(s.num_alone, s.num_holes), Percent(s.num_kept, s.num_holes)));
   const phi::FieldStatistics& f = s.field;
   if (f.num_nodes == 0) return;
-  lines->push_back(Format("%.1f %% of the holes have no hypothesis",
+  lines->push_back(FormatText("%.1f %% of the holes have no hypothesis",
                           Percent(f.num_without_hypothesis, f.num_nodes + f.num_without_hypothesis)));
-  lines->push_back(Format(
+  lines->push_back(FormatText(
       "field: energy %.0f, lower bound %.0f, of cheapest hypotheses %.0f; %.1f %% of %lld nodes differ "
       "from the cheapest",
       f.energy, f.lower_bound, f.min_cost_energy, Percent(f.num_unlike_min_cost, f.num_nodes),
@@ -87,23 +80,23 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend) {
 
 std::string SummaryLine(const RunSummary& summary) {
   const int num_failed = static_cast<int>(summary.failures.size());
-  std::string text = Format("%d images", summary.num_images);
+  std::string text = FormatText("%d images", summary.num_images);
   const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
                                    [](const StageSummary& stage) { return stage.num_made == 0; });
   if (summary.num_waiting == 0 && is_idle && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
   text += " done in " + FormatDuration(summary.seconds);
-  if (summary.num_images_kept > 0) text += Format(", %d of them kept from before", summary.num_images_kept);
-  if (num_failed > 0) text += Format(", %d of them failed", num_failed);
-  if (summary.num_waiting > 0) text += Format(", %d tasks wait for other shards", summary.num_waiting);
+  if (summary.num_images_kept > 0) text += FormatText(", %d of them kept from before", summary.num_images_kept);
+  if (num_failed > 0) text += FormatText(", %d of them failed", num_failed);
+  if (summary.num_waiting > 0) text += FormatText(", %d tasks wait for other shards", summary.num_waiting);
   const StageSummary& last = summary.stages.back();
   if (last.num_pixels > 0) {
-    text += Format("; depth at %.1f %% of the pixels", Percent(last.num_with_depth, last.num_pixels));
+    text += FormatText("; depth at %.1f %% of the pixels", Percent(last.num_with_depth, last.num_pixels));
     if (summary.inference.num_kept > 0)
-      text += Format(", %.1f %% inferred", Percent(summary.inference.num_kept, last.num_pixels));
+      text += FormatText(", %.1f %% inferred", Percent(summary.inference.num_kept, last.num_pixels));
   }
-  text += Format("; most memory %.1f GB", summary.peak_host_bytes / kGiga);
+  text += FormatText("; most memory %.1f GB", summary.peak_host_bytes / kGiga);
   for (const DeviceSummary& device : summary.devices) {
-    if (device.peak_bytes > 0) text += Format(", %.1f GB on %s", device.peak_bytes / kGiga, device.name.c_str());
+    if (device.peak_bytes > 0) text += FormatText(", %.1f GB on %s", device.peak_bytes / kGiga, device.name.c_str());
   }
   return text;
 }
@@ -112,21 +105,21 @@ std::vector<std::string> SummaryDetails(const RunSummary& summary) {
   std::vector<std::string> lines;
   for (const StageSummary& stage : summary.stages) {
     if (stage.num_made == 0) continue;
-    std::string line = Format("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(),
+    std::string line = FormatText("time: %-12s %9.2f s, %d images, %.3f s/image", stage.name.c_str(),
                               stage.seconds, stage.num_made, stage.seconds / stage.num_made);
     if (stage.num_pixels > 0)
-      line += Format(", depth at %.1f %% of the pixels", Percent(stage.num_with_depth, stage.num_pixels));
+      line += FormatText(", depth at %.1f %% of the pixels", Percent(stage.num_with_depth, stage.num_pixels));
     lines.push_back(std::move(line));
   }
   AddInferenceLines(summary.inference, &lines);
   const int num_made = summary.num_images - summary.num_images_kept;
-  lines.push_back(Format("time: %-12s %9.2f s, %.3f images/s (%d images, %d kept from an earlier run)", "all",
+  lines.push_back(FormatText("time: %-12s %9.2f s, %.3f images/s (%d images, %d kept from an earlier run)", "all",
                          summary.seconds, summary.seconds > 0 ? num_made / summary.seconds : 0.0,
                          summary.num_images, summary.num_images_kept));
-  lines.push_back(Format("memory: peak %.0f MB on the host, of it %.0f MB cached images and maps",
+  lines.push_back(FormatText("memory: peak %.0f MB on the host, of it %.0f MB cached images and maps",
                          summary.peak_host_bytes / kMega, summary.peak_cache_bytes / kMega));
   lines.push_back(
-      Format("disk: %.0f MB of maps written, %.0f MB/s per writer", summary.bytes_written / kMega,
+      FormatText("disk: %.0f MB of maps written, %.0f MB/s per writer", summary.bytes_written / kMega,
              summary.write_seconds > 0 ? summary.bytes_written / kMega / summary.write_seconds : 0.0));
   return lines;
 }
@@ -135,12 +128,12 @@ void LogSummary(const RunSummary& summary) {
   for (const std::string& line : SummaryDetails(summary)) phi::LogDebug(line);
   const std::size_t num_failed = summary.failures.size();
   if (num_failed > 0) {
-    phi::LogError(Format("%zu of %d images failed:", num_failed, summary.num_images));
+    phi::LogError(FormatText("%zu of %d images failed:", num_failed, summary.num_images));
     for (std::size_t i = 0; i < std::min(num_failed, kMaxListedFailures); ++i) {
       phi::LogError("  " + summary.failures[i].stage + ": " + summary.failures[i].message);
     }
     if (num_failed > kMaxListedFailures)
-      phi::LogError(Format("  and %zu more, see phimvs.json", num_failed - kMaxListedFailures));
+      phi::LogError(FormatText("  and %zu more, see phimvs.json", num_failed - kMaxListedFailures));
   }
   phi::LogInfo(SummaryLine(summary));
 }

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <optional>
 
 #include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/map_statistics.h"
@@ -44,11 +44,7 @@ std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth) {
   return histogram;
 }
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", value);
-  return text;
-}
+std::string Number(double value) { return FormatText("%.4g", value); }
 
 // Near is warm.
 ReportLegend DepthLegend(DepthRange range) {

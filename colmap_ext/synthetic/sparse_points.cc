@@ -3,9 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Cholesky>
-
 #include "colmap_ext/synthetic/sensor.h"
+#include "phi/geometry/triangulation_step.h"
 
 namespace colmap_ext {
 namespace {
@@ -54,21 +53,12 @@ Track ObservePoint(const std::vector<Shape>& shapes, const RenderedScene& scene,
 // Gauss-Newton on the reprojection errors, from a start that is right up to the noise.
 Eigen::Vector3d Triangulate(const RenderedScene& scene, const Track& track, Eigen::Vector3d world) {
   for (int iteration = 0; iteration < 5; ++iteration) {
-    Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    phi::TriangulationStep step;
     for (std::size_t i = 0; i < track.views.size(); ++i) {
       const phi::Camera& camera = scene.views[track.views[i]].camera;
-      const phi::Pinhole& k = camera.pinhole;
-      const Eigen::Vector3d p = camera.pose * world;
-      Eigen::Matrix<double, 2, 3> jacobian;
-      jacobian << k.fx / p.z(), 0, -k.fx * p.x() / (p.z() * p.z()), 0, k.fy / p.z(),
-          -k.fy * p.y() / (p.z() * p.z());
-      jacobian *= camera.pose.rotation;
-      const Eigen::Vector2d residual = track.pixels[i] - Project(camera, world).head<2>();
-      normal_matrix += jacobian.transpose() * jacobian;
-      gradient += jacobian.transpose() * residual;
+      step.Add(camera, camera.pose * world, track.pixels[i] - Project(camera, world).head<2>());
     }
-    world += normal_matrix.ldlt().solve(gradient);
+    world += step.Solve();
   }
   return world;
 }

@@ -28,7 +28,8 @@ ImageCorrection::Terms ImageCorrection::TermsAt(double u, double v) const {
 }
 
 Eigen::Vector2d ImageCorrection::Offset(double u, double v) const {
-  return coefficients.transpose() * TermsAt(u, v);
+  const Row row = RowAt(v);
+  return {row.OffsetU(u), row.OffsetV(u)};
 }
 
 ImageCorrection::Row ImageCorrection::RowAt(double v) const {

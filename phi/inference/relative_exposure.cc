@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "phi/base/median.h"
+
 namespace phi {
 namespace {
 
@@ -20,12 +22,6 @@ constexpr int kNumRounds = 8;
 constexpr double kLeastResidual = 1e-3, kFarOff = 3;
 // By its median a source counts beside the others, but none as more exact than this.
 constexpr double kLeastDeviation = 0.02;
-
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 // One source's part of the fit. With the ratio q of the brightnesses and m the brightness without falloff over that with it:
 // q m(reference) = gain m(source). Gauss and Newton's method, robust by weights that fall with the squared residual over that of the

@@ -209,8 +209,7 @@ nb::list Estimate(const Scene& scene, const Sources& sources, const std::vector<
     colmap_ext::StereoCommandOptions options = ParseStereo(words, false);
     options.pipeline.write_cost_maps = true;  // for the confidence
     colmap_ext::Workspace workspace = WorkspaceOf(scene, options.workspace.max_image_size);
-    const phi::StereoOptions& stereo = options.pipeline.stereo;
-    colmap_ext::MoveImages(colmap_ext::MakeSparseScene(workspace.model()), {stereo.formulas, stereo.rules}, &workspace);
+    colmap_ext::MoveImages(colmap_ext::MakeSparseScene(workspace.model()), options.pipeline.stereo, &workspace);
     const auto backends = colmap_ext::MakeBackends(options.backend);
     arrays = ArraysOf(colmap_ext::EstimateScene(workspace, sources, options.pipeline, backends), workspace);
   });

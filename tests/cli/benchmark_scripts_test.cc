@@ -105,6 +105,18 @@ class ThinWorkspace : public testing::Test {
     return Script("thin_workspace", arguments);
   }
 
+  // The set `wall` in disturbed_, made of a set that holds the model.
+  SparseModel Disturbed(const std::string& kind) {
+    const fs::path set = folder_ / "data/wall";
+    fs::create_directories(set);
+    WriteSparseModelBinary(model_, dense_ / "sparse");
+    fs::copy(dense_, set / "dense", fs::copy_options::recursive);
+    WriteCloud(set / "truth.ply", {{0, 0, 2}}, 4);
+    const ProgramResult result = Script("scenes/disturb", {folder_ / "data", folder_ / "disturbed", "--by", kind});
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return result.exit_code == 0 ? colmap_ext::ReadSparseModel(disturbed_ / "dense/sparse") : SparseModel();
+  }
+
   void ExpectImages0And2() {
     const SparseModel thin = colmap_ext::ReadSparseModel(folder_ / "thin/dense/sparse");
     ASSERT_EQ(thin.images.size(), 2u);
@@ -129,20 +141,12 @@ class ThinWorkspace : public testing::Test {
 
   SparseModel model_;
   TemporaryFolder folder_;
-  fs::path dense_ = folder_ / "dense";
+  fs::path dense_ = folder_ / "dense", disturbed_ = folder_ / "disturbed/wall";
 };
 
 // Cameras turn about their centres by half a pixel or so; nothing else changes.
 TEST_F(ThinWorkspace, DisturbedCamerasTurnByPixels) {
-  const fs::path set = folder_ / "data/wall";
-  fs::create_directories(set);
-  WriteSparseModelBinary(model_, dense_ / "sparse");
-  fs::copy(dense_, set / "dense", fs::copy_options::recursive);
-  WriteCloud(set / "truth.ply", {{0, 0, 2}}, 4);
-  const ProgramResult result = Script("scenes/disturb", {folder_ / "data", folder_ / "disturbed", "--by", "poses"});
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const fs::path disturbed = folder_ / "disturbed/wall";
-  const SparseModel model = colmap_ext::ReadSparseModel(disturbed / "dense/sparse");
+  const SparseModel model = Disturbed("poses");
   ASSERT_EQ(model.images.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     const colmap_ext::SparseImage& image = model.images[i];
@@ -158,22 +162,16 @@ TEST_F(ThinWorkspace, DisturbedCamerasTurnByPixels) {
     EXPECT_GT(pixels, 0.01) << i;
     EXPECT_LT(pixels, 2.5) << i;
   }
-  EXPECT_EQ(ReadBytes(disturbed / "dense/sparse/points3D.bin"), ReadBytes(dense_ / "sparse/points3D.bin"));
-  EXPECT_EQ(ReadBytes(disturbed / "dense/images/2.png"), "pixels of 2.png");
-  EXPECT_EQ(ReadBytes(disturbed / "truth.ply"), ReadBytes(set / "truth.ply"));
+  EXPECT_EQ(ReadBytes(disturbed_ / "dense/sparse/points3D.bin"), ReadBytes(dense_ / "sparse/points3D.bin"));
+  EXPECT_EQ(ReadBytes(disturbed_ / "dense/images/2.png"), "pixels of 2.png");
+  EXPECT_EQ(ReadBytes(disturbed_ / "truth.ply"), ReadBytes(folder_ / "data/wall/truth.ply"));
   EXPECT_THAT(Script("scenes/disturb", {folder_ / "data", folder_ / "x", "--by", "fog"}).errors, HasSubstr("not 'fog'"));
 }
 
 // Centres move as well, and points go where their observations meet then.
 TEST_F(ThinWorkspace, GivenPosesMoveAndPointsFollow) {
-  const fs::path set = folder_ / "data/wall";
-  fs::create_directories(set);
-  WriteSparseModelBinary(model_, dense_ / "sparse");
-  fs::copy(dense_, set / "dense", fs::copy_options::recursive);
-  WriteCloud(set / "truth.ply", {{0, 0, 2}}, 4);
-  const ProgramResult result = Script("scenes/disturb", {folder_ / "data", folder_ / "disturbed", "--by", "given_poses"});
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const SparseModel model = colmap_ext::ReadSparseModel(folder_ / "disturbed/wall/dense/sparse");
+  const SparseModel model = Disturbed("given_poses");
+  ASSERT_EQ(model.images.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     const colmap_ext::SparseImage& image = model.images[i];
     const double moved = (image.rotation * Eigen::Vector3d(static_cast<double>(i), 0, 0) + image.translation).norm();

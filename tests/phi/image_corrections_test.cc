@@ -11,8 +11,13 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "phi/geometry/triangulation_step.h"
+#include "tests/support/empty_scene.h"
+
 namespace phi {
 namespace {
+
+using test_support::EmptyScene;
 
 constexpr int kNumViews = 6;
 constexpr double kFocal = 1000;
@@ -34,9 +39,7 @@ std::vector<SceneView> MakeViews() {
 
 // Points 4 to 6 units away, observed with noise by every camera that sees them.
 SparseScene MakeScene(const std::vector<SceneView>& views, double noise) {
-  std::vector<Pinhole> pinholes;
-  for (const SceneView& view : views) pinholes.push_back(view.camera.pinhole);
-  SparseScene scene(pinholes);
+  SparseScene scene = EmptyScene(views);
   std::mt19937 random(0);
   std::uniform_real_distribution<double> x(-4, 4), y(-2.5, 2.5);
   std::normal_distribution<double> off(0, noise);
@@ -102,7 +105,7 @@ TEST(ImageCorrections, PosesThatFitMoveNothing) {
   }
 }
 
-// A camera turned to the right by one pixel sees a point one pixel farther left; the photo shows it where it did, so to the right.
+// A camera turned to the right by two pixels sees points two pixels farther left; the photo shows them where it did, to the right.
 TEST(ImageCorrections, OneTurnedCameraByHand) {
   std::vector<SceneView> views = MakeViews();
   const SparseScene scene = MakeScene(views, 0.2);
@@ -129,20 +132,13 @@ template <typename Shift>
 Eigen::Vector3d Triangulate(const std::vector<SceneView>& views, std::span<const PointObservation> track,
                             Eigen::Vector3d point, const Shift& shift) {
   for (int step = 0; step < 5; ++step) {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    TriangulationStep towards;
     for (const PointObservation& seen : track) {
-      const Pose& pose = views[seen.view].camera.pose;
-      const Eigen::Vector3d p = pose * point;
-      Eigen::Matrix<double, 2, 3> slope;
-      slope << kFocal / p.z(), 0, -kFocal * p.x() / (p.z() * p.z()), 0, kFocal / p.z(),
-          -kFocal * p.y() / (p.z() * p.z());
-      slope *= pose.rotation;
-      normal += slope.transpose() * slope;
-      right += slope.transpose() *
-               (Eigen::Vector2d(seen.u, seen.v) - shift(seen) - views[seen.view].camera.pinhole.Project(p));
+      const Camera& camera = views[seen.view].camera;
+      const Eigen::Vector3d p = camera.pose * point;
+      towards.Add(camera, p, Eigen::Vector2d(seen.u, seen.v) - shift(seen) - camera.pinhole.Project(p));
     }
-    point += normal.inverse() * right;
+    point += towards.Solve();
   }
   return point;
 }
@@ -171,9 +167,7 @@ double Miss(const std::vector<SceneView>& views, const std::vector<ImageCorrecti
 TEST(ImageCorrections, PhotosMatchThoughPointsFollowedTheCameras) {
   const std::vector<SceneView> views = TurnedViews(1.5);
   const SparseScene observed = MakeScene(MakeViews(), 0.2);
-  std::vector<Pinhole> pinholes;
-  for (const SceneView& view : views) pinholes.push_back(view.camera.pinhole);
-  SparseScene scene(pinholes);
+  SparseScene scene = EmptyScene(views);
   const auto as_it_is = [](const PointObservation&) -> Eigen::Vector2d { return Eigen::Vector2d::Zero(); };
   for (std::size_t i = 0; i < observed.num_points(); ++i) {
     scene.AddPoint(Triangulate(views, observed.track(i), observed.point(i), as_it_is), observed.track(i));
@@ -204,14 +198,8 @@ TEST(ImageCorrections, AllOfManyImagesAreMoved) {
   const std::vector<SceneView> turned = TurnedViews(1);
   const SparseScene small = MakeScene(MakeViews(), 0.2);
   std::vector<SceneView> views;
-  std::vector<Pinhole> pinholes;
-  for (int copy = 0; copy < kCopies; ++copy) {
-    for (const SceneView& view : turned) {
-      views.push_back(view);
-      pinholes.push_back(view.camera.pinhole);
-    }
-  }
-  SparseScene scene(pinholes);
+  for (int copy = 0; copy < kCopies; ++copy) views.insert(views.end(), turned.begin(), turned.end());
+  SparseScene scene = EmptyScene(views);
   for (int copy = 0; copy < kCopies; ++copy) {
     for (std::size_t i = 0; i < small.num_points(); i += 20) {
       std::vector<PointObservation> track(small.track(i).begin(), small.track(i).end());
@@ -265,9 +253,7 @@ TEST(ImageCorrections, SinglePointsFarOffChangeNothing) {
 
 TEST(ImageCorrections, WithoutPointsThereAreNone) {
   const std::vector<SceneView> views = MakeViews();
-  std::vector<Pinhole> pinholes;
-  for (const SceneView& view : views) pinholes.push_back(view.camera.pinhole);
-  SparseScene scene(pinholes);
+  SparseScene scene = EmptyScene(views);
   EXPECT_TRUE(FindImageCorrections(views, scene, {}).of_view.empty());
   // Seen by one view, and behind the cameras.
   scene.AddPoint({0, 0, 5}, std::vector<PointObservation>{{0, 10, 10}});

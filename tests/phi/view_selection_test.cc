@@ -8,9 +8,12 @@
 #include <Eigen/Geometry>
 
 #include "phi/view_coverage.h"
+#include "tests/support/empty_scene.h"
 
 namespace phi {
 namespace {
+
+using test_support::EmptyScene;
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
@@ -24,12 +27,6 @@ SceneView MakeView(std::uint32_t id, const Eigen::Vector3d& center, double yaw =
   view.camera.pose.rotation = Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
   view.camera.pose.translation = -view.camera.pose.rotation * center;
   return view;
-}
-
-SparseScene EmptyScene(const std::vector<SceneView>& views) {
-  std::vector<Pinhole> pinholes;
-  for (const SceneView& view : views) pinholes.push_back(view.camera.pinhole);
-  return SparseScene(pinholes);
 }
 
 void AddPoint(const std::vector<int>& views, const Eigen::Vector3d& world, SparseScene* scene) {
