@@ -21,25 +21,12 @@ target_include_directories(phimvs_compilation INTERFACE
 option(PHIMVS_COMPILER_CACHE "Compile through ccache where it is installed" ON)
 find_program(PHIMVS_CCACHE ccache)
 if(PHIMVS_COMPILER_CACHE AND PHIMVS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${PHIMVS_CCACHE}")
+  # Paths within the checkout count from the build folder, so that other builds and checkouts find the file as well.
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" "${PHIMVS_CCACHE}")
 endif()
-# Headers that half of the files read. A compiler cache could not serve files that use them precompiled.
-set(phimvs_precompiled_default ON)
-if(CMAKE_CXX_COMPILER_LAUNCHER MATCHES ccache)
-  set(phimvs_precompiled_default OFF)
-endif()
-option(PHIMVS_PRECOMPILED_HEADERS "Precompile what half of the files include" ${phimvs_precompiled_default})
-function(phimvs_precompile_headers target)
-  if(PHIMVS_PRECOMPILED_HEADERS)
-    target_precompile_headers(${target} PRIVATE <algorithm> <filesystem> <functional> <fstream> <map> <memory> <mutex> <span>
-      <string> <vector> <Eigen/Core> <Eigen/Geometry> <tbb/parallel_for.h>)
-    # GCC 12 no longer knows then that its std::string is the system's, and warns of it.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>)
-  endif()
-endfunction()
 
-# For who compiles once: what many files of a folder include and instantiate is then compiled once for all of them.
-option(PHIMVS_WHOLE_FOLDERS "Compile the files of a folder together: a shorter first build, longer ones later" OFF)
+# What many files of a folder include and instantiate is then compiled once for all of them.
+option(PHIMVS_WHOLE_FOLDERS "Compile the files of a folder together; OFF: a longer first build, shorter ones after a change" ON)
 # ALONE: files that use a name as others of their folder do, or that include themselves.
 function(phimvs_compile_whole_folders target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ALONE")
