@@ -70,6 +70,7 @@ int RunDense(int argc, char** argv) {
   fusion.workspace.path = stereo.workspace.path;
   // Who keeps stereo off the GPU means all of the command.
   if (stereo.backend.kind == BackendKind::kCpu && fusion.fusion.backend == FusionBackend::kAuto) fusion.fusion.backend = FusionBackend::kCpu;
+  fusion.fusion.gpu = FirstGpu(stereo.backend);
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
   const std::filesystem::path workspace = stereo.workspace.path;

@@ -1,7 +1,10 @@
 #include "colmap_ext/fusion/fusion_backend.h"
 
+#include <algorithm>
+#include <string>
 #include <thread>
 
+#include "colmap_ext/byte_count.h"
 #include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
@@ -18,26 +21,35 @@ constexpr double kSecondsPerLookup = 10e-9;
 constexpr double kSecondsToStartGpu = 0.3;
 
 #ifdef PHIMVS_WITH_CUDA
-std::unique_ptr<phi::FusionDevice> MakeCuda() {
+std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpu& gpu) {
   std::string why_none;
-  if (phi::gpu::NumCudaDevices(&why_none) == 0) throw phi::NoDeviceError(why_none + "; --PhiFusion.backend cpu needs none");
-  return phi::gpu::MakeCudaFusion(0);
+  const int num_gpus = phi::gpu::NumCudaDevices(&why_none);
+  if (num_gpus == 0) throw phi::NoDeviceError(why_none + "; --PhiFusion.backend cpu needs none");
+  if (gpu.index >= num_gpus) throw phi::NoDeviceError("fusion: there is no GPU " + std::to_string(gpu.index));
+  return phi::gpu::MakeCudaFusion(gpu.index, gpu.memory_bytes);
 }
 #else
-std::unique_ptr<phi::FusionDevice> MakeCuda() {
+std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpu&) {
   throw phi::NoDeviceError("this build has no CUDA backend; build it where nvcc is installed, or use --PhiFusion.backend cpu");
 }
 #endif
 
 }  // namespace
 
-std::unique_ptr<phi::FusionDevice> MakeFusionDevice(FusionBackend backend, std::int64_t num_lookups) {
+FusionGpu FirstGpu(const BackendOptions& stereo) {
+  FusionGpu gpu;
+  gpu.index = std::max(ParseGpuIndices(stereo.gpu_index).front(), 0);  // -1: all
+  if (stereo.device_memory_gigabytes > 0) gpu.memory_bytes = ByteCount(kBytesPerGigabyte * stereo.device_memory_gigabytes);
+  return gpu;
+}
+
+std::unique_ptr<phi::FusionDevice> MakeFusionDevice(FusionBackend backend, const FusionGpu& gpu, std::int64_t num_lookups) {
   if (backend == FusionBackend::kCpu) return nullptr;
-  if (backend == FusionBackend::kCuda) return MakeCuda();
+  if (backend == FusionBackend::kCuda) return MakeCuda(gpu);
   const double seconds = static_cast<double>(num_lookups) * kSecondsPerLookup / std::thread::hardware_concurrency();
   if (seconds < kSecondsToStartGpu) return nullptr;
   try {
-    return MakeCuda();
+    return MakeCuda(gpu);
   } catch (const phi::NoDeviceError& error) {
     phi::LogDebug(error.what());
   } catch (const phi::ResourceError& error) {

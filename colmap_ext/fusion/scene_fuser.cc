@@ -60,7 +60,9 @@ SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
   } else {
     parts_ = DissectImages(graph_, options.max_part_images);
   }
-  device_ = std::async(std::launch::async, [backend, num_lookups = NumLookups()] { return MakeFusionDevice(backend, num_lookups); });
+  device_ = std::async(std::launch::async, [backend, gpu = options.gpu, num_lookups = NumLookups()] {
+    return MakeFusionDevice(backend, gpu, num_lookups);
+  });
 }
 
 void SceneFuser::Fuse(const std::vector<int>& order, CloudWriter* writer) {

@@ -20,13 +20,14 @@ struct SceneFusionOptions {
   FusionInput input;
   std::optional<phi::BoundingBox> box;
   FusionBackend backend = FusionBackend::kAuto;
+  FusionGpu gpu;
   int num_threads = -1;                  // <= 0: all
   int max_neighbors = 50;                // images that each image is compared with; -1: all
   double max_memory_gb = 0;              // 0: half of the computer's
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
   int max_part_images = 256;  // see fusion_parts.h; the order of images follows from it, and with it the cloud
 
-  // All but the box, the rule's and the input's included.
+  // All but the box and the GPU, the rule's and the input's included.
   phi::OptionList List();
   std::int64_t MemoryBytes() const;  // of max_memory_gb
   // An empty string, or one sentence naming option, value and rule.

@@ -119,8 +119,8 @@ TEST(OptionKeys, EveryMemberIsAnOption) {
   PipelineOptions pipeline;
   const std::size_t num_own = pipeline.RunList().size() + pipeline.EstimationList().size();
   EXPECT_EQ(CountMembers<PipelineOptions>(), static_cast<int>(num_own) + 4);  // the stages' structs
-  // The rule's struct, the input's with its size from the workspace's options, box, scratch folder and the size of parts.
-  EXPECT_EQ(CountMembers<SceneFusionOptions>(), size(SceneFusionOptions()) - size(phi::FusionOptions()) - 2 + 5);
+  // The rule's struct, the input's with its size from the workspace's options, box, the GPU, scratch folder and the size of parts.
+  EXPECT_EQ(CountMembers<SceneFusionOptions>(), size(SceneFusionOptions()) - size(phi::FusionOptions()) - 2 + 6);
 }
 
 }  // namespace
