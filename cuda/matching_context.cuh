@@ -252,9 +252,9 @@ struct GpuContext {
   }
 
   __device__ __forceinline__ float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples = kSamples) const {
-    HarmonicMean mean;
-    ForEachView(patch, x, y, h, [&](int, float cost) { mean.Add(cost); });
-    return mean.Value();
+    CostOfViews combined(parameters.view_mean);
+    ForEachView(patch, x, y, h, [&](int, float cost) { combined.Add(cost); });
+    return combined.Value();
   }
 
   // Calls function(view, cost) for each source view in turn.

@@ -27,6 +27,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kReducedImages, "reduced_images", kEstimation, kOffAndScale)    \
   X(kCoarseToFine, "coarse_to_fine", kEstimation, kOffAndScale)     \
   X(kFirstHypotheses, "first_hypotheses", kEstimation, kOff)        \
+  X(kViewMean, "view_mean", kEstimation, kOff)                      \
   X(kSparseRanking, "sparse_ranking", kEstimation, kOff)            \
   X(kRefinement, "refinement", kEstimation, kOffAndScale)           \
   X(kDepthBounds, "depth_bounds", kEstimation, kOffAndScale)        \

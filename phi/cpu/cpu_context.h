@@ -32,18 +32,18 @@ struct CpuContext {
   float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {
     float costs[kMaxSourceViews];
     Count(matcher.Costs(patch, x, y, h, samples, costs), matcher.NumSamplesPerWindow(samples));
-    return HarmonicMeanCost(costs, parameters.num_views);
+    return CombineCosts(costs, parameters.num_views, parameters.view_mean);
   }
   float Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
     float costs[kMaxSourceViews];
     Count(matcher.Rank(patch, x, y, h, ranked, costs), matcher.NumSamplesPerWindow(Samples::kSparse));
-    return HarmonicMeanCost(costs, parameters.num_views);
+    return CombineCosts(costs, parameters.num_views, parameters.view_mean);
   }
   float Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
     float costs[kMaxSourceViews];
     Count(matcher.Score(patch, x, y, h, ranked, costs),
           matcher.NumSamplesPerWindow(Samples::kAll) - matcher.NumSamplesPerWindow(Samples::kSparse));
-    return HarmonicMeanCost(costs, parameters.num_views);
+    return CombineCosts(costs, parameters.num_views, parameters.view_mean);
   }
 
  private:

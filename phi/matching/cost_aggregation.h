@@ -1,36 +1,57 @@
-// From one cost per source view to one cost per pixel: Eq. 5 with omega = 1, the harmonic mean over the views that see the window.
-// Weights of views by how well the neighbouring pixels match in them were tried and lost (docs/development/rules.md).
+// From one cost per source view to one cost per pixel: a power mean over the views that see the window. Weights of views by how well
+// the neighbouring pixels match in them were tried and lost (docs/development/rules.md).
 #pragma once
+
+#include <cmath>
+#include <cstdint>
 
 #include "phi/base/hd.h"
 #include "phi/matching/zncc.h"
+#include "phi/options.h"
 
 namespace phi {
 
 inline constexpr int kMaxSourceViews = 32;
 
-class HarmonicMean {
+enum class ViewMean : std::uint8_t {
+  kHarmonic,   // exponent -1: Eq. 5 with omega = 1
+  kQuadratic,  // exponent -2: views that match well have more say, and those that see something else less
+};
+
+inline ViewMean ChooseViewMean(Formulas formulas, const Rules& rules) {
+  return formulas == Formulas::kRobust && rules.IsOn(Rule::kViewMean) ? ViewMean::kQuadratic : ViewMean::kHarmonic;
+}
+
+class CostOfViews {
  public:
+  PHI_HD explicit CostOfViews(ViewMean mean) : mean_(mean) {}
+
   // Floored so that one view near 0 cannot win alone. kMaxCost: the view does not see the window.
   PHI_HD void Add(float cost) {
     constexpr float kFloor = 1e-3f;
     if (cost >= kMaxCost) return;
     ++num_views_;
-    sum_ += 1.0f / Max(cost, kFloor);
+    const float inverse = 1.0f / Max(cost, kFloor);
+    sum_ += mean_ == ViewMean::kQuadratic ? inverse * inverse : inverse;
   }
 
   // No view: kMaxCost.
-  PHI_HD float Value() const { return num_views_ > 0 ? num_views_ / sum_ : kMaxCost; }
+  PHI_HD float Value() const {
+    if (num_views_ == 0) return kMaxCost;
+    const float mean = num_views_ / sum_;
+    return mean_ == ViewMean::kQuadratic ? sqrtf(mean) : mean;
+  }
 
  private:
+  ViewMean mean_;
   int num_views_ = 0;
   float sum_ = 0;
 };
 
-PHI_HD float HarmonicMeanCost(const float* costs, int num_views) {
-  HarmonicMean mean;
-  for (int j = 0; j < num_views; ++j) mean.Add(costs[j]);
-  return mean.Value();
+PHI_HD float CombineCosts(const float* costs, int num_views, ViewMean mean) {
+  CostOfViews combined(mean);
+  for (int j = 0; j < num_views; ++j) combined.Add(costs[j]);
+  return combined.Value();
 }
 
 }  // namespace phi

@@ -5,7 +5,7 @@
 //   state                          EstimationState
 //   BestInRegion(x, y, region, &offset)   propagation.h's, over the state's costs
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
-//   Cost(patch, x, y, h, samples)   Eq. 5 of the costs in the source views
+//   Cost(patch, x, y, h, samples)   of the source views' costs, combined by cost_aggregation.h
 //   Ranked, Rank(patch, x, y, h, &ranked), Score(patch, x, y, h, &ranked)   for UpdateByRanking alone: the same by sparse samples, and
 //                                  then, for the same hypothesis, by all
 // The pixels of one colour read only the state of the other colour and their own, so all of them may run at once.
@@ -39,6 +39,7 @@ struct EstimationParameters {
   int num_iterations = 8;                      // of all parts of the estimation
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
+  ViewMean view_mean = ViewMean::kQuadratic;
   bool ranks = false;                          // by sparse samples what is scored by all
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};

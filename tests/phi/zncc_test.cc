@@ -69,11 +69,21 @@ TEST(Zncc, MaxCostOutsideTheSourceBehindItOrWithoutTexture) {
   EXPECT_EQ(Cost(Array2D<std::uint8_t>(64, 64, 128), image, kIdentity), kMaxCost);
 }
 
-TEST(CostAggregation, HarmonicMeanIgnoresViewsThatDoNotSeeTheWindow) {
+TEST(CostAggregation, IgnoresViewsThatDoNotSeeTheWindow) {
   const float costs[] = {0.5f, 0.25f, kMaxCost};
-  EXPECT_FLOAT_EQ(HarmonicMeanCost(costs, 3), 2 / (2.0f + 4.0f));
+  EXPECT_FLOAT_EQ(CombineCosts(costs, 3, ViewMean::kHarmonic), 2 / (2.0f + 4.0f));
+  EXPECT_FLOAT_EQ(CombineCosts(costs, 3, ViewMean::kQuadratic), std::sqrt(2 / (4.0f + 16.0f)));
   const float none[] = {kMaxCost, kMaxCost};
-  EXPECT_EQ(HarmonicMeanCost(none, 2), kMaxCost);
+  for (const ViewMean mean : {ViewMean::kHarmonic, ViewMean::kQuadratic}) EXPECT_EQ(CombineCosts(none, 2, mean), kMaxCost);
+}
+
+// Two views that see the point and six that something hides, against a wrong depth at which all match alike.
+TEST(CostAggregation, QuadraticMeanFollowsTheViewsThatMatch) {
+  const float seen_by_two[] = {0.1f, 0.1f, 0.8f, 0.8f, 0.8f, 0.8f, 0.8f, 0.8f};
+  const float wrong[] = {0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f};
+  EXPECT_LT(CombineCosts(seen_by_two, 8, ViewMean::kQuadratic), CombineCosts(wrong, 8, ViewMean::kQuadratic));
+  EXPECT_GT(CombineCosts(seen_by_two, 8, ViewMean::kHarmonic), CombineCosts(wrong, 8, ViewMean::kHarmonic));
+  EXPECT_FLOAT_EQ(CombineCosts(wrong, 8, ViewMean::kQuadratic), 0.25f);
 }
 
 // On both sides of the centre, and inside the window whatever its size.
