@@ -6,6 +6,7 @@
 #include <string>
 
 #include "phi/base/error.h"
+#include "phi/base/median.h"
 #include "phi/matching/matching_window.h"
 #include "phi/matching/window_level.h"
 
@@ -25,8 +26,7 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
     const double baseline = std::max({across, along, 1e-6 * input.depth_max});
     per_pixel.push_back(1.0 / (view.source.fx * baseline));
   }
-  std::nth_element(per_pixel.begin(), per_pixel.begin() + per_pixel.size() / 2, per_pixel.end());
-  return static_cast<float>(per_pixel[per_pixel.size() / 2]);
+  return static_cast<float>(Median(&per_pixel));
 }
 
 // Levels on which a window is still small beside the image.
