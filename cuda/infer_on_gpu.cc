@@ -233,7 +233,6 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   InferenceLaunch launch;
   launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                        .window = MakeMatchingWindow(stereo),
-                       .view_mean = ChooseViewMean(options.formulas, options.rules),
                        .formulas = options.formulas,
                        .rules = options.rules};
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);

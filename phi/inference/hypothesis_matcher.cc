@@ -89,7 +89,6 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
   parameters_ = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
                  .window = MakeMatchingWindow(stereo),
                  .num_views = static_cast<int>(num_views),
-                 .view_mean = ChooseViewMean(method.formulas, method.rules),
                  .formulas = method.formulas,
                  .rules = method.rules};
   const int n = parameters_.window.samples_per_side;

@@ -32,7 +32,6 @@ struct InferenceParameters {
   RayModel reference = {};
   MatchingWindow window = {};
   int num_views = 0;
-  ViewMean view_mean = ViewMean::kQuadratic;
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};
 };
@@ -101,7 +100,7 @@ PHI_HD PixelHypotheses JudgeHypotheses(const Context& context, int x, int y) {
     if (!(result.offered >> k & 1)) continue;
     float costs[kMaxSourceViews];
     context.Costs(patch, x, y, k, costs);
-    result.cost[k] = CombineCosts(costs, p.num_views, p.view_mean);
+    result.cost[k] = CombineCosts(costs, p.num_views, ViewMean::kHarmonic);
   }
   if (p.formulas == Formulas::kRobust) {
     PreferRegionPlanes(context.state.FromRegion(x, y), &result, p.rules.Factor(Rule::kRegionsFirst));

@@ -2,9 +2,9 @@
 // the neighbouring pixels match in them were tried and lost (docs/development/rules.md).
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
+#include "phi/base/cube_root.h"
 #include "phi/base/hd.h"
 #include "phi/matching/zncc.h"
 #include "phi/options.h"
@@ -14,12 +14,14 @@ namespace phi {
 inline constexpr int kMaxSourceViews = 32;
 
 enum class ViewMean : std::uint8_t {
-  kHarmonic,   // exponent -1: Eq. 5 with omega = 1
-  kQuadratic,  // exponent -2: views that match well have more say, and those that see something else less
+  kHarmonic,  // exponent -1: Eq. 5 with omega = 1
+  kCubic,     // exponent -3: views that match well have more say, and those that see something else less
 };
 
-inline ViewMean ChooseViewMean(Formulas formulas, const Rules& rules) {
-  return formulas == Formulas::kRobust && rules.IsOn(Rule::kViewMean) ? ViewMean::kQuadratic : ViewMean::kHarmonic;
+// Of the estimation. Much in a reduced image is as thin as a window, which then matches what lies behind it in some view or other.
+inline ViewMean ChooseViewMean(Formulas formulas, const Rules& rules, bool is_reduced) {
+  const bool is_cubic = formulas == Formulas::kRobust && rules.IsOn(Rule::kViewMean) && !is_reduced;
+  return is_cubic ? ViewMean::kCubic : ViewMean::kHarmonic;
 }
 
 class CostOfViews {
@@ -32,14 +34,14 @@ class CostOfViews {
     if (cost >= kMaxCost) return;
     ++num_views_;
     const float inverse = 1.0f / Max(cost, kFloor);
-    sum_ += mean_ == ViewMean::kQuadratic ? inverse * inverse : inverse;
+    sum_ += mean_ == ViewMean::kCubic ? inverse * inverse * inverse : inverse;
   }
 
   // No view: kMaxCost.
   PHI_HD float Value() const {
     if (num_views_ == 0) return kMaxCost;
     const float mean = num_views_ / sum_;
-    return mean_ == ViewMean::kQuadratic ? sqrtf(mean) : mean;
+    return mean_ == ViewMean::kCubic ? CubeRoot(mean) : mean;
   }
 
  private:

@@ -39,7 +39,7 @@ struct EstimationParameters {
   int num_iterations = 8;                      // of all parts of the estimation
   int first_iteration = 0, end_iteration = 8;  // of this part
   int num_levels = 1;                          // of the image pyramids, see window_level.h
-  ViewMean view_mean = ViewMean::kQuadratic;
+  ViewMean view_mean = ViewMean::kCubic;
   bool ranks = false;                          // by sparse samples what is scored by all
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};

@@ -98,7 +98,7 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.num_iterations = options.num_iterations;
   p.end_iteration = options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
-  p.view_mean = ChooseViewMean(options.formulas, options.rules);
+  p.view_mean = ChooseViewMean(options.formulas, options.rules, input.is_reduced);
   p.formulas = options.formulas;
   p.rules = options.rules;
   p.ranks = options.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kSparseRanking) &&

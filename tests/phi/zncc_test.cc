@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "phi/base/cube_root.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace phi {
@@ -72,18 +73,31 @@ TEST(Zncc, MaxCostOutsideTheSourceBehindItOrWithoutTexture) {
 TEST(CostAggregation, IgnoresViewsThatDoNotSeeTheWindow) {
   const float costs[] = {0.5f, 0.25f, kMaxCost};
   EXPECT_FLOAT_EQ(CombineCosts(costs, 3, ViewMean::kHarmonic), 2 / (2.0f + 4.0f));
-  EXPECT_FLOAT_EQ(CombineCosts(costs, 3, ViewMean::kQuadratic), std::sqrt(2 / (4.0f + 16.0f)));
+  EXPECT_NEAR(CombineCosts(costs, 3, ViewMean::kCubic), std::cbrt(2 / (8.0f + 64.0f)), 1e-5);
   const float none[] = {kMaxCost, kMaxCost};
-  for (const ViewMean mean : {ViewMean::kHarmonic, ViewMean::kQuadratic}) EXPECT_EQ(CombineCosts(none, 2, mean), kMaxCost);
+  for (const ViewMean mean : {ViewMean::kHarmonic, ViewMean::kCubic}) EXPECT_EQ(CombineCosts(none, 2, mean), kMaxCost);
 }
 
 // Two views that see the point and six that something hides, against a wrong depth at which all match alike.
-TEST(CostAggregation, QuadraticMeanFollowsTheViewsThatMatch) {
+TEST(CostAggregation, CubicMeanFollowsTheViewsThatMatch) {
   const float seen_by_two[] = {0.1f, 0.1f, 0.8f, 0.8f, 0.8f, 0.8f, 0.8f, 0.8f};
   const float wrong[] = {0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f, 0.25f};
-  EXPECT_LT(CombineCosts(seen_by_two, 8, ViewMean::kQuadratic), CombineCosts(wrong, 8, ViewMean::kQuadratic));
+  EXPECT_LT(CombineCosts(seen_by_two, 8, ViewMean::kCubic), CombineCosts(wrong, 8, ViewMean::kCubic));
   EXPECT_GT(CombineCosts(seen_by_two, 8, ViewMean::kHarmonic), CombineCosts(wrong, 8, ViewMean::kHarmonic));
-  EXPECT_FLOAT_EQ(CombineCosts(wrong, 8, ViewMean::kQuadratic), 0.25f);
+  EXPECT_NEAR(CombineCosts(wrong, 8, ViewMean::kCubic), 0.25f, 1e-5);
+}
+
+TEST(CubeRoot, IsWithinThreeHundredThousandths) {
+  for (double x = 1e-9; x < 9; x *= 1.0003) EXPECT_NEAR(CubeRoot(static_cast<float>(x)) / std::cbrt(x), 1, 3e-5) << x;
+}
+
+TEST(CostAggregation, ReducedImagesAndThePaperHaveTheHarmonicMean) {
+  Rules off;
+  off.Set(Rule::kViewMean, 0);
+  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, Rules(), false), ViewMean::kCubic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, Rules(), true), ViewMean::kHarmonic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, off, false), ViewMean::kHarmonic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kPaper, Rules(), false), ViewMean::kHarmonic);
 }
 
 // On both sides of the centre, and inside the window whatever its size.

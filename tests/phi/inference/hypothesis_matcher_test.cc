@@ -96,12 +96,11 @@ TEST_F(HypothesisMatcherTest, CostsOfASlantedPlane) {
   for (const auto& [x, y] : {std::pair{20, 15}, {31, 24}, {40, 30}, {44, 19}}) {
     const double first = ExpectedCost(x, y, 0), second = ExpectedCost(x, y, 1);
     ASSERT_GT(std::abs(first - second), 1e-3) << "the two views tell nothing apart";
-    const double of_paper = 2 / (1 / first + 1 / second);
-    const double of_robust = std::sqrt(2 / (1 / (first * first) + 1 / (second * second)));
-    for (const auto& [matcher, expected] : {std::pair{&robust, of_robust}, {&paper, of_paper}}) {
+    for (const HypothesisMatcher* matcher : {&robust, &paper}) {
       const PixelHypotheses judged = Judge(*matcher, x, y);
       EXPECT_EQ(judged.offered, 15) << "a measured pixel is every direction's hypothesis";
-      for (int k = 0; k < kNumDirections; ++k) EXPECT_NEAR(judged.cost[k], expected, 2e-4) << x << ", " << y;
+      for (int k = 0; k < kNumDirections; ++k)
+        EXPECT_NEAR(judged.cost[k], 2 / (1 / first + 1 / second), 2e-4) << x << ", " << y;
     }
   }
 }
