@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "phi/base/cube_root.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace phi {
@@ -85,10 +84,6 @@ TEST(CostAggregation, CubicMeanFollowsTheViewsThatMatch) {
   EXPECT_LT(CombineCosts(seen_by_two, 8, ViewMean::kCubic), CombineCosts(wrong, 8, ViewMean::kCubic));
   EXPECT_GT(CombineCosts(seen_by_two, 8, ViewMean::kHarmonic), CombineCosts(wrong, 8, ViewMean::kHarmonic));
   EXPECT_NEAR(CombineCosts(wrong, 8, ViewMean::kCubic), 0.25f, 1e-5);
-}
-
-TEST(CubeRoot, IsWithinThreeHundredThousandths) {
-  for (double x = 1e-9; x < 9; x *= 1.0003) EXPECT_NEAR(CubeRoot(static_cast<float>(x)) / std::cbrt(x), 1, 3e-5) << x;
 }
 
 TEST(CostAggregation, ReducedImagesAndThePaperHaveTheHarmonicMean) {
