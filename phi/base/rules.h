@@ -46,6 +46,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kCreases, "creases", kInference, kOffAndScale)                  \
+  X(kShadedSurfaces, "shaded_surfaces", kInference, kOffAndScale)   \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
   X(kSky, "sky", kInference, kOffAndScale)                          \
   X(kEdgeDepths, "edge_depths", kInference, kOff)                   \

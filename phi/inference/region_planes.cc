@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "phi/base/image_mask.h"
+#include "phi/base/median.h"
 #include "phi/base/random.h"
 #include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
@@ -18,6 +19,7 @@
 #include "phi/inference/infer_pixel.h"
 #include "phi/inference/region_anchors.h"
 #include "phi/inference/second_surface.h"
+#include "phi/inference/shaded_surface.h"
 
 namespace phi {
 namespace {
@@ -40,6 +42,7 @@ constexpr double kReachDeviations = 5;
 constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
 constexpr float kMoreAtCreases = 3;  // what a point there counts more than another
+constexpr std::size_t kMinShadedSpots = 60;  // of a region whose shade is asked
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
 
@@ -189,6 +192,28 @@ std::vector<AnchorPoint> WeightedPoints(const std::vector<RegionPoint>& points, 
   return weighted;
 }
 
+// Where the search for the surface of a region that has no plane starts: everywhere as far as its middle anchor.
+RegionPlane MiddleDepth(const std::vector<RegionPoint>& points) {
+  std::vector<double> inverse_depths;
+  for (const RegionPoint& p : points) inverse_depths.push_back(p.w);
+  RegionPlane middle;
+  middle.a = Median(&inverse_depths);
+  return middle;
+}
+
+// A region with two planes is no one surface.
+std::optional<RegionPlane> SurfaceOf(const std::array<RegionPlane, kPlanesPerRegion>& planes,
+                                     const std::vector<RegionPoint>& points, const std::vector<Spot>& spots,
+                                     const SpotViews* views, double reach_deviations, const Rules& rules) {
+  const bool is_asked = views != nullptr && rules.IsOn(Rule::kShadedSurfaces) && spots.size() >= kMinShadedSpots &&
+                        !points.empty() && !planes[1].IsThere();
+  if (!is_asked) return std::nullopt;
+  ShadeLimits limits;
+  limits.min_change *= rules.Factor(Rule::kShadedSurfaces);
+  const RegionPlane start = planes[0].IsThere() ? planes[0] : MiddleDepth(points);
+  return SurfaceByShade(*views, spots, start, reach_deviations, limits);
+}
+
 // Of the reference view, as the sources that it was matched with tell it.
 DepthPrecision PrecisionOf(const InferenceInput& input) {
   std::vector<const Camera*> sources;
@@ -278,6 +303,10 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
+    if (const auto bent = SurfaceOf(planes_[k], points, spots[k], views, limits.reach_deviations, rules)) {
+      planes_[k] = {*bent};
+      sky_[k] = Sky::kNot;
+    }
   });
 }
 

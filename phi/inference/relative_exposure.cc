@@ -123,8 +123,7 @@ RelativeExposure RelativeExposure::OfOneImage(std::span<const RelativeExposure> 
 }
 
 float RelativeExposure::Change(const BrightSpot& reference, const BrightSpot& source) const {
-  const float over = (1 + source_falloff_ / 2 * source.squared_radius) / (1 + reference_falloff_ / 2 * reference.squared_radius);
-  const float change = reference.brightness - gain_ * over * over * source.brightness;
+  const float change = reference.brightness - Ratio(reference.squared_radius, source.squared_radius) * source.brightness;
   const bool is_cut_off = change < 0 ? reference.brightness >= kWhite : source.brightness >= kWhite;
   return is_cut_off ? 0 : change;
 }

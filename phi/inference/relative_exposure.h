@@ -50,6 +50,12 @@ class RelativeExposure {
   // Grey levels by which the reference's spot is brighter than the source's would be there. 0 where either may be cut off at white.
   float Change(const BrightSpot& reference, const BrightSpot& source) const;
 
+  // Of a reference's spot's brightness over a source's that shows the same; both by their squared radius.
+  float Ratio(float reference, float source) const {
+    const float over = (1 + source_falloff_ / 2 * source) / (1 + reference_falloff_ / 2 * reference);
+    return gain_ * over * over;
+  }
+
   float gain() const { return gain_; }
 
  private:

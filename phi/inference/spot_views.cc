@@ -15,9 +15,19 @@ namespace {
 constexpr float kClearlyUnlike = 2 * kMaxBrightnessChange;
 // and as far so many pixels around: thin things stand before the plane, and views show them elsewhere.
 constexpr int kSteadyReach = 2;
+// A surface that is still sought may lie so far from where it is, relative depth; what a view measured farther off is something else.
+constexpr float kOtherSurface = 0.05f;
 
 // The depth that was measured there; 0: none.
 float MeasuredAt(const MeasuredDepthsView& depths, int x, int y) { return depths.IsKnown() ? depths.Evidence(x, y) : 0; }
+
+// A mean that is brighter may have pixels that were cut off at white; grey levels.
+constexpr float kNearWhite = 245;
+
+std::optional<BoxMean> MeanBelowWhite(const GrayImage& image, float u, float v) {
+  const std::optional<BoxMean> mean = MeanAround(image, u, v);
+  return mean && mean->value < kNearWhite ? mean : std::nullopt;
+}
 
 bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
 
@@ -64,6 +74,27 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
     }
   }
   return foretold;
+}
+
+std::optional<BoxMean> SpotViews::MeanHere(const Spot& spot) const {
+  return MeanBelowWhite(*reference_, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f);
+}
+
+std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
+  const Source& source = sources_[index];
+  const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
+  if (!(p.z > 0)) return std::nullopt;
+  const float u = p.x / p.z, v = p.y / p.z;
+  const std::optional<BoxMean> there = MeanBelowWhite(*source.image, u, v);
+  if (!there) return std::nullopt;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  const float measured = MeasuredAt(source.depths, x, y);
+  if (measured > 0 && !DepthsAgree(p.z, measured * w, kOtherSurface)) return std::nullopt;
+  const float ratio = source.exposure.Ratio(radius_.Squared(spot.x, spot.y), source.radius.Squared(x, y));
+  // p moves by b with the inverse depth.
+  const Vec3f& b = source.view.b;
+  const float du = (b.x - u * b.z) / p.z, dv = (b.y - v * b.z) / p.z;
+  return ShadeOfSpot{here.value - ratio * there->value, -ratio * (there->du * du + there->dv * dv)};
 }
 
 std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w) const {

@@ -11,6 +11,7 @@
 
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/box_mean.h"
 #include "phi/inference/image_plane.h"
 #include "phi/inference/relative_exposure.h"
 #include "phi/inference/spot.h"
@@ -22,6 +23,12 @@ namespace phi {
 struct Foretold {
   std::size_t num_unlike = 0;  // that part and what is around it are clearly unlike the spot
   std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
+};
+
+// What a source shows of a spot at some inverse depth.
+struct ShadeOfSpot {
+  float change;  // grey levels by which the reference is brighter, exposures made alike
+  float slope;   // of the change, with the inverse depth
 };
 
 class SpotViews {
@@ -37,6 +44,13 @@ class SpotViews {
   // `plane`: of the reference image. Where something was measured, by a view in a spot's direction or by the reference before the
   // plane, it hides what the plane foretells.
   Foretold CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const;
+
+  std::size_t NumSources() const { return sources_.size(); }
+
+  // What the reference shows of the spot; nullopt: too near the image's side, or so bright that some of it may be cut off at white.
+  std::optional<BoxMean> MeanHere(const Spot& spot) const;
+  // The same of a source at inverse depth w, against `here`; nullopt, too: it measured something else at the place.
+  std::optional<ShadeOfSpot> ShadeIn(std::size_t source, const Spot& spot, const BoxMean& here, float w) const;
 
  private:
   struct Source {

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -24,12 +28,27 @@ struct DarkPixel {
     source_image(101, 90) = 60;
   }
 
-  double Unlike(double w) const {
+  InferenceInput Input() const {
     InferenceInput input;
     input.reference = {&reference, std::make_shared<GrayImage>(reference_image)};
     input.sources = {{&source, std::make_shared<GrayImage>(source_image)}};
     input.source_depths = {std::make_shared<const MeasuredDepths>(depths)};
+    return input;
+  }
+  double Unlike(double w) const {
+    const InferenceInput input = Input();
     return SpotViews(input, std::vector<RelativeExposure>{RelativeExposure(gain)}).Unlike({75, 45}, w);
+  }
+  std::optional<ShadeOfSpot> Shade(float w) const {
+    const InferenceInput input = Input();
+    const SpotViews views(input, std::vector<RelativeExposure>{RelativeExposure(gain)});
+    return views.ShadeIn(0, {75, 45}, *views.MeanHere({75, 45}), w);
+  }
+  // 2 grey levels a column, 3 a row; 100 in pixel (100, 90).
+  void SlantShadeOfSource() {
+    for (int y = 80; y < 100; ++y) {
+      for (int x = 80; x < 120; ++x) source_image(x, y) = static_cast<std::uint8_t>(100 + 2 * (x - 100) + 3 * (y - 90));
+    }
   }
 };
 
@@ -71,6 +90,42 @@ TEST(SpotViews, WhatNoViewShowsIsNotUnlikeAndNoDepthIs) {
   const DarkPixel scene;
   EXPECT_EQ(scene.Unlike(3), 0) << "beside the source image";
   EXPECT_EQ(scene.Unlike(-0.1), 1);
+}
+
+// At (101.5, 90.505) it is 102.015. With w the place moves by (-150, -1.5) pixels, and the shade there by -304.5.
+TEST(SpotViews, ShadeAndItsSlopeWithDepth) {
+  DarkPixel scene;
+  scene.SlantShadeOfSource();
+  const auto shade = scene.Shade(0.33f);
+  ASSERT_TRUE(shade);
+  EXPECT_NEAR(shade->change, 120 - 102.015, 1e-3);
+  EXPECT_NEAR(shade->slope, 304.5, 1e-2);
+  scene.gain = 1.5f;
+  EXPECT_NEAR(scene.Shade(0.33f)->change, 120 - 1.5 * 102.015, 1e-3);
+  EXPECT_NEAR(scene.Shade(0.33f)->slope, 1.5 * 304.5, 2e-2);
+}
+
+TEST(SpotViews, ShadeOfWhatAViewMeasuredElsewhereIsNotAsked) {
+  DarkPixel scene;
+  scene.SlantShadeOfSource();
+  const auto measured = [&](double depth) {
+    scene.depths.depths(101, 90) = static_cast<float>(depth / 0.33);
+    scene.depths.states(101, 90) = PixelState::kMeasured;
+    return scene.Shade(0.33f).has_value();
+  };
+  EXPECT_TRUE(measured(0.97));
+  EXPECT_TRUE(measured(1.03));
+  EXPECT_FALSE(measured(0.93));
+  EXPECT_FALSE(measured(1.07));
+}
+
+TEST(SpotViews, ShadeThatMayBeCutOffAtWhiteTellsNothing) {
+  DarkPixel scene;
+  scene.SlantShadeOfSource();
+  for (std::uint8_t& grey : scene.source_image) grey = static_cast<std::uint8_t>(std::min(255, grey + 140));
+  EXPECT_TRUE(scene.Shade(0.33f)) << "242";
+  for (std::uint8_t& grey : scene.source_image) grey = static_cast<std::uint8_t>(std::min(255, grey + 5));
+  EXPECT_FALSE(scene.Shade(0.33f)) << "247";
 }
 
 // Both images are plain, and the cameras have one orientation, so that a direction has one pixel in both.
