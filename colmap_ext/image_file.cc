@@ -134,12 +134,16 @@ ColorImage FromBgr(const cv::Mat& decoded) {
 
 template <typename Pixel>
 phi::Array2D<Pixel> ResizeAny(const phi::Array2D<Pixel>& image, int width, int height) {
-  if (image.width() == width && image.height() == height) return image;
   phi::Array2D<Pixel> resized(width, height);
   cv::Mat target = Wrap(resized);
   const bool shrinks = width <= image.width() && height <= image.height();
   cv::resize(Wrap(image), target, target.size(), 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_LINEAR);
   return resized;
+}
+
+template <typename Pixel>
+phi::Array2D<Pixel> ResizeOrKeep(phi::Array2D<Pixel> image, int width, int height) {
+  return image.width() == width && image.height() == height ? std::move(image) : ResizeAny(image, width, height);
 }
 
 std::unique_ptr<AtomicFile> Encode(const fs::path& path, const cv::Mat& image, int jpeg_quality,
@@ -219,10 +223,8 @@ phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
   return image;
 }
 
-phi::GrayImage Resize(const phi::GrayImage& image, int width, int height) {
-  return ResizeAny(image, width, height);
-}
-ColorImage Resize(const ColorImage& image, int width, int height) { return ResizeAny(image, width, height); }
+phi::GrayImage Resize(phi::GrayImage image, int width, int height) { return ResizeOrKeep(std::move(image), width, height); }
+ColorImage Resize(ColorImage image, int width, int height) { return ResizeOrKeep(std::move(image), width, height); }
 
 std::unique_ptr<AtomicFile> PrepareGrayImage(const fs::path& path, const phi::GrayImage& image,
                                              Durability durability) {

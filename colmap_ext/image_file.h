@@ -53,8 +53,8 @@ ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& ch
 phi::Array2D<std::uint16_t> ReadGray16Image(const std::filesystem::path& path);
 
 // Area average where it shrinks, bilinear where it grows.
-phi::GrayImage Resize(const phi::GrayImage& image, int width, int height);
-ColorImage Resize(const ColorImage& image, int width, int height);
+phi::GrayImage Resize(phi::GrayImage image, int width, int height);
+ColorImage Resize(ColorImage image, int width, int height);
 
 // The format follows from the name's extension; JPEG at `jpeg_quality` percent.
 inline constexpr int kJpegQuality = 95;

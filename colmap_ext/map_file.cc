@@ -235,12 +235,13 @@ phi::PlaneMap ReadPlaneMap(const fs::path& depth_path, const fs::path& normal_pa
 }
 
 void ReadPlaneRows(const fs::path& depth_path, const fs::path& normal_path,
-                   const std::function<void(int, const PlaneRow&)>& consume) {
+                   const std::function<void(int, const PlaneRow&)>& consume, RowRange range) {
   constexpr int kRows = 32;  // read at once
   PlaneReaders readers(depth_path, normal_path);
   std::array<std::vector<float>, 4> rows;  // depth, normal
-  for (int begin = 0; begin < readers.size.height; begin += kRows) {
-    const int count = std::min(kRows, readers.size.height - begin);
+  const int end = std::min(range.end, readers.size.height);
+  for (int begin = range.begin; begin < end; begin += kRows) {
+    const int count = std::min(kRows, end - begin);
     readers.depth.ReadRows(0, begin, count, &rows[0]);
     for (int c = 0; c < 3; ++c) readers.normal.ReadRows(c, begin, count, &rows[1 + c]);
     for (int i = 0; i < count; ++i) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -33,9 +34,14 @@ struct PlaneRow {
   const float* normal[3];
 };
 
+// Rows [begin, end) of a map, as far as it has them.
+struct RowRange {
+  int begin = 0, end = std::numeric_limits<int>::max();
+};
+
 // Calls consume(y, row) for each row in turn, without holding the maps: for readers that keep another form of them.
 void ReadPlaneRows(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path,
-                   const std::function<void(int, const PlaneRow&)>& consume);
+                   const std::function<void(int y, const PlaneRow&)>& consume, RowRange range = {});
 
 // Complete files that wait for their names (AtomicFile::Publish), in the order in which they should get them.
 using CompleteFiles = std::vector<std::unique_ptr<AtomicFile>>;

@@ -355,7 +355,7 @@ ColorImage Workspace::ReadColor(int image, int width, int height, const PhotoFil
     if (in_memory.color != nullptr) return Resize(*in_memory.color, width, height);
     ColorImage color(in_memory.gray->width(), in_memory.gray->height());
     std::transform(in_memory.gray->begin(), in_memory.gray->end(), color.begin(), [](std::uint8_t g) { return Rgb{g, g, g}; });
-    return Resize(color, width, height);
+    return Resize(std::move(color), width, height);
   }
   return Resize(ReadFullSize(image, photo, &DecodeColor), width, height);
 }

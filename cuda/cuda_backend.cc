@@ -57,6 +57,15 @@ class CudaBackend : public Backend {
     return kPixelViewsPerSecondAndProcessor * device_->properties.num_multiprocessors;
   }
 
+  void FreeMemory() override {
+    try {
+      const ScopedDevice current(device_->properties.index);
+      device_->FreeIdle();
+    } catch (const DeviceError& error) {
+      LogDebug(error.what());
+    }
+  }
+
   std::int64_t PeakDeviceBytes() const override { return device_->peak_bytes; }
 
   std::vector<DeviceStageTime> DeviceStageTimes() const override {

@@ -71,9 +71,13 @@ void DeviceResources::KeepOnly(const CacheSizes& sizes) {
   measured.KeepAtMost(sizes.measured);
 }
 
-void DeviceResources::RecoverMemory(const Task& task) {
+void DeviceResources::FreeIdle() {
   KeepOnly({});
   scratch.FreeIdle();
+}
+
+void DeviceResources::RecoverMemory(const Task& task) {
+  FreeIdle();
   budget.Lower(LessReserve(FreeBytes(task)));
 }
 

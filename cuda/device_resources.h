@@ -41,6 +41,8 @@ struct DeviceResources {
   // For a call of `bytes` that uses this scratch memory. sizes: of the caches that its kind uses; 0: other kinds do.
   void MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own);
 
+  // Frees what no running call holds.
+  void FreeIdle();
   // After memory ran short: frees what no running call holds, and lowers the budget to what there really is.
   void RecoverMemory(const Task& task);
 

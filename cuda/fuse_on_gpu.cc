@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -33,15 +34,32 @@ struct MapCopy {
 // The copies of maps, by the host's memory. Not safe for concurrent use.
 class MapCopies {
  public:
-  explicit MapCopies(std::int64_t budget) : budget_(budget), stream_(FusionTask()) {}
+  explicit MapCopies(std::int64_t budget) : budget_(budget) {}
 
-  // Null where there is no room beside what is in use.
-  std::shared_ptr<MapCopy> Get(HostMap map) {
+  // Null: there is none.
+  std::shared_ptr<MapCopy> Find(HostMap map) {
     const auto found = copies_.find(map.data);
-    const std::shared_ptr<MapCopy> copy = found != copies_.end() ? found->second : Upload(map);
-    if (copy == nullptr) return nullptr;
-    copies_[map.data] = copy;
+    if (found == copies_.end()) return nullptr;
+    found->second->last_use = ++clock_;
+    return found->second;
+  }
+
+  // Room for a copy, for Add. No data where there is none beside what is in use.
+  DeviceBuffer<FusionPixel> TakeMemory(HostMap map) {
+    try {
+      return FindMemory(map);
+    } catch (const OutOfDeviceMemory& error) {
+      LogDebug(error.what());
+      budget_ = num_bytes_;  // other programs use the device, too
+      return {};
+    }
+  }
+
+  std::shared_ptr<MapCopy> Add(HostMap map, DeviceBuffer<FusionPixel> pixels) {
+    auto copy = std::make_shared<MapCopy>();
+    copy->pixels = std::move(pixels);
     copy->last_use = ++clock_;
+    copies_[map.data] = copy;
     return copy;
   }
 
@@ -57,24 +75,8 @@ class MapCopies {
 
   static std::int64_t Bytes(HostMap map) { return map.size() * static_cast<std::int64_t>(sizeof(FusionPixel)); }
 
-  std::shared_ptr<MapCopy> Upload(HostMap map) {
-    const Task task = FusionTask(map.width, map.height);
-    auto copy = std::make_shared<MapCopy>();
-    try {
-      copy->pixels = TakeMemory(map);
-      if (copy->pixels.data() == nullptr) return nullptr;
-      copy->pixels.Upload(map.data, map.size(), stream_.get(), task);
-      stream_.Synchronize(task);
-    } catch (const OutOfDeviceMemory& error) {
-      LogDebug(error.what());
-      budget_ = num_bytes_;  // other programs use the device, too
-      return nullptr;
-    }
-    return copy;
-  }
-
   // Of a map that is gone, or new. To free memory stops the device, so it goes from map to map.
-  DeviceBuffer<FusionPixel> TakeMemory(HostMap map) {
+  DeviceBuffer<FusionPixel> FindMemory(HostMap map) {
     for (;;) {
       const auto unused = std::find_if(unused_.begin(), unused_.end(), [&](const DeviceBuffer<FusionPixel>& memory) {
         return static_cast<std::int64_t>(memory.bytes()) >= Bytes(map);
@@ -118,10 +120,16 @@ class MapCopies {
 
   std::int64_t budget_, num_bytes_ = 0;
   std::uint64_t clock_ = 0;
-  Stream stream_;
   std::map<const FusionPixel*, std::shared_ptr<MapCopy>> copies_;
   std::vector<DeviceBuffer<FusionPixel>> unused_;
 };
+
+void Copy(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
+  const Task task = FusionTask(map.width, map.height);
+  Stream stream(task);
+  pixels.Upload(map.data, map.size(), stream.get(), task);
+  stream.Synchronize(task);
+}
 
 // Of one call at a time.
 struct CallMemory {
@@ -175,11 +183,15 @@ DecidedPixels Decide(FusionLaunch launch, const std::vector<std::uint32_t>& pixe
   const Task task = FusionTask(launch.map.width, launch.map.height);
   const cudaStream_t stream = memory->stream.get();
   const std::int64_t count = static_cast<std::int64_t>(pixels.size());
-  memory->pixels.Reserve(count, task);
-  memory->outcomes.Reserve(count, task);
-  memory->is_fused.Reserve(count, task);
-  memory->fused.Reserve(count, task);
-  memory->gathered.Reserve(count, task);
+  // Blocks differ in what they ask; memory that grows a little with each is freed as often, for which the device waits.
+  const auto room = static_cast<std::int64_t>(std::bit_ceil(pixels.size()));
+  memory->pixels.Reserve(room, task);
+  memory->outcomes.Reserve(room, task);
+  memory->is_fused.Reserve(room, task);
+  memory->fused.Reserve(room, task);
+  memory->gathered.Reserve(room, task);
+  memory->host_outcomes.Reserve(room, task);
+  memory->host_fused.Reserve(room, task);
   memory->num_fused.Reserve(1, task);
   memory->pixels.Upload(pixels.data(), count, stream, task);
   launch.pixels = memory->pixels.data();
@@ -204,10 +216,15 @@ class CudaFusion final : public FusionDevice {
 
   void Load(HostMap map) override {
     const ScopedDevice current(index_);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (has_failed_ || !copies_.HasRoomFor(map)) return;
+    std::unique_lock<std::mutex> lock(mutex_);
+    if (has_failed_ || !copies_.HasRoomFor(map) || copies_.Find(map) != nullptr) return;
     try {
-      copies_.Get(map);
+      DeviceBuffer<FusionPixel> pixels = copies_.TakeMemory(map);
+      if (pixels.data() == nullptr) return;
+      lock.unlock();  // copies of several maps side by side
+      Copy(map, pixels);
+      lock.lock();
+      copies_.Add(map, std::move(pixels));
     } catch (const ResourceError& error) {
       GiveUp(error);
     }
@@ -237,6 +254,15 @@ class CudaFusion final : public FusionDevice {
   }
 
  private:
+  // Null where there is no room. The mutex must be held.
+  std::shared_ptr<MapCopy> GetCopy(HostMap map) {
+    if (std::shared_ptr<MapCopy> copy = copies_.Find(map); copy != nullptr) return copy;
+    DeviceBuffer<FusionPixel> pixels = copies_.TakeMemory(map);
+    if (pixels.data() == nullptr) return nullptr;
+    Copy(map, pixels);
+    return copies_.Add(map, std::move(pixels));
+  }
+
   void GiveUp(const ResourceError& error) {
     LogWarning(std::string(error.what()) + "; the processor goes on in its place");
     has_failed_ = true;
@@ -275,11 +301,11 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
   if (has_failed_) return nullptr;
   try {
     const Task task = FusionTask(reference.width, reference.height);
-    std::vector<std::shared_ptr<MapCopy>> copies = {copies_.Get(reference)};
+    std::vector<std::shared_ptr<MapCopy>> copies = {GetCopy(reference)};
     std::vector<FusionNeighbor> bound = neighbors;
     for (FusionNeighbor& neighbor : bound) {
       if (copies.back() == nullptr) return nullptr;
-      copies.push_back(copies_.Get(neighbor.map));
+      copies.push_back(GetCopy(neighbor.map));
       if (copies.back() != nullptr) neighbor.map.data = copies.back()->pixels.data();
     }
     if (copies.back() == nullptr) return nullptr;

@@ -134,6 +134,8 @@ class Backend {
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
+  // Gives up what it keeps for calls to come, which then make it anew. Not while calls are under way.
+  virtual void FreeMemory() {}
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.
   virtual std::int64_t PeakDeviceBytes() const { return 0; }
   // For the same summary; empty where the host computes. Not while calls are under way.

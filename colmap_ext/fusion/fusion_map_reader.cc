@@ -1,8 +1,15 @@
 #include "colmap_ext/fusion/fusion_map_reader.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/mask_file.h"
@@ -21,15 +28,26 @@ int SourceIndex(int i, int target_size, int source_size) {
   return static_cast<int>((std::int64_t{2} * i + 1) * source_size / (2 * target_size));
 }
 
+// function(begin, end) for rows of a map, side by side: where there are more cores than images, one image would be waited for.
+template <typename Function>
+void ForRows(int height, const Function& function) {
+  constexpr int kLeastRows = 64;
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, kLeastRows),
+                    [&](const tbb::blocked_range<int>& rows) { function(rows.begin(), rows.end()); });
+}
+
 // function(value, pixel) for the map's pixels and what the mask, of any size, holds there.
 template <typename Function>
 void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& function) {
-  for (int y = 0; y < map->height(); ++y) {
-    const int mask_y = SourceIndex(y, map->height(), mask.height());
-    for (int x = 0; x < map->width(); ++x) {
-      function(mask(SourceIndex(x, map->width(), mask.width()), mask_y), (*map)(x, y));
+  std::vector<int> columns(static_cast<std::size_t>(map->width()));
+  for (int x = 0; x < map->width(); ++x) columns[static_cast<std::size_t>(x)] = SourceIndex(x, map->width(), mask.width());
+  ForRows(map->height(), [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      const std::uint8_t* values = &mask(0, SourceIndex(y, map->height(), mask.height()));
+      phi::FusionPixel* pixels = &(*map)(0, y);
+      for (std::size_t x = 0; x < columns.size(); ++x) function(values[columns[x]], pixels[x]);
     }
-  }
+  });
 }
 
 }  // namespace
@@ -104,9 +122,13 @@ phi::FusionMap FusionMapReader::Read(int image) const {
   if (handed.map == nullptr && fs::exists(CompactPath(image)))
     handed.map = std::make_shared<const phi::MeasurementMap>(ReadCompactMap(CompactPath(image)));
   phi::FusionMap map(pinhole.width, pinhole.height);
-  AddMaps(image, handed, &map);
-  AddColors(image, handed, &map);
-  if (input_.kind == kGeometric || input_.kind == kMeasured) AddStates(ReadStates(image, handed), &map);
+  ColorImage colors;
+  phi::Mask states;
+  tbb::parallel_invoke([&] { AddMaps(image, handed, &map); },
+                       [&] { colors = workspace_.ReadColor(image, map.width(), map.height(), handed.photo.get()); },
+                       [&] { states = ReadStates(image, handed); });
+  AddColors(colors, &map);
+  AddStates(states, &map);
   if (!input_.mask_path.empty()) ApplyMask(image, &map);
   if (handed_ != nullptr) handed_->Forget(image);
   return map;
@@ -124,8 +146,8 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
 void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const {
   const MapSize source = handed.map != nullptr ? MapSize{handed.map->width(), handed.map->height(), 1} : ReadSize(image);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
-  int y = 0;
-  const auto add_row = [&](const auto& plane_at) {
+  const auto source_row = [&](int y) { return SourceIndex(y, map->height(), source.height); };
+  const auto add_row = [&](int y, const auto& plane_at) {
     for (int x = 0; x < map->width(); ++x) {
       const int source_x = map->width() == source.width ? x : SourceIndex(x, map->width(), source.width);
       const phi::PlaneHypothesis plane = plane_at(source_x);
@@ -135,33 +157,35 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionM
       pixel.normal = PackChecked(plane.normal, rays, x, y);
     }
   };
-  const auto consume = [&](int source_y, const auto& plane_at) {
-    for (; y < map->height() && SourceIndex(y, map->height(), source.height) == source_y; ++y) add_row(plane_at);
-  };
-  if (handed.map != nullptr) {
-    const phi::PlaneMap& planes = handed.map->planes;
-    for (int source_y = 0; source_y < source.height; ++source_y)
-      consume(source_y, [&](int source_x) { return planes(source_x, source_y); });
-    return;
-  }
-  ReadPlaneRows(workspace_.DepthMapPath(image, input_.kind), workspace_.NormalMapPath(image, input_.kind),
-                [&](int source_y, const PlaneRow& row) {
-                  consume(source_y, [&](int i) {
-                    return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]};
-                  });
-                });
+  ForRows(map->height(), [&](int begin, int end) {
+    int y = begin;
+    if (handed.map != nullptr) {
+      for (; y < end; ++y) add_row(y, [&](int source_x) { return handed.map->planes(source_x, source_row(y)); });
+      return;
+    }
+    const auto consume = [&](int source_y, const PlaneRow& row) {
+      for (; y < end && source_row(y) == source_y; ++y) {
+        add_row(y, [&](int i) { return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]}; });
+      }
+    };
+    ReadPlaneRows(workspace_.DepthMapPath(image, input_.kind), workspace_.NormalMapPath(image, input_.kind), consume,
+                  {source_row(begin), source_row(end - 1) + 1});
+  });
 }
 
-void FusionMapReader::AddColors(int image, const HandedImage& handed, phi::FusionMap* map) const {
-  const ColorImage colors = workspace_.ReadColor(image, map->width(), map->height(), handed.photo.get());
-  for (std::size_t i = 0; i < map->size(); ++i) {
-    const Rgb& rgb = colors.data()[i];
-    phi::FusionPixel& pixel = map->data()[i];
-    for (std::size_t c = 0; c < 3; ++c) pixel.rgb[c] = rgb[c];
-  }
+void FusionMapReader::AddColors(const ColorImage& colors, phi::FusionMap* map) {
+  ForRows(map->height(), [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      for (int x = 0; x < map->width(); ++x) {
+        const Rgb& rgb = colors(x, y);
+        std::copy(std::begin(rgb), std::end(rgb), (*map)(x, y).rgb);
+      }
+    }
+  });
 }
 
 phi::Mask FusionMapReader::ReadStates(int image, const HandedImage& handed) const {
+  if (input_.kind != kGeometric && input_.kind != kMeasured) return {};
   if (handed.map != nullptr && !handed.map->states.empty()) return MaskOfStates(handed.map->states);
   const fs::path path = workspace_.FilledMaskPath(image, input_.kind);
   return fs::exists(path) ? ReadMask(path) : phi::Mask();

@@ -62,8 +62,8 @@ class FusionMapReader final : public FusionMapSource {
   std::filesystem::path CompactPath(int image) const { return CompactMapPath(workspace_, image, input_.kind); }
   MapSize ReadSize(int image) const;
   void AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const;
-  void AddColors(int image, const HandedImage& handed, phi::FusionMap* map) const;
-  // The mask that says what a map's pixels are; empty where there is none.
+  static void AddColors(const ColorImage& colors, phi::FusionMap* map);
+  // The mask that says what a map's pixels are; empty where there is none, or the kind needs none.
   phi::Mask ReadStates(int image, const HandedImage& handed) const;
   // Marks inferred pixels of geometric maps, takes clues out of measured ones.
   void AddStates(const phi::Mask& states, phi::FusionMap* map) const;

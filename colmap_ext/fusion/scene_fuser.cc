@@ -107,6 +107,11 @@ void SceneFuser::SetDone(int position, const std::vector<std::uint8_t>& flags) {
 
 SceneFuser::Findings SceneFuser::TakeFindings() { return std::exchange(findings_, {}); }
 
+// Maps are large, and to give memory back takes time.
+SceneFuser::~SceneFuser() {
+  tbb::parallel_for(std::size_t{0}, maps_.size(), [&](std::size_t p) { maps_[p] = phi::FusionMap(); });
+}
+
 SceneFusionReport SceneFuser::MakeReport(const Findings& findings) const {
   SceneFusionReport report = known_;
   report.num_map_reads = findings.num_map_reads;

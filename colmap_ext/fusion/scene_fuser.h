@@ -33,6 +33,9 @@ class SceneFuser {
  public:
   // References must outlive it. Throws phi::InputError when no image has maps that can be read.
   SceneFuser(const Workspace& workspace, const FusionMapSource& maps, const SceneFusionOptions& options);
+  ~SceneFuser();
+  SceneFuser(const SceneFuser&) = delete;
+  SceneFuser& operator=(const SceneFuser&) = delete;
 
   const std::vector<int>& images() const { return images_; }  // by position: index into the workspace's views
   const std::vector<phi::Camera>& cameras() const { return cameras_; }

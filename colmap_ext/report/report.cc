@@ -35,28 +35,33 @@ Json ReadJson(const std::filesystem::path& path) {
   }
 }
 
-Json ToJson(const ReportImage& image) {
+// Pictures are long: they are taken out of the image.
+Json ToJson(ReportImage image) {
   Json pictures = Json::array();
-  for (const ReportPicture& p : image.pictures) {
-    pictures.push_back({{"title", p.title}, {"uri", p.uri}, {"caption", p.caption}});
+  for (ReportPicture& p : image.pictures) {
+    pictures.push_back(Json::object());
+    pictures.back()["title"] = p.title;
+    pictures.back()["uri"] = std::move(p.uri);
+    pictures.back()["caption"] = p.caption;
     if (!p.legend.palette.empty())
       pictures.back()["legend"] = {p.legend.palette, p.legend.from, p.legend.to};
   }
   Json histogram = Json::array();
   for (const auto& [bin, count] : image.depth_histogram) histogram.push_back({bin, count});
-  return {{"name", image.name},
-          {"view", image.view},
-          {"width", image.width},
-          {"height", image.height},
-          {"photometric", image.photometric},
-          {"measured", image.measured},
-          {"geometric", image.geometric},
-          {"filled", image.filled},
-          {"depths", {image.near_depth, image.median_depth, image.far_depth}},
-          {"pixel_size", image.pixel_size},
-          {"depth_histogram", histogram},
-          {"warnings", image.warnings},
-          {"pictures", pictures}};
+  Json json = {{"name", image.name},
+               {"view", image.view},
+               {"width", image.width},
+               {"height", image.height},
+               {"photometric", image.photometric},
+               {"measured", image.measured},
+               {"geometric", image.geometric},
+               {"filled", image.filled},
+               {"depths", {image.near_depth, image.median_depth, image.far_depth}},
+               {"pixel_size", image.pixel_size},
+               {"depth_histogram", histogram},
+               {"warnings", image.warnings}};
+  json["pictures"] = std::move(pictures);
+  return json;
 }
 
 // Which of the run's options somebody chose.
@@ -113,14 +118,14 @@ void RequireContent(const Workspace& workspace, const std::vector<ReportImage>& 
                         "cloud: nothing to report; run phimvs patch_match_stereo first");
 }
 
-void AddImages(const std::vector<ReportImage>& report_images, Json& report) {
+void AddImages(std::vector<ReportImage> report_images, Json& report) {
   Json images = Json::array();
-  for (const ReportImage& image : report_images) {
-    images.push_back(ToJson(image));
+  for (ReportImage& image : report_images) {
     for (const std::string& warning : image.warnings)
       report["warnings"].push_back(image.name + ": " + warning);
+    images.push_back(ToJson(std::move(image)));
   }
-  report["images"] = images;
+  report["images"] = std::move(images);
 }
 
 void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& report) {
@@ -249,7 +254,7 @@ void WriteReport(const ReportOptions& options) {
   tbb::parallel_invoke([&] { AddCloud(options, workspace, cloud); }, [&] { images = MakeReportImages(workspace, options); });
   report.update(cloud);
   RequireContent(workspace, images, report);
-  AddImages(images, report);
+  AddImages(std::move(images), report);
   AddEvaluations(options.evaluations, report);
   WriteFileAtomically(options.output, ReportPage(ForScript(report)));
 }

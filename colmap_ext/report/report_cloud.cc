@@ -91,10 +91,12 @@ void FindCube(const std::vector<CloudSample::Point>& points, ReportCloud* cloud)
     std::vector<double> values;
     values.reserve(points.size());
     for (const CloudSample::Point& p : points) values.push_back(p.xyz[axis]);
-    std::sort(values.begin(), values.end());
-    const auto last = static_cast<double>(values.size() - 1);
-    const double lower = values[static_cast<std::size_t>(kQuantile * last)];
-    const double upper = values[static_cast<std::size_t>((1 - kQuantile) * last)];
+    const auto quantile = [&](double share) {
+      const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+      std::nth_element(values.begin(), place, values.end());
+      return *place;
+    };
+    const double lower = quantile(kQuantile), upper = quantile(1 - kQuantile);
     cloud->center[axis] = (lower + upper) / 2;
     half = std::max(half, (upper - lower) / 2);
   }

@@ -3,9 +3,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
+#include <iterator>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/format_text.h"
@@ -33,9 +38,16 @@ double ValidPercent(const DepthMap& depth) {
 // Pixels by floor(8 log2(depth)).
 std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth) {
   constexpr int kBinsPerOctave = 8, kLowest = -150 * kBinsPerOctave, kEnd = 129 * kBinsPerOctave;  // of all floats
+  std::array<float, kBinsPerOctave> bins{};  // where they begin, of the octave from 0.5 to 1
+  for (int k = 0; k < kBinsPerOctave; ++k) bins[k] = std::exp2(static_cast<float>(k) / kBinsPerOctave - 1);
   std::vector<std::int64_t> counts(kEnd - kLowest);
   for (const float d : depth) {
-    if (d > 0 && std::isfinite(d)) ++counts[static_cast<int>(std::floor(kBinsPerOctave * std::log2(d))) - kLowest];
+    if (!(d > 0) || !std::isfinite(d)) continue;
+    int exponent = 0;
+    const float mantissa = std::frexp(d, &exponent);
+    int bin = (exponent - 1) * kBinsPerOctave - 1;
+    for (const float begin : bins) bin += mantissa >= begin;
+    ++counts[bin - kLowest];
   }
   std::map<int, std::int64_t> histogram;
   for (int bin = kLowest; bin < kEnd; ++bin) {
@@ -67,42 +79,64 @@ class ImageMaker {
   ReportImage Make() {
     result_.name = workspace_.views()[image_].name;
     result_.view = image_;
-    const auto photometric = ReadDepths(kPhotometric), measured = ReadDepths(kMeasured);
-    const auto geometric = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap);
-    const auto filled =
-        Read(workspace_.FilledMaskPath(image_), [](const auto& path) { return ReadGrayImage(path); });
-    if (photometric) result_.photometric = ValidPercent(*photometric);
-    if (measured) result_.measured = ValidPercent(*measured);
-    if (geometric) result_.geometric = ValidPercent(*geometric);
-    if (geometric && filled) result_.filled = FilledPercent(*geometric, *filled);
-    if (!photometric && !geometric) result_.warnings.push_back("has no depth map");
-    if (const auto& best = geometric ? geometric : measured ? measured : photometric; best) AddDepths(*best);
-    if (with_pictures_) AddPictures(photometric, measured, geometric, filled);
+    DoAll({[&](Part* part) { photometric_ = ReadDepths(kPhotometric, part); },
+           [&](Part* part) { measured_ = ReadDepths(kMeasured, part); },
+           [&](Part* part) { geometric_ = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap, part); },
+           [&](Part* part) { filled_ = Read(workspace_.FilledMaskPath(image_), ReadMaskImage, part); }});
+    if (!photometric_ && !geometric_) result_.warnings.push_back("has no depth map");
+    DoAll({[&](Part*) { AddShares(); }, [&](Part*) { AddDepths(); }, [&](Part*) { AddHistogram(); },
+           [&](Part* part) { AddPhoto(part); }});
+    if (with_pictures_ && Best()) AddPictures();
     return std::move(result_);
   }
 
  private:
+  // What a step adds to the result's.
+  struct Part {
+    std::vector<ReportPicture> pictures;
+    std::vector<std::string> warnings;
+
+    void Add(const std::string& title, std::string uri, const std::string& caption, ReportLegend legend = {}) {
+      pictures.push_back({title, std::move(uri), caption, std::move(legend)});
+    }
+  };
+  using Steps = std::vector<std::function<void(Part*)>>;
+
+  // Side by side, since one large image would be waited for; their parts come in order.
+  void DoAll(const Steps& steps) {
+    std::vector<Part> parts(steps.size());
+    tbb::parallel_for(std::size_t{0}, steps.size(), [&](std::size_t i) { steps[i](&parts[i]); });
+    for (Part& part : parts) {
+      std::move(part.pictures.begin(), part.pictures.end(), std::back_inserter(result_.pictures));
+      std::move(part.warnings.begin(), part.warnings.end(), std::back_inserter(result_.warnings));
+    }
+  }
+
+  static phi::Mask ReadMaskImage(const std::filesystem::path& path) { return ReadGrayImage(path); }
+
   // None when the file is not there; a damaged file becomes a warning.
   template <typename Reader>
-  auto Read(const std::filesystem::path& path, Reader read) -> std::optional<decltype(read(path))> {
+  auto Read(const std::filesystem::path& path, Reader read, Part* part) -> std::optional<decltype(read(path))> {
     if (!std::filesystem::exists(path)) return std::nullopt;
     try {
       return read(path);
     } catch (const phi::InputError& error) {
-      result_.warnings.push_back(error.what());
+      part->warnings.push_back(error.what());
       return std::nullopt;
     }
   }
 
   // Of a map in whatever form.
-  std::optional<DepthMap> ReadDepths(std::string_view kind) {
+  std::optional<DepthMap> ReadDepths(std::string_view kind, Part* part) {
     try {
       return FindPublishedDepths(workspace_, image_, kind);
     } catch (const phi::InputError& error) {
-      result_.warnings.push_back(error.what());
+      part->warnings.push_back(error.what());
       return std::nullopt;
     }
   }
+
+  const std::optional<DepthMap>& Best() const { return geometric_ ? geometric_ : measured_ ? measured_ : photometric_; }
 
   static double FilledPercent(const DepthMap& depth, const phi::Mask& filled) {
     if (filled.size() != depth.size()) return -1;
@@ -111,11 +145,16 @@ class ImageMaker {
     return 100.0 * static_cast<double>(count) / static_cast<double>(depth.size());
   }
 
-  void Add(const std::string& title, std::string uri, const std::string& caption, ReportLegend legend = {}) {
-    result_.pictures.push_back({title, std::move(uri), caption, std::move(legend)});
+  void AddShares() {
+    if (photometric_) result_.photometric = ValidPercent(*photometric_);
+    if (measured_) result_.measured = ValidPercent(*measured_);
+    if (geometric_) result_.geometric = ValidPercent(*geometric_);
+    if (geometric_ && filled_) result_.filled = FilledPercent(*geometric_, *filled_);
   }
 
-  void AddDepths(const DepthMap& depth) {
+  void AddDepths() {
+    if (!Best()) return;
+    const DepthMap& depth = *Best();
     const MapStatistics statistics = DepthStatistics(depth);
     result_.width = depth.width();
     result_.height = depth.height();
@@ -125,71 +164,90 @@ class ImageMaker {
     result_.far_depth = statistics.high;
     const phi::Pinhole& camera = workspace_.views()[image_].camera.pinhole;
     result_.pixel_size = statistics.median / (camera.fx * depth.width() / camera.width);
-    result_.depth_histogram = DepthHistogram(depth);
   }
 
-  void AddPictures(const std::optional<DepthMap>& photometric, const std::optional<DepthMap>& measured,
-                   const std::optional<DepthMap>& geometric, const std::optional<phi::Mask>& filled) {
-    const int side = options_.picture_size;
+  void AddHistogram() {
+    if (Best()) result_.depth_histogram = DepthHistogram(*Best());
+  }
+
+  void AddPhoto(Part* part) {
+    if (!with_pictures_) return;
     std::error_code unreachable;
-    if (std::filesystem::exists(workspace_.ImagePath(image_), unreachable)) {
-      try {
-        Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), side), "undistorted photo");
-      } catch (const phi::InputError& error) {
-        result_.warnings.push_back(error.what());
-      }
-    } else {
-      result_.warnings.push_back("its photo is missing");
-    }
-    // One range for all depths of the image, so that equal colours are equal depths.
-    const auto& best = geometric ? geometric : measured ? measured : photometric;
-    if (!best) return;
-    const DepthRange range{static_cast<float>(result_.near_depth), static_cast<float>(result_.far_depth)};
-    const ReportLegend legend = DepthLegend(range);
-    if (photometric)
-      Add("Raw depth", DepthPicture(*photometric, range, side), "estimated, before the filter", legend);
-    if (measured)
-      Add("Measured depth", DepthPicture(*measured, range, side), "confirmed by other views; black: none",
-          legend);
-    if (geometric)
-      Add("Final depth", DepthPicture(*geometric, range, side), "measured and inferred; black: none", legend);
-    const auto normals = Read(workspace_.NormalMapPath(image_, geometric ? kGeometric : kPhotometric),
-                              [&](const auto& path) { return ReadThinnedNormalMap(path, side); });
-    if (normals)
-      Add("Normals", NormalPicture(*normals, side), "red right, green up, blue towards the camera");
-    const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric),
-                           [&](const auto& path) { return ReadThinnedDepthMap(path, side); });
-    if (cost) Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
-    if (const auto mask = workspace_.ImageMaskPath(image_); !mask.empty()) {
-      const auto left_out = Read(mask, [](const auto& path) { return ReadGrayImage(path); });
-      if (left_out) Add("Mask", MaskPicture(*left_out, side), "black: left out of the reconstruction");
-    }
-    if (filled) Add("Filled mask", MaskPicture(*filled, side), "white: inferred, not measured");
-    AddDifferences(*best, range);
-  }
-
-  void AddDifferences(const DepthMap& depth, DepthRange range) {
-    const std::string caption = "grey: not in both";
-    if (const auto file = truth_.find(result_.name); file != truth_.end()) {
-      const auto truth = Read(file->second, [&](const std::filesystem::path& p) {
-        return ReadTruthDepth(p, options_.values_per_unit);
-      });
-      if (truth) Add("Difference to truth", DifferencePicture(depth, *truth, options_.picture_size), caption,
-            DifferenceLegend());
-    }
-    if (options_.compare_workspace.empty()) return;
-    const auto other =
-        Read(options_.compare_workspace / "stereo" / "depth_maps" / (result_.name + ".geometric.bin"),
-             ReadDepthMap);
-    if (!other) {
-      result_.warnings.push_back("has no geometric depth map in " + options_.compare_workspace.string());
+    if (!std::filesystem::exists(workspace_.ImagePath(image_), unreachable)) {
+      part->warnings.push_back("its photo is missing");
       return;
     }
-    Add("Depth, " + options_.compare_name,
-        DepthPicture(*other, range, options_.picture_size),
-        "same colours as the final depth", DepthLegend(range));
-    Add("Difference to " + options_.compare_name, DifferencePicture(depth, *other, options_.picture_size),
-        caption, DifferenceLegend());
+    try {
+      part->Add("Input", PhotoPicture(workspace_.ImagePath(image_).string(), options_.picture_size), "undistorted photo");
+    } catch (const phi::InputError& error) {
+      part->warnings.push_back(error.what());
+    }
+  }
+
+  void AddPictures() {
+    // One range for all depths of the image, so that equal colours are equal depths.
+    const DepthRange range{static_cast<float>(result_.near_depth), static_cast<float>(result_.far_depth)};
+    const auto add_depth = [&](const char* title, const std::optional<DepthMap>& depth, const char* caption, Part* part) {
+      if (depth) part->Add(title, DepthPicture(*depth, range, options_.picture_size), caption, DepthLegend(range));
+    };
+    DoAll({[&](Part* part) { add_depth("Raw depth", photometric_, "estimated, before the filter", part); },
+           [&](Part* part) { add_depth("Measured depth", measured_, "confirmed by other views; black: none", part); },
+           [&](Part* part) { add_depth("Final depth", geometric_, "measured and inferred; black: none", part); },
+           [&](Part* part) { AddNormals(part); },
+           [&](Part* part) { AddCost(part); },
+           [&](Part* part) { AddMasks(part); },
+           [&](Part* part) { AddDifferenceToTruth(part); },
+           [&](Part* part) { AddOther(range, part); }});
+  }
+
+  void AddNormals(Part* part) {
+    const int side = options_.picture_size;
+    const auto normals = Read(workspace_.NormalMapPath(image_, geometric_ ? kGeometric : kPhotometric),
+                              [&](const auto& path) { return ReadThinnedNormalMap(path, side); }, part);
+    if (normals) part->Add("Normals", NormalPicture(*normals, side), "red right, green up, blue towards the camera");
+  }
+
+  void AddCost(Part* part) {
+    const int side = options_.picture_size;
+    const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric),
+                           [&](const auto& path) { return ReadThinnedDepthMap(path, side); }, part);
+    if (cost) part->Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
+  }
+
+  void AddMasks(Part* part) {
+    const int side = options_.picture_size;
+    if (const auto mask = workspace_.ImageMaskPath(image_); !mask.empty()) {
+      const auto left_out = Read(mask, ReadMaskImage, part);
+      if (left_out) part->Add("Mask", MaskPicture(*left_out, side), "black: left out of the reconstruction");
+    }
+    if (filled_) part->Add("Filled mask", MaskPicture(*filled_, side), "white: inferred, not measured");
+  }
+
+  static constexpr const char* kDifferenceCaption = "grey: not in both";
+
+  void AddDifferenceToTruth(Part* part) {
+    const auto file = truth_.find(result_.name);
+    if (file == truth_.end()) return;
+    const auto truth = Read(
+        file->second, [&](const std::filesystem::path& p) { return ReadTruthDepth(p, options_.values_per_unit); }, part);
+    if (!truth) return;
+    part->Add("Difference to truth", DifferencePicture(*Best(), *truth, options_.picture_size), kDifferenceCaption,
+              DifferenceLegend());
+  }
+
+  // The other program's map.
+  void AddOther(DepthRange range, Part* part) {
+    if (options_.compare_workspace.empty()) return;
+    const auto other = Read(options_.compare_workspace / "stereo" / "depth_maps" / (result_.name + ".geometric.bin"),
+                            ReadDepthMap, part);
+    if (!other) {
+      part->warnings.push_back("has no geometric depth map in " + options_.compare_workspace.string());
+      return;
+    }
+    part->Add("Depth, " + options_.compare_name, DepthPicture(*other, range, options_.picture_size),
+              "same colours as the final depth", DepthLegend(range));
+    part->Add("Difference to " + options_.compare_name, DifferencePicture(*Best(), *other, options_.picture_size),
+              kDifferenceCaption, DifferenceLegend());
   }
 
   const Workspace& workspace_;
@@ -197,6 +255,8 @@ class ImageMaker {
   const TruthFiles& truth_;
   int image_;
   bool with_pictures_;
+  std::optional<DepthMap> photometric_, measured_, geometric_;
+  std::optional<phi::Mask> filled_;
   ReportImage result_;
 };
 

@@ -148,7 +148,7 @@ TEST(MapFileTest, RowsAreThoseOfTheMap) {
   }
   WritePlaneMap(folder / "depth.bin", folder / "normal.bin", map);
   int next = 0;
-  ReadPlaneRows(folder / "depth.bin", folder / "normal.bin", [&](int y, const PlaneRow& row) {
+  const auto check = [&](int y, const PlaneRow& row) {
     ASSERT_EQ(y, next++);
     for (int x = 0; x < 3; ++x) {
       ASSERT_EQ(row.depth[x], 1 + 10 * y + x);
@@ -156,7 +156,14 @@ TEST(MapFileTest, RowsAreThoseOfTheMap) {
       ASSERT_EQ(row.normal[1][x], 0.5f * y);
       ASSERT_EQ(row.normal[2][x], -1.0f * (x + y));
     }
-  });
+  };
+  ReadPlaneRows(folder / "depth.bin", folder / "normal.bin", check);
+  EXPECT_EQ(next, 70);
+  next = 11;
+  ReadPlaneRows(folder / "depth.bin", folder / "normal.bin", check, {11, 45});
+  EXPECT_EQ(next, 45);
+  next = 60;
+  ReadPlaneRows(folder / "depth.bin", folder / "normal.bin", check, {60, 90});
   EXPECT_EQ(next, 70);
 }
 
