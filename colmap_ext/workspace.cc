@@ -245,6 +245,13 @@ void Workspace::MakeViews(const std::string& origin, int max_image_size, Problem
   }
 }
 
+std::int64_t Workspace::LargestImage() const {
+  std::int64_t largest = 0;
+  for (const phi::SceneView& view : views_)
+    largest = std::max(largest, std::int64_t{view.camera.pinhole.width} * view.camera.pinhole.height);
+  return largest;
+}
+
 int Workspace::FindImage(std::string_view name) const {
   const auto found = index_by_name_.find(std::string(name));
   return found == index_by_name_.end() ? -1 : found->second;

@@ -69,6 +69,7 @@ class Workspace {
   // Parallel to model().images: names, ids and cameras at the working resolution.
   const std::vector<phi::SceneView>& views() const { return views_; }
   int FindImage(std::string_view name) const;  // index, or -1
+  std::int64_t LargestImage() const;           // pixels, of the views
 
   // From here on gray photos are moved to where their points are. corrections: by view, or empty.
   void SetCorrections(std::vector<phi::ImageCorrection> corrections) { corrections_ = std::move(corrections); }

@@ -34,8 +34,8 @@ class CudaBackend : public Backend {
   }
 
  public:
-  CudaBackend(const DeviceProperties& properties, std::int64_t budget_bytes)
-      : device_(std::make_unique<DeviceResources>(properties, budget_bytes)) {}
+  CudaBackend(const DeviceProperties& properties, std::int64_t budget_bytes, std::int64_t num_pixels)
+      : device_(std::make_unique<DeviceResources>(properties, budget_bytes, num_pixels)) {}
 
   ~CudaBackend() override {
     try {
@@ -51,7 +51,7 @@ class CudaBackend : public Backend {
     return "cuda:" + std::to_string(device_->properties.index) + " " + device_->properties.name;
   }
 
-  int NumConcurrentImages() const override { return kConcurrentCalls; }
+  int NumConcurrentImages() const override { return device_->num_concurrent_calls; }
 
   double ExpectedPixelViewsPerSecond() const override {
     return kPixelViewsPerSecondAndProcessor * device_->properties.num_multiprocessors;
@@ -136,8 +136,8 @@ class CudaBackend : public Backend {
 
 }  // namespace
 
-std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices,
-                                                       std::int64_t budget_bytes) {
+std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices, std::int64_t budget_bytes,
+                                                       std::int64_t num_pixels) {
   std::vector<int> indices = gpu_indices;
   if (indices.empty() || indices == std::vector<int>{-1}) {
     std::string why_none;
@@ -145,11 +145,11 @@ std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& g
     if (indices.empty()) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
     std::iota(indices.begin(), indices.end(), 0);
   }
-  return MakeWorkingBackends(indices, [budget_bytes](int index) {
+  return MakeWorkingBackends(indices, [=](int index) {
     const DeviceProperties properties = QueryDevice(index);
     RequireWorkingDevice(properties);
     const ScopedDevice current(index);
-    return std::make_unique<CudaBackend>(properties, budget_bytes);
+    return std::make_unique<CudaBackend>(properties, budget_bytes, num_pixels);
   });
 }
 

@@ -26,8 +26,9 @@ typename DeviceCache<Host, Device>::Upload UploadTo(const char* stage) {
 
 }  // namespace
 
-DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_bytes)
+DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_bytes, std::int64_t num_pixels)
     : properties(p),
+      num_concurrent_calls(NumConcurrentCalls(num_pixels)),
       budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
       images(UploadTo<GrayImage, GrayPyramid>("image upload")),
       maps(UploadTo<PlaneMap, DeviceMap>("map upload")),
@@ -35,7 +36,7 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
-  const std::int64_t num_calls = std::clamp<std::int64_t>(budget.bytes() / bytes, 1, kConcurrentCalls);
+  const std::int64_t num_calls = std::clamp<std::int64_t>(budget.bytes() / bytes, 1, num_concurrent_calls);
   if (num_calls == 1) scratch.FreeIdle();
   return static_cast<std::size_t>(num_calls);
 }
@@ -45,16 +46,16 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
   while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
   }
   // Of each kind the scratch memory of all calls at once, or what a cache keeps for as many.
-  constexpr int kKinds = 4, kCalls = NumCallsOfAllStages(kConcurrentCalls);
-  return kKinds * kCalls * std::max(largest, bytes) <= budget.bytes();
+  constexpr int kKinds = 4;
+  return kKinds * NumCallsOfAllStages(num_concurrent_calls) * std::max(largest, bytes) <= budget.bytes();
 }
 
 void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {
   if (HoldsAllKinds(bytes)) {
-    constexpr std::size_t kTimes = NumCallsOfAllStages(kConcurrentCalls) / kConcurrentCalls;
-    images.KeepAtLeast(kTimes * sizes.images);
-    maps.KeepAtLeast(kTimes * sizes.maps);
-    measured.KeepAtLeast(kTimes * sizes.measured);
+    const auto times = static_cast<std::size_t>(NumCallsOfAllStages(num_concurrent_calls) / num_concurrent_calls);
+    images.KeepAtLeast(times * sizes.images);
+    maps.KeepAtLeast(times * sizes.maps);
+    measured.KeepAtLeast(times * sizes.measured);
     return;
   }
   KeepOnly(sizes);

@@ -6,6 +6,7 @@
 // call takes.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -28,12 +29,17 @@ struct CacheSizes {
 
 enum class CallKind { kEstimation, kSharing, kFilter, kInference };
 
-// Keep the device busy: one computes while another uploads or downloads, and two are at the host's part of their work.
-inline constexpr int kConcurrentCalls = 4;
+// Of one kind that keep the device busy: one computes while another uploads or downloads, and two are at the host's part of their work. Of
+// small images more are, since that part takes longer than the device's. num_pixels: of the largest image; 0: not known.
+constexpr int NumConcurrentCalls(std::int64_t num_pixels) {
+  constexpr std::int64_t kPixelsAtOnce = 12'000'000, kLeast = 4, kMost = 8;
+  return static_cast<int>(num_pixels > 0 ? std::clamp(kPixelsAtOnce / num_pixels, kLeast, kMost) : kLeast);
+}
 
 struct DeviceResources {
-  // The device must be current, also at destruction. budget_bytes <= 0: what is free on the device now, less a reserve.
-  DeviceResources(const DeviceProperties& properties, std::int64_t budget_bytes);
+  // The device must be current, also at destruction. budget_bytes <= 0: what is free on the device now, less a reserve. num_pixels:
+  // NumConcurrentCalls'.
+  DeviceResources(const DeviceProperties& properties, std::int64_t budget_bytes, std::int64_t num_pixels = 0);
 
   // Calls of `bytes` that the budget lets run side by side. Where it is one, frees the scratch memory of the others.
   std::size_t NumCallsAtOnce(std::int64_t bytes);
@@ -50,6 +56,7 @@ struct DeviceResources {
   void NoteMemory(const Task& task);
 
   DeviceProperties properties;
+  const int num_concurrent_calls;  // of a kind
   MemoryBudget budget;
   std::atomic<std::int64_t> peak_bytes = 0;
   DeviceCache<GrayImage, GrayPyramid> images;

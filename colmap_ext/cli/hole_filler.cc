@@ -20,7 +20,7 @@ namespace {
 // Of a hole filling, the exit code.
 int Fill(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
          const Workspace& workspace, std::vector<ImageJob> jobs) {
-  const auto backends = MakeBackends(options.backend);
+  const auto backends = MakeBackends(options.backend, workspace.LargestImage());
   phi::LogInfo(DescribeJobs(workspace, jobs) + ", " + backends.front()->Name());
   HoleFilling filling(workspace, std::move(jobs), options.pipeline, effective_options, backends);
   const RunSummary summary = filling.Run();

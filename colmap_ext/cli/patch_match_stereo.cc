@@ -52,7 +52,7 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
   } else {
     KeepLeftOvers();
   }
-  const auto backends = MakeBackends(options.backend);
+  const auto backends = MakeBackends(options.backend, input.workspace.LargestImage());
   StereoPipeline pipeline(
       input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
       options.pipeline, effective_options, backends, shard);

@@ -14,11 +14,11 @@ namespace colmap_ext {
 namespace {
 
 #ifdef PHIMVS_WITH_CUDA
-Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes) {
-  return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes));
+Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes, std::int64_t num_pixels) {
+  return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes), num_pixels);
 }
 #else
-Backends MakeCuda(const std::vector<int>&, double) {
+Backends MakeCuda(const std::vector<int>&, double, std::int64_t) {
   throw phi::NoDeviceError(
       "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
 }
@@ -73,7 +73,7 @@ std::vector<int> ParseGpuIndices(const std::string& text) {
   return indices;
 }
 
-Backends MakeBackends(const BackendOptions& options) {
+Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels) {
   if (options.device_memory_gigabytes <= 0 && options.device_memory_gigabytes != -1) {
     throw phi::UsageError("--PhiStereo.device_memory is " + std::to_string(options.device_memory_gigabytes) +
                           ", but must be positive, or -1 for what is free");
@@ -81,10 +81,10 @@ Backends MakeBackends(const BackendOptions& options) {
   const std::vector<int> gpu_indices = ParseGpuIndices(options.gpu_index);
   if (options.kind == BackendKind::kCpu) return MakeCpu(options);
   if (options.kind == BackendKind::kCuda) {
-    return MakeCuda(gpu_indices, options.device_memory_gigabytes);
+    return MakeCuda(gpu_indices, options.device_memory_gigabytes, num_pixels);
   }
   try {
-    return MakeCuda(gpu_indices, options.device_memory_gigabytes);
+    return MakeCuda(gpu_indices, options.device_memory_gigabytes, num_pixels);
   } catch (const phi::NoDeviceError& error) {
     phi::LogInfo(std::string("the CPU is used: ") + error.what());
     return MakeCpu(options);

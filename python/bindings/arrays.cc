@@ -210,7 +210,7 @@ nb::list Estimate(const Scene& scene, const Sources& sources, const std::vector<
     options.pipeline.write_cost_maps = true;  // for the confidence
     colmap_ext::Workspace workspace = WorkspaceOf(scene, options.workspace.max_image_size);
     colmap_ext::MoveImages(colmap_ext::MakeSparseScene(workspace.model()), options.pipeline.stereo, &workspace);
-    const auto backends = colmap_ext::MakeBackends(options.backend);
+    const auto backends = colmap_ext::MakeBackends(options.backend, workspace.LargestImage());
     arrays = ArraysOf(colmap_ext::EstimateScene(workspace, sources, options.pipeline, backends), workspace);
   });
   return ToPython(std::move(arrays));
@@ -249,7 +249,7 @@ nb::list InferPlanes(const Scene& scene, const std::vector<GivenMap>& given, con
   RunSupervised(listeners, [&] {
     const colmap_ext::StereoCommandOptions options = ParseStereo(words, true);
     const auto workspace = WorkspaceOf(scene, -1);
-    const auto backends = colmap_ext::MakeBackends(options.backend);
+    const auto backends = colmap_ext::MakeBackends(options.backend, workspace.LargestImage());
     std::vector<std::shared_ptr<const phi::PlaneMap>> measured;
     for (const SceneMaps& maps : MapsOf(given)) measured.push_back(maps.map);
     arrays = ArraysOf(colmap_ext::FillScene(workspace, sources, measured, options.pipeline, backends), workspace);

@@ -1,12 +1,16 @@
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <functional>
 #include <future>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "cuda/buffer.h"
+#include "cuda/cuda_backend.h"
 #include "cuda/device_cache.h"
+#include "cuda/device_resources.h"
 #include "cuda/self_test.h"
 #include "phi/base/error.h"
 #include "tests/cuda/cuda_test_fixture.h"
@@ -147,6 +151,33 @@ TEST_F(ResourcesTest, EveryDevicePassesTheSelfTest) {
     EXPECT_NEAR(report.accuracy, report.cpu_accuracy, 0.01);
     EXPECT_GT(report.cpu_accuracy, 0.6);
   }
+}
+
+TEST(CudaDevices, MoreSmallImagesAreDoneAtOnce) {
+  EXPECT_EQ(NumConcurrentCalls(0), 4) << "not known";
+  EXPECT_EQ(NumConcurrentCalls(24'000'000), 4);
+  EXPECT_EQ(NumConcurrentCalls(3072 * 2048), 4);
+  EXPECT_EQ(NumConcurrentCalls(2'000'000), 6);
+  EXPECT_EQ(NumConcurrentCalls(1'000'000), 8);
+  EXPECT_EQ(NumConcurrentCalls(1), 8);
+}
+
+// What it kept for calls to come was nothing that they need.
+TEST_F(ResourcesTest, FreedMemoryIsTakenAnew) {
+  const auto backend = std::move(MakeCudaBackends({0}).front());
+  const auto image = std::make_shared<GrayImage>(64, 48, 90);
+  (*image)(20, 20) = 200;
+  SceneView view, other;
+  view.camera.pinhole = other.camera.pinhole = {64, 48, 60, 60, 32, 24};
+  other.camera.pose.translation = {-0.1, 0, 0};
+  EstimationInput input;
+  input.reference = {&view, image};
+  input.sources = {{&other, image}};
+  input.depth_min = 1, input.depth_max = 4;
+  const EstimationResult first = backend->Estimate(input, StereoOptions());
+  backend->FreeMemory();
+  const EstimationResult again = backend->Estimate(input, StereoOptions());
+  EXPECT_EQ(std::memcmp(first.map.data(), again.map.data(), first.map.size() * sizeof(PlaneHypothesis)), 0);
 }
 
 TEST(CudaDevices, AnIndexThatDoesNotExistIsAUsageError) {
