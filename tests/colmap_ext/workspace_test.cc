@@ -91,6 +91,12 @@ TEST_F(WorkspaceTest, WorkingResolutionIsRoundedAsColmapDoes) {
   EXPECT_EQ(DownsizedPinhole({100000, 10, 1, 1, 1, 1}, 100).height, 1);
 }
 
+TEST_F(WorkspaceTest, TheLargestImageIsThatOfTheWorkingResolution) {
+  EXPECT_EQ(Workspace(options_).LargestImage(), 32 * 24);
+  options_.max_image_size = 16;
+  EXPECT_EQ(Workspace(options_).LargestImage(), 16 * 12);
+}
+
 TEST_F(WorkspaceTest, GrayImagesComeAtTheWorkingResolution) {
   options_.max_image_size = 16;
   const Workspace workspace(options_);
