@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "colmap_ext/pipeline/task_queue.h"
-#include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -154,11 +153,7 @@ void StageLoop::PrepareInference(const std::vector<StagePlan>& plan, int stage, 
                                  ThreadGroup* beside) const {
   const bool host_is_idle = stages_[stage].kind == StageKind::kEstimate && backend.NumConcurrentImages() > 1;
   if (!host_is_idle || !InferenceFollows(plan, job)) return;
-  try {
-    beside->Start([this, job] { tasks_.PrepareInference(job); });
-  } catch (const phi::ResourceError& error) {  // no thread to spare
-    phi::LogDebug(error.what());
-  }
+  beside->StartIfPossible([this, job] { tasks_.PrepareInference(job); });
 }
 
 void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "phi/base/error.h"
+#include "colmap_ext/pipeline/thread_group.h"
 #include "phi/base/log.h"
 #include "phi/base/utc_time.h"
 
@@ -128,20 +128,10 @@ void StageRunner::Fail(int job, const std::string& stage, const std::string& mes
   summary_.failures.push_back({NameOf(job), stage, message});
 }
 
-// The driver takes a while to free page-locked memory: beside the last files rather than after them.
-void StageRunner::FreeBeside(ThreadGroup* beside) const {
-  for (const auto& backend : backends_) {
-    try {
-      beside->Start([&backend] { backend->FreeMemory(); });
-    } catch (const phi::ResourceError& error) {  // no thread to spare
-      phi::LogDebug(error.what());
-    }
-  }
-}
-
 void StageRunner::End() {
+  // The driver takes a while to free page-locked memory: beside the last files rather than after them.
   ThreadGroup beside;
-  FreeBeside(&beside);
+  for (const auto& backend : backends_) beside.StartIfPossible([&backend] { backend->FreeMemory(); });
   loop_.End();
   beside.Join();
   summary_.inference = loop_.Inference();

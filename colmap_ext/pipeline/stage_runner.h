@@ -10,7 +10,6 @@
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_loop.h"
-#include "colmap_ext/pipeline/thread_group.h"
 
 namespace colmap_ext {
 
@@ -56,7 +55,6 @@ class StageRunner {
   RunRecord::Task TaskOf(int stage, int job) const { return {NameOf(job), StageOf(stage).result}; }
   // Whether a task failed in an earlier run, for the same inputs.
   bool HasFailedBefore(int stage, const StagePlan& plan) const;
-  void FreeBeside(ThreadGroup* beside) const;
   void BeginTasks(int stage, const StagePlan& plan);
   void Keep(int stage, int job, const std::string& key, const TaskOutcome& outcome);
   void Count(int stage, int job, const TaskOutcome& outcome);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 
@@ -14,6 +15,14 @@ void ThreadGroup::Start(std::function<void()> work) {
   } catch (const std::system_error& error) {
     throw phi::ResourceError(std::string("the system starts no more threads (") + error.code().message() +
                              "); end other programs of this user, or raise its limit (ulimit -u)");
+  }
+}
+
+void ThreadGroup::StartIfPossible(std::function<void()> work) {
+  try {
+    Start(std::move(work));
+  } catch (const phi::ResourceError& error) {
+    phi::LogDebug(error.what());
   }
 }
 

@@ -18,6 +18,8 @@ class ThreadGroup {
   // Throws phi::ResourceError when the system starts no more threads (ulimit -u). What was started goes on: the caller
   // asks it to end before the group is destroyed.
   void Start(std::function<void()> work);
+  // Work that need not be done: where no thread starts, only the log says so.
+  void StartIfPossible(std::function<void()> work);
   void Join();
 
  private:
