@@ -45,6 +45,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kPooledAnchors, "pooled_anchors", kInference, kOffAndScale)     \
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
+  X(kRightAngles, "right_angles", kInference, kOffAndScale)         \
   X(kCreases, "creases", kInference, kOffAndScale)                  \
   X(kShadedSurfaces, "shaded_surfaces", kInference, kOffAndScale)   \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 
+#include "phi/inference/aligned_planes.h"
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -17,6 +19,8 @@ constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 // A plane is fitted again so often, as cells come to lie on it and leave; through fewer cells it stays.
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
+
+constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 
 // What a view's region says of a plane.
 struct Verdict {
@@ -83,6 +87,9 @@ class PlaneChoice {
       if (plane.IsThere()) candidates.push_back({plane});
     }
     for (const ImagePlane& plane : scene) candidates.push_back({{plane}});
+    for (int i = 0; region_.directions != nullptr && i < SceneDirections::kCount; ++i) {
+      for (const ImagePlane& plane : PlanesAlong(region_.directions->PlaneAlong(i), region_.cells)) candidates.push_back({{plane}});
+    }
     for (const SourceRegions& source : region_.sources) AddPlanesOf(source, &candidates);
     // One large region may be most of an image's work.
     tbb::parallel_for(std::size_t{0}, candidates.size(),
@@ -98,7 +105,7 @@ class PlaneChoice {
     for (const auto& [plane, others] : candidates) {
       const Verdict own = Judge(plane, region_.cells);
       if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
-      double score = own.score + limits_.source_weight * others.score;
+      double score = own.score + limits_.source_weight * others.score + limits_.aligned_weight * Alignment(plane);
       if (best != nullptr && score <= best_score) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
@@ -185,6 +192,13 @@ class PlaneChoice {
       }
     }
     return sum;
+  }
+
+  // From 0 to 1: how nearly the plane stands along a direction of the scene.
+  double Alignment(const ImagePlane& plane) const {
+    if (region_.directions == nullptr) return 0;
+    const double off = region_.directions->AngleTo(plane) / kMaxAlignedAngle;
+    return std::max(0.0, 1 - off * off);
   }
 
   // What the region is if it is not on the plane.

@@ -1,4 +1,5 @@
-// Which planes a region takes: those through its own anchors, the scene's, or those of other views' regions.
+// Which planes a region takes: those through its own anchors, the scene's, those of other views' regions, or those that stand along
+// the scene's directions.
 #pragma once
 
 #include <array>
@@ -9,6 +10,7 @@
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_plane.h"
+#include "phi/inference/scene_directions.h"
 #include "phi/inference/source_regions.h"
 #include "phi/inference/spot_views.h"
 
@@ -26,6 +28,7 @@ struct PlaneChoiceLimits {
   // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far.
   double min_unlike_sky = 0;
   double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
+  double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
 };
 
 // What is known of a region.
@@ -34,6 +37,7 @@ struct RegionEvidence {
   std::span<const Spot> spots = {};        // of its pixels without one
   const SpotViews* views = nullptr;        // null: brightness is not asked
   std::span<const SourceRegions> sources = {};  // of the source views
+  const SceneDirections* directions = nullptr;  // null: the scene has none
 };
 
 // Of a region: why no plane was chosen.
@@ -50,7 +54,8 @@ struct ChosenPlanes {
 
 // A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it: surfaces
 // before a wall are no reason against the wall. Cells count by their weights. To this comes the same of the other views' regions that the spots fall in if they
-// lie on the plane, from each view the share of the spots that do; less the share of the spots that other views show unlike. `own`:
+// lie on the plane, from each view the share of the spots that do; less the share of the spots that other views show unlike. What
+// stands along a direction of the scene is likelier beforehand, by a constant. `own`:
 // the region's planes, as far as they are there. The planes that are chosen come first; the rest are not there.
 ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
                           std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits);

@@ -43,6 +43,7 @@ constexpr int kMinCells = 3, kMinCellPoints = 2;
 constexpr double kMinCellShare = 0.05;
 constexpr float kMoreAtCreases = 3;  // what a point there counts more than another
 constexpr std::size_t kMinShadedSpots = 60;  // of a region whose shade is asked
+constexpr double kAlignedWeight = 0.3;  // of standing along a direction of the scene, where a view's cells weigh 1
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
 
@@ -69,7 +70,8 @@ struct Limits {
   PlaneChoiceLimits Choice(float cell_side, const Rules& rules) const {
     return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, min_apart,
             reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-            rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold};
+            rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold,
+            rules.Factor(Rule::kRightAngles) * kAlignedWeight};
   }
 };
 
@@ -250,7 +252,9 @@ PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rule
   evidence.states = input.measured->states.view();
   evidence.views.emplace(input, exposures);
   evidence.sources = RegionsOfSources(input, rules);
-  evidence.scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
+  const std::vector<CarriedPlane> scene = FindScenePlanes(input, Limits(rules).Tolerance(evidence.precision), rules);
+  evidence.scene.assign(scene.begin(), scene.end());
+  if (rules.IsOn(Rule::kRightAngles)) evidence.directions = FindDirections(scene, input.reference.view->camera.pinhole);
   return evidence;
 }
 
@@ -295,12 +299,13 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
+  const SceneDirections* directions = evidence.directions ? &*evidence.directions : nullptr;
   tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
     const std::vector<RegionPoint> points = own.Points(k, tolerance_);
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
     cells_[k] = MakeAnchorCells(WeightedPoints(points, *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);
     if (!chooses) return;
-    const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources}, planes_[k], evidence.scene, choice);
+    const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources, directions}, planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
     if (const auto bent = SurfaceOf(planes_[k], points, spots[k], views, limits.reach_deviations, rules)) {

@@ -21,6 +21,7 @@
 #include "phi/inference/plane_choice.h"
 #include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_plane.h"
+#include "phi/inference/scene_directions.h"
 #include "phi/inference/scene_planes.h"
 #include "phi/inference/source_regions.h"
 #include "phi/inference/spot_views.h"
@@ -31,6 +32,7 @@ namespace phi {
 struct PlaneEvidence {
   std::vector<PooledAnchor> pooled = {};
   std::vector<ImagePlane> scene = {};
+  std::optional<SceneDirections> directions = {};
   std::optional<SpotViews> views = {};
   std::vector<SourceRegions> sources = {};
   DepthPrecision precision;  // of the image's view

@@ -79,7 +79,7 @@ class PlaneSearch {
   PlaneSearch(std::vector<AnchorCell> cells, float side, RandomKey key) : cells_(std::move(cells)), side_(side), key_(key) {}
 
   // The plane that most of the cells lie on, which are taken away; false: too few lie on one.
-  bool Next(std::uint64_t round, ImagePlane* plane) {
+  bool Next(std::uint64_t round, CarriedPlane* plane) {
     if (cells_.size() < kMinCells) return false;
     std::vector<std::pair<std::size_t, ImagePlane>> drawn(kDraws);
     tbb::parallel_for(0, kDraws, [&](int draw) {
@@ -89,11 +89,15 @@ class PlaneSearch {
     const auto fewer = [](const auto& p, const auto& q) { return p.first < q.first; };
     const auto best = std::max_element(drawn.begin(), drawn.end(), fewer);
     if (best->first == 0) return false;
-    *plane = best->second;
+    *plane = {best->second, {}};
     for (int pass = 0; pass < 3; ++pass) {
       if (!Refine(plane)) return false;
     }
-    std::erase_if(cells_, [&](const AnchorCell& cell) { return IsOn(*plane, cell); });
+    std::erase_if(cells_, [&](const AnchorCell& cell) {
+      if (!IsOn(*plane, cell)) return false;
+      plane->cells.push_back(cell);
+      return true;
+    });
     return true;
   }
 
@@ -147,15 +151,15 @@ class PlaneSearch {
 
 }  // namespace
 
-std::vector<ImagePlane> FindScenePlanes(const InferenceInput& input, const AnchorTolerance& tolerance, const Rules& rules) {
-  std::vector<ImagePlane> planes;
+std::vector<CarriedPlane> FindScenePlanes(const InferenceInput& input, const AnchorTolerance& tolerance, const Rules& rules) {
+  std::vector<CarriedPlane> planes;
   if (!rules.IsOn(Rule::kScenePlanes)) return planes;
   const float side = CellSide(input.measured->width());
   const int min_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
   constexpr std::uint32_t kSeed = 1;  // the regions' own draws have 0
   PlaneSearch search(MakeAnchorCells(MeasuredPoints(input), side, min_points, tolerance), side,
                      {kSeed, input.reference.view->image_id});
-  ImagePlane plane;
+  CarriedPlane plane;
   for (std::uint64_t round = 0; round < kMaxPlanes && search.Next(round, &plane); ++round) planes.push_back(plane);
   return planes;
 }

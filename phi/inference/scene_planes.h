@@ -11,8 +11,13 @@
 
 namespace phi {
 
+// A plane, and the cells on it.
+struct CarriedPlane : ImagePlane {
+  std::vector<AnchorCell> cells;
+};
+
 // In the reference image, from what it and its source views measured in front of it, up to half an image beside it; the
 // plane with most of that first. The same for any number of threads. None where the rule is off.
-std::vector<ImagePlane> FindScenePlanes(const InferenceInput& input, const AnchorTolerance& tolerance, const Rules& rules = {});
+std::vector<CarriedPlane> FindScenePlanes(const InferenceInput& input, const AnchorTolerance& tolerance, const Rules& rules = {});
 
 }  // namespace phi

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/region_planes.h"
@@ -80,6 +82,32 @@ TEST(PlaneChoice, CellsCountByTheirWeights) {
   ExpectIs(ChoosePlanes({Both(rims, creases)}, Planes{}, std::array{frames, kWall}, kLimits).planes[0], frames);
   for (AnchorCell& cell : creases) cell.weight = 4;
   ExpectIs(ChoosePlanes({Both(rims, creases)}, Planes{}, std::array{frames, kWall}, kLimits).planes[0], kWall);
+}
+
+// Through the middle of a 160 x 120 image with focal length 150, turned about the vertical; inverse depth 0.3 at (x, 60).
+ImagePlane TurnedAt(double x, double degrees) {
+  const double slope = 0.3 * std::tan(degrees * std::numbers::pi / 180) / (150 + (x - 79.5) * std::tan(degrees * std::numbers::pi / 180));
+  return {0.3 - slope * x, slope, 0};
+}
+
+// A wall straight ahead, and as many cells again of what hangs before it at one side.
+TEST(PlaneChoice, WhatStandsAlongADirectionOfTheSceneIsLikelier) {
+  const SceneDirections directions(Eigen::Matrix3d::Identity(), {160, 120, 150, 150, 80, 60});
+  const ImagePlane ahead{0.3, 0, 0};
+  PlaneChoiceLimits limits = kLimits;
+  limits.aligned_weight = 0.3;
+  const auto chosen = [&](const ImagePlane& turned, int num_turned, int num_ahead, const SceneDirections* of_scene) {
+    const auto cells = Both(CellsOn(turned, 0, 10 * num_turned, 0, 10), CellsOn(ahead, 0, 10 * num_ahead, 100, 110));
+    return ChoosePlanes({cells, {}, nullptr, {}, of_scene}, Planes{}, std::array{turned}, limits).planes[0];
+  };
+  const ImagePlane leaning = TurnedAt(-60, 2);
+  ASSERT_NEAR(directions.AngleTo(leaning), 2 * std::numbers::pi / 180, 1e-6);
+  ExpectIs(chosen(leaning, 10, 8, nullptr), leaning);
+  EXPECT_NEAR(chosen(leaning, 10, 8, &directions).b, 0, 1e-9) << "0.3 + 8/18 against 10/18";
+  ExpectIs(chosen(leaning, 13, 5, &directions), leaning);
+  // What leans by half a degree is as good as three quarters aligned.
+  const ImagePlane nearly = TurnedAt(-200, 0.5);
+  ExpectIs(chosen(nearly, 10, 8, &directions), nearly);
 }
 
 TEST(PlaneChoice, FewCellsAreNotEnough) {

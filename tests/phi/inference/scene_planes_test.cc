@@ -73,7 +73,8 @@ struct RoomScene {
 
   std::vector<ImagePlane> Planes(const Rules& rules = {}) const {
     const DepthPrecision precision(reference.camera, {&sources[0].camera, &sources[1].camera});
-    return FindScenePlanes(Input(), {0.003f, 3, precision}, rules);
+    const std::vector<CarriedPlane> planes = FindScenePlanes(Input(), {0.003f, 3, precision}, rules);
+    return {planes.begin(), planes.end()};
   }
 
   // The greatest difference of the nearest plane to the wall over the image's corners, relative.
@@ -98,6 +99,18 @@ TEST(ScenePlanes, PicturesThatOtherViewsMeasuredCarryTheWall) {
   EXPECT_LT(room.ErrorOf(kWall, planes), 2e-4);
   EXPECT_LT(room.ErrorOf(kBookcase, planes), 2e-4);
   EXPECT_EQ(planes.size(), 2u);
+}
+
+TEST(ScenePlanes, ComeWithTheirCells) {
+  const RoomScene room;
+  const DepthPrecision precision(room.reference.camera, {&room.sources[0].camera, &room.sources[1].camera});
+  const std::vector<CarriedPlane> planes = FindScenePlanes(room.Input(), {0.003f, 3, precision});
+  ASSERT_EQ(planes.size(), 2u);
+  EXPECT_NE(planes[0].cells.size(), planes[1].cells.size());
+  for (const CarriedPlane& plane : planes) {
+    EXPECT_GE(plane.cells.size(), 25u);
+    for (const AnchorCell& cell : plane.cells) EXPECT_LT(std::abs(cell.Off(plane)), 1);
+  }
 }
 
 TEST(ScenePlanes, WhatOneOtherViewAloneMeasuredCarriesNone) {
