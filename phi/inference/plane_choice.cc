@@ -105,7 +105,7 @@ class PlaneChoice {
     for (const auto& [plane, others] : candidates) {
       const Verdict own = Judge(plane, region_.cells);
       if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
-      double score = own.score + limits_.source_weight * others.score + limits_.aligned_weight * Alignment(plane);
+      double score = own.score + limits_.source_weight * others.score + limits_.aligned_weight * Alignedness(plane);
       if (best != nullptr && score <= best_score) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (best != nullptr && score <= best_score) continue;
@@ -195,7 +195,7 @@ class PlaneChoice {
   }
 
   // From 0 to 1: how nearly the plane stands along a direction of the scene.
-  double Alignment(const ImagePlane& plane) const {
+  double Alignedness(const ImagePlane& plane) const {
     if (region_.directions == nullptr) return 0;
     const double off = region_.directions->AngleTo(plane) / kMaxAlignedAngle;
     return std::max(0.0, 1 - off * off);
