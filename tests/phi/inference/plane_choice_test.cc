@@ -90,24 +90,35 @@ ImagePlane TurnedAt(double x, double degrees) {
   return {0.3 - slope * x, slope, 0};
 }
 
-// A wall straight ahead, and as many cells again of what hangs before it at one side.
+// A wall straight ahead, and what hangs half to two hundredths before it: on a plane that leans.
 TEST(PlaneChoice, WhatStandsAlongADirectionOfTheSceneIsLikelier) {
   const SceneDirections directions(Eigen::Matrix3d::Identity(), {160, 120, 150, 150, 80, 60});
   const ImagePlane ahead{0.3, 0, 0};
   PlaneChoiceLimits limits = kLimits;
   limits.aligned_weight = 0.3;
-  const auto chosen = [&](const ImagePlane& turned, int num_turned, int num_ahead, const SceneDirections* of_scene) {
-    const auto cells = Both(CellsOn(turned, 0, 10 * num_turned, 0, 10), CellsOn(ahead, 0, 10 * num_ahead, 100, 110));
-    return ChoosePlanes({cells, {}, nullptr, {}, of_scene}, Planes{}, std::array{turned}, limits).planes[0];
+  // Two rows of what leans: a floor goes through one row too.
+  const auto chosen = [&](const ImagePlane& leaning, int num_leaning, int num_ahead, const SceneDirections* of_scene) {
+    const auto cells = Both(CellsOn(leaning, 0, 5 * num_leaning, 0, 20), CellsOn(ahead, 0, 10 * num_ahead, 100, 110));
+    return ChoosePlanes({cells, {}, nullptr, {}, of_scene}, Planes{}, std::array{leaning, ahead}, limits).planes[0];
   };
-  const ImagePlane leaning = TurnedAt(-60, 2);
+  const ImagePlane leaning = TurnedAt(-25, 2);
   ASSERT_NEAR(directions.AngleTo(leaning), 2 * std::numbers::pi / 180, 1e-6);
-  ExpectIs(chosen(leaning, 10, 8, nullptr), leaning);
-  EXPECT_NEAR(chosen(leaning, 10, 8, &directions).b, 0, 1e-9) << "0.3 + 8/18 against 10/18";
-  ExpectIs(chosen(leaning, 13, 5, &directions), leaning);
-  // What leans by half a degree is as good as three quarters aligned.
-  const ImagePlane nearly = TurnedAt(-200, 0.5);
-  ExpectIs(chosen(nearly, 10, 8, &directions), nearly);
+  ExpectIs(chosen(leaning, 6, 5, nullptr), leaning);
+  ExpectIs(chosen(leaning, 6, 5, &directions), ahead);  // 5/11 + 0.3 against 6/11
+  ExpectIs(chosen(leaning, 10, 3, &directions), leaning);
+  // What leans by half a degree has three quarters of the weight: 22/40 + 0.225 against 18/40 + 0.3.
+  const ImagePlane nearly = TurnedAt(-60, 0.5);
+  ExpectIs(chosen(nearly, 22, 18, &directions), nearly);
+}
+
+// The program offers them itself.
+TEST(PlaneChoice, PlanesAlongADirectionAreOffered) {
+  const SceneDirections directions(Eigen::Matrix3d::Identity(), {160, 120, 150, 150, 80, 60});
+  const auto cells = CellsOn({0.3, 0, 0}, 0, 50, 90, 110);
+  EXPECT_FALSE(ChoosePlanes({cells}, Planes{}, {}, kLimits).planes[0].IsThere());
+  const RegionPlane offered = ChoosePlanes({cells, {}, nullptr, {}, &directions}, Planes{}, {}, kLimits).planes[0];
+  ASSERT_TRUE(offered.IsThere());
+  EXPECT_NEAR(offered.InverseDepth(100, 10), 0.3, 1e-12);
 }
 
 TEST(PlaneChoice, FewCellsAreNotEnough) {
