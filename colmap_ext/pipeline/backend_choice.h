@@ -26,8 +26,9 @@ using Backends = std::vector<std::unique_ptr<phi::Backend>>;
 // "0,1" -> {0, 1}; "-1" -> {-1}. Throws phi::UsageError.
 std::vector<int> ParseGpuIndices(const std::string& text);
 
-// At least one backend. num_pixels: of the largest image, by which a GPU takes more or fewer at once; 0: not known. Logs why the CPU runs where a GPU could have been meant. Throws phi::NoDeviceError when CUDA is asked for and
-// this build or this machine has none, phi::ResourceError where one fails.
+// At least one backend. num_pixels: of the largest image, by which a GPU takes more or fewer at once; 0: not known. Logs why the CPU
+// runs where a GPU could have been meant. Throws phi::NoDeviceError when CUDA is asked for and this build or this machine has none,
+// phi::ResourceError where one fails.
 Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels = 0);
 
 // Calls of one stage that keep all of them busy.

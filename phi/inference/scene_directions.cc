@@ -10,6 +10,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "phi/inference/camera_plane.h"
+
 namespace phi {
 namespace {
 
@@ -20,16 +22,6 @@ constexpr double kSmallTurn = 1e-9;  // radian
 
 // A direction in each column.
 using Directions = Eigen::Matrix3d;
-
-// (u, v) = (x, y) + 0.5 in K's coordinates.
-Eigen::Vector3d RayOf(const AnchorCell& cell, const Pinhole& k) {
-  return {(cell.x + 0.5 - k.cx) / k.fx, (cell.y + 0.5 - k.cy) / k.fy, 1};
-}
-
-// Inverse depth is normal . ray over the distance.
-Eigen::Vector3d NormalOf(const ImagePlane& p, const Pinhole& k) {
-  return Eigen::Vector3d(p.b * k.fx, p.c * k.fy, p.InverseDepth(k.cx - 0.5, k.cy - 0.5)).normalized();
-}
 
 // Of the direction that the normal stands along; -1: of none.
 int ColumnAlong(const Directions& directions, const Eigen::Vector3d& normal) {
@@ -47,7 +39,7 @@ double InverseDistance(const std::vector<AnchorCell>& cells, const Eigen::Vector
   for (int round = 0; round < kDistanceRounds; ++round) {
     double ws = 0, ss = 0;
     for (const AnchorCell& cell : cells) {
-      const double s = normal.dot(RayOf(cell, pinhole)) / cell.tolerance, w = cell.w / cell.tolerance;
+      const double s = normal.dot(RayOf(cell.x, cell.y, pinhole)) / cell.tolerance, w = cell.w / cell.tolerance;
       const double weight = round == 0 ? 1 : WeightOf(w - k * s);
       ws += weight * w * s;
       ss += weight * s * s;
@@ -67,7 +59,7 @@ class TurnEquations {
     Eigen::Vector3d mixed = Eigen::Vector3d::Zero(), turn_side = Eigen::Vector3d::Zero();
     double by_distance = 0, distance_side = 0;
     for (const AnchorCell& cell : cells) {
-      const Eigen::Vector3d ray = RayOf(cell, pinhole);
+      const Eigen::Vector3d ray = RayOf(cell.x, cell.y, pinhole);
       const Eigen::Vector3d turned = k / cell.tolerance * normal.cross(ray);
       const double moved = normal.dot(ray) / cell.tolerance, residual = cell.w / cell.tolerance - k * moved;
       const double weight = WeightOf(residual);
@@ -92,7 +84,7 @@ class DirectionSearch {
  public:
   DirectionSearch(std::span<const CarriedPlane> planes, const Pinhole& pinhole) : planes_(planes), pinhole_(pinhole) {
     for (const CarriedPlane& plane : planes) {
-      normals_.push_back(NormalOf(plane, pinhole));
+      normals_.push_back(NormalOf(plane, pinhole).normalized());
       num_cells_ += plane.cells.size();
     }
   }
@@ -148,17 +140,10 @@ class DirectionSearch {
 
 }  // namespace
 
-ImagePlane SceneDirections::PlaneAlong(int direction) const {
-  const Eigen::Vector3d normal = directions_.col(direction);
-  ImagePlane plane;
-  plane.b = normal.x() / pinhole_.fx;
-  plane.c = normal.y() / pinhole_.fy;
-  plane.a = normal.z() - plane.b * (pinhole_.cx - 0.5) - plane.c * (pinhole_.cy - 0.5);
-  return plane;
-}
+ImagePlane SceneDirections::PlaneAlong(int direction) const { return PlaneOf(directions_.col(direction), pinhole_); }
 
 double SceneDirections::AngleTo(const ImagePlane& plane) const {
-  const double cosine = (directions_.transpose() * NormalOf(plane, pinhole_)).cwiseAbs().maxCoeff();
+  const double cosine = (directions_.transpose() * NormalOf(plane, pinhole_).normalized()).cwiseAbs().maxCoeff();
   return std::acos(std::min(1.0, cosine));
 }
 

@@ -6,6 +6,7 @@
 
 #include "phi/base/wide_vectors.h"
 #include "phi/geometry/camera.h"
+#include "phi/inference/camera_plane.h"
 #include "phi/inference/confirmation.h"
 
 namespace phi {
@@ -15,16 +16,6 @@ namespace {
 constexpr double kMinOverlap = 0.2;
 // Of a plane's inverse depth at the one camera's centre over the other's: nearer to 0 it passes the camera.
 constexpr double kMinClearance = 0.05;
-
-// n with n . X = 1 for the points X of the plane in the camera's frame.
-Eigen::Vector3d NormalOf(const ImagePlane& p, const RayModel& camera) {
-  return {p.b * camera.fx, p.c * camera.fy, p.a + p.b * (camera.cx - 0.5) + p.c * (camera.cy - 0.5)};
-}
-
-ImagePlane PlaneOf(const Eigen::Vector3d& n, const RayModel& camera) {
-  const double b = n.x() / camera.fx, c = n.y() / camera.fy;
-  return {n.z() - b * (camera.cx - 0.5) - c * (camera.cy - 0.5), b, c};
-}
 
 Eigen::Vector3d Times(const Mat3f& m, Vec3f v) {
   const Vec3f p = m * v;
@@ -86,9 +77,7 @@ bool SourceRegions::ToReference(const ImagePlane& plane, ImagePlane* result) con
 }
 
 bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) const {
-  const Eigen::Vector3d ray((cell.x + 0.5 - source_.cx) / source_.fx,
-                            (cell.y + 0.5 - source_.cy) / source_.fy, 1);
-  const Eigen::Vector3d point = rotation_.transpose() * (ray / cell.w - translation_);
+  const Eigen::Vector3d point = rotation_.transpose() * (RayOf(cell.x, cell.y, source_) / cell.w - translation_);
   if (!(point.z() > 0)) return false;
   *result = cell;
   result->x = static_cast<float>(reference_.fx * point.x() / point.z() + reference_.cx - 0.5);

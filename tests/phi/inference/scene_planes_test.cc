@@ -71,9 +71,12 @@ struct RoomScene {
     return input;
   }
 
-  std::vector<ImagePlane> Planes(const Rules& rules = {}) const {
+  std::vector<CarriedPlane> Carried(const Rules& rules = {}) const {
     const DepthPrecision precision(reference.camera, {&sources[0].camera, &sources[1].camera});
-    const std::vector<CarriedPlane> planes = FindScenePlanes(Input(), {0.003f, 3, precision}, rules);
+    return FindScenePlanes(Input(), {0.003f, 3, precision}, rules);
+  }
+  std::vector<ImagePlane> Planes(const Rules& rules = {}) const {
+    const std::vector<CarriedPlane> planes = Carried(rules);
     return {planes.begin(), planes.end()};
   }
 
@@ -102,9 +105,7 @@ TEST(ScenePlanes, PicturesThatOtherViewsMeasuredCarryTheWall) {
 }
 
 TEST(ScenePlanes, ComeWithTheirCells) {
-  const RoomScene room;
-  const DepthPrecision precision(room.reference.camera, {&room.sources[0].camera, &room.sources[1].camera});
-  const std::vector<CarriedPlane> planes = FindScenePlanes(room.Input(), {0.003f, 3, precision});
+  const std::vector<CarriedPlane> planes = RoomScene().Carried();
   ASSERT_EQ(planes.size(), 2u);
   EXPECT_NE(planes[0].cells.size(), planes[1].cells.size());
   for (const CarriedPlane& plane : planes) {
