@@ -193,18 +193,30 @@ class Alignment {
   std::vector<Observation> observed_;
 };
 
+std::ptrdiff_t CountOn(const RegionPlane& surface, std::span<const AnchorCell> cells) {
+  return std::count_if(cells.begin(), cells.end(), [&](const AnchorCell& cell) {
+    return std::abs(cell.w - surface.InverseDepth(cell.x, cell.y)) < cell.tolerance;
+  });
+}
+
+// `before`: the mean difference of brightness that the start leaves.
+bool IsToldByShadeAlone(const Alignment& found, double before, const ShadeLimits& limits) {
+  const double change = found.ChangePerCent();
+  return found.AreMostSeenBy(kMinViews) && change >= limits.min_change && found.Left() < limits.max_left &&
+         found.MovedPerCent() * change < limits.max_moved * before;
+}
+
 }  // namespace
 
-std::optional<RegionPlane> SurfaceByShade(const SpotViews& views, std::span<const Spot> spots, const RegionPlane& start,
-                                          double reach_deviations, const ShadeLimits& limits) {
+std::optional<RegionPlane> SurfaceByShade(const SpotViews& views, std::span<const Spot> spots, std::span<const AnchorCell> cells,
+                                          const RegionPlane& start, double reach_deviations, const ShadeLimits& limits) {
   if (spots.empty()) return std::nullopt;
-  Alignment alignment(views, spots, start);
-  const double before = alignment.Left();
-  if (!alignment.Run() || !alignment.AreMostSeenBy(kMinViews)) return std::nullopt;
-  const double left = alignment.Left(), change = alignment.ChangePerCent();
-  const bool is_told = change >= limits.min_change && left < limits.max_left && left < limits.max_left_share * before;
-  if (!is_told || !(alignment.MovedPerCent() * change < limits.max_moved * before)) return std::nullopt;
-  return alignment.Surface(reach_deviations);
+  Alignment found(views, spots, start);
+  const double before = found.Left();
+  if (!found.Run() || !(found.Left() < limits.max_left_share * before)) return std::nullopt;
+  const RegionPlane surface = found.Surface(reach_deviations);
+  if (CountOn(surface, cells) > CountOn(start, cells) || IsToldByShadeAlone(found, before, limits)) return surface;
+  return std::nullopt;
 }
 
 }  // namespace phi

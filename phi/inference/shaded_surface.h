@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "phi/inference/anchor_cells.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/spot.h"
 #include "phi/inference/spot_views.h"
@@ -13,15 +14,17 @@
 namespace phi {
 
 struct ShadeLimits {
-  double min_change = 2;        // of the brightness with a per cent of depth, grey levels
-  double max_left = 2;          // of the differences of brightness, mean, grey levels: with min_change, a per cent of depth
-  double max_left_share = 0.7;  // of what the start leaves: more is no reason to leave it
-  double max_moved = 4;         // times as far as the start's differences ask for: farther off they are small by chance
+  double max_left_share = 0.7;  // of the differences of brightness that the start leaves: more is no reason to leave it
+  // Where no more cells lie on the surface than on the start, shade speaks alone:
+  double min_change = 2;  // of the brightness with a per cent of depth, grey levels
+  double max_left = 2;    // of the differences of brightness, mean, grey levels: with min_change, a per cent of depth
+  double max_moved = 4;   // times as far as the start's differences ask for: farther off they are small by chance
 };
 
 // Found from `start` by Levenberg and Marquardt's method; reaches as far as `reach_deviations` standard deviations of the spots' places
-// from their mean. nullopt: the views do not tell, or the start is as good.
-std::optional<RegionPlane> SurfaceByShade(const SpotViews& views, std::span<const Spot> spots, const RegionPlane& start,
-                                          double reach_deviations, const ShadeLimits& limits = {});
+// from their mean. `cells`: of the region's anchors, which the search does not look at, so that they are a second witness. nullopt: the
+// views do not tell, or the start is as good.
+std::optional<RegionPlane> SurfaceByShade(const SpotViews& views, std::span<const Spot> spots, std::span<const AnchorCell> cells,
+                                          const RegionPlane& start, double reach_deviations, const ShadeLimits& limits = {});
 
 }  // namespace phi

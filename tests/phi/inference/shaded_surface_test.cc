@@ -76,10 +76,11 @@ struct Column {
     return spots;
   }
 
-  std::optional<RegionPlane> Find(double start, const ShadeLimits& limits = {.min_change = 0.5}) const {
+  std::optional<RegionPlane> Find(double start, const ShadeLimits& limits = {.min_change = 0.5},
+                                  const std::vector<AnchorCell>& cells = {}) const {
     RegionPlane from;
     from.a = start;
-    return SurfaceByShade(SpotViews(input, exposures), Spots(), from, 5, limits);
+    return SurfaceByShade(SpotViews(input, exposures), Spots(), cells, from, 5, limits);
   }
 };
 
@@ -122,6 +123,33 @@ TEST(ShadedSurface, MayNotMoveFartherThanDifferencesAskFor) {
   const Column column;
   EXPECT_TRUE(column.Find(kStart, {.min_change = 0.5, .max_moved = 2}));
   EXPECT_FALSE(column.Find(kStart, {.min_change = 0.5, .max_moved = 0.5}));
+}
+
+// So many on the column and as many more at the start's depth.
+std::vector<AnchorCell> Cells(int num_on_column, int num_on_start) {
+  std::vector<AnchorCell> cells;
+  for (int i = 0; i < num_on_column + num_on_start; ++i) {
+    const int x = 165 + 10 * i;
+    const double w = i < num_on_column ? Column::InverseDepth(x) : kStart;
+    cells.push_back({static_cast<float>(x), 50, w, 0.01 * w, 0, 0});
+  }
+  return cells;
+}
+
+TEST(ShadedSurface, CellsAreASecondWitness) {
+  const ShadeLimits not_alone = {.min_change = 100};
+  const Column column;
+  EXPECT_FALSE(column.Find(kStart, not_alone));
+  const auto surface = column.Find(kStart, not_alone, Cells(4, 3));
+  ASSERT_TRUE(surface);
+  EXPECT_LT(LargestError(*surface), 0.01);
+  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(3, 3)));
+  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(3, 4)));
+}
+
+TEST(ShadedSurface, CellsAloneDoNotTell) {
+  EXPECT_FALSE(Column(1, false).Find(kStart, {}, Cells(4, 0)));
+  EXPECT_FALSE(Column().Find(kStart, {.max_left_share = 1e-3}, Cells(4, 0)));
 }
 
 // Of the four sources the last two see nothing where what they measured lies far behind the column.
