@@ -48,9 +48,9 @@ struct Places {
   double Scale() const { return std::sqrt(covariance.diagonal().maxCoeff()); }
 };
 
-class Alignment {
+class ShadeSearch {
  public:
-  Alignment(const SpotViews& views, std::span<const Spot> spots, const RegionPlane& start)
+  ShadeSearch(const SpotViews& views, std::span<const Spot> spots, const RegionPlane& start)
       : views_(views), spots_(Thinned(spots)), places_(spots), scale_(places_.Scale()) {
     for (const Spot& spot : spots_) {
       here_.push_back(views_.MeanHere(spot));
@@ -193,14 +193,20 @@ class Alignment {
   std::vector<Observation> observed_;
 };
 
-std::ptrdiff_t CountOn(const RegionPlane& surface, std::span<const AnchorCell> cells) {
-  return std::count_if(cells.begin(), cells.end(), [&](const AnchorCell& cell) {
+double CountOn(const RegionPlane& surface, std::span<const AnchorCell> cells) {
+  return static_cast<double>(std::count_if(cells.begin(), cells.end(), [&](const AnchorCell& cell) {
     return std::abs(cell.w - surface.InverseDepth(cell.x, cell.y)) < cell.tolerance;
-  });
+  }));
+}
+
+// By more than the standard deviation of the difference of two such counts.
+bool MoreLieOn(const RegionPlane& surface, const RegionPlane& start, std::span<const AnchorCell> cells) {
+  const double on_surface = CountOn(surface, cells), on_start = CountOn(start, cells);
+  return on_surface - on_start > std::sqrt(on_surface + on_start);
 }
 
 // `before`: the mean difference of brightness that the start leaves.
-bool IsToldByShadeAlone(const Alignment& found, double before, const ShadeLimits& limits) {
+bool IsToldByShadeAlone(const ShadeSearch& found, double before, const ShadeLimits& limits) {
   const double change = found.ChangePerCent();
   return found.AreMostSeenBy(kMinViews) && change >= limits.min_change && found.Left() < limits.max_left &&
          found.MovedPerCent() * change < limits.max_moved * before;
@@ -211,11 +217,11 @@ bool IsToldByShadeAlone(const Alignment& found, double before, const ShadeLimits
 std::optional<RegionPlane> SurfaceByShade(const SpotViews& views, std::span<const Spot> spots, std::span<const AnchorCell> cells,
                                           const RegionPlane& start, double reach_deviations, const ShadeLimits& limits) {
   if (spots.empty()) return std::nullopt;
-  Alignment found(views, spots, start);
+  ShadeSearch found(views, spots, start);
   const double before = found.Left();
   if (!found.Run() || !(found.Left() < limits.max_left_share * before)) return std::nullopt;
   const RegionPlane surface = found.Surface(reach_deviations);
-  if (CountOn(surface, cells) > CountOn(start, cells) || IsToldByShadeAlone(found, before, limits)) return surface;
+  if (MoreLieOn(surface, start, cells) || IsToldByShadeAlone(found, before, limits)) return surface;
   return std::nullopt;
 }
 

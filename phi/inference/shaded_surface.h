@@ -15,7 +15,7 @@ namespace phi {
 
 struct ShadeLimits {
   double max_left_share = 0.7;  // of the differences of brightness that the start leaves: more is no reason to leave it
-  // Where no more cells lie on the surface than on the start, shade speaks alone:
+  // Where cells do not tell the surface from the start, shade speaks alone:
   double min_change = 2;  // of the brightness with a per cent of depth, grey levels
   double max_left = 2;    // of the differences of brightness, mean, grey levels: with min_change, a per cent of depth
   double max_moved = 4;   // times as far as the start's differences ask for: farther off they are small by chance

@@ -140,11 +140,13 @@ TEST(ShadedSurface, CellsAreASecondWitness) {
   const ShadeLimits not_alone = {.min_change = 100};
   const Column column;
   EXPECT_FALSE(column.Find(kStart, not_alone));
-  const auto surface = column.Find(kStart, not_alone, Cells(4, 3));
+  const auto surface = column.Find(kStart, not_alone, Cells(8, 2));
   ASSERT_TRUE(surface);
   EXPECT_LT(LargestError(*surface), 0.01);
-  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(3, 3)));
-  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(3, 4)));
+  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(6, 4)));  // by chance
+  EXPECT_TRUE(column.Find(kStart, not_alone, Cells(2, 0)));
+  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(1, 0)));
+  EXPECT_FALSE(column.Find(kStart, not_alone, Cells(2, 8)));
 }
 
 TEST(ShadedSurface, CellsAloneDoNotTell) {
