@@ -203,17 +203,23 @@ RegionPlane MiddleDepth(const std::vector<RegionPoint>& points) {
   return middle;
 }
 
+// What is known of a region.
+struct FoundRegion {
+  const std::array<RegionPlane, kPlanesPerRegion>& planes;
+  const std::vector<RegionPoint>& points;
+  const std::vector<AnchorCell>& cells;
+  const std::vector<Spot>& spots;  // without an anchor
+};
+
 // A region with two planes is no one surface.
-std::optional<RegionPlane> SurfaceOf(const std::array<RegionPlane, kPlanesPerRegion>& planes,
-                                     const std::vector<RegionPoint>& points, const std::vector<Spot>& spots,
-                                     const std::vector<AnchorCell>& cells, const SpotViews* views, double reach_deviations, const Rules& rules) {
-  const bool is_asked = views != nullptr && rules.IsOn(Rule::kShadedSurfaces) && spots.size() >= kMinShadedSpots &&
-                        !points.empty() && !planes[1].IsThere();
+std::optional<RegionPlane> SurfaceOf(const FoundRegion& region, const SpotViews* views, double reach_deviations, const Rules& rules) {
+  const bool is_asked = views != nullptr && rules.IsOn(Rule::kShadedSurfaces) && region.spots.size() >= kMinShadedSpots &&
+                        !region.points.empty() && !region.planes[1].IsThere();
   if (!is_asked) return std::nullopt;
   ShadeLimits limits;
   limits.min_change *= rules.Factor(Rule::kShadedSurfaces);
-  const RegionPlane start = planes[0].IsThere() ? planes[0] : MiddleDepth(points);
-  return SurfaceByShade(*views, spots, cells, start, reach_deviations, limits);
+  const RegionPlane start = region.planes[0].IsThere() ? region.planes[0] : MiddleDepth(region.points);
+  return SurfaceByShade(*views, region.spots, region.cells, start, reach_deviations, limits);
 }
 
 // Of the reference view, as the sources that it was matched with tell it.
@@ -308,7 +314,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources, directions}, planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
-    if (const auto bent = SurfaceOf(planes_[k], points, spots[k], cells_[k], views, limits.reach_deviations, rules)) {
+    if (const auto bent = SurfaceOf({planes_[k], points, cells_[k], spots[k]}, views, limits.reach_deviations, rules)) {
       planes_[k] = {*bent};
       sky_[k] = Sky::kNot;
     }
