@@ -14,9 +14,10 @@ struct ImagePlane {
   double InverseDepth(double x, double y) const { return a + b * x + c * y; }
 };
 
-template <typename Anchor>
-bool IsOn(const ImagePlane& plane, const Anchor& anchor) {
-  return std::abs(plane.InverseDepth(anchor.x, anchor.y) - anchor.w) < anchor.tolerance;
+// `Surface`: a plane, or a bent one (region_plane.h).
+template <typename Surface = ImagePlane, typename Anchor>
+bool IsOn(const Surface& surface, const Anchor& anchor) {
+  return std::abs(surface.InverseDepth(anchor.x, anchor.y) - anchor.w) < anchor.tolerance;
 }
 
 // False: twice the area of their triangle is less than `min_area`, square pixels.

@@ -194,9 +194,8 @@ class ShadeSearch {
 };
 
 double CountOn(const RegionPlane& surface, std::span<const AnchorCell> cells) {
-  return static_cast<double>(std::count_if(cells.begin(), cells.end(), [&](const AnchorCell& cell) {
-    return std::abs(cell.w - surface.InverseDepth(cell.x, cell.y)) < cell.tolerance;
-  }));
+  return static_cast<double>(
+      std::count_if(cells.begin(), cells.end(), [&](const AnchorCell& cell) { return IsOn(surface, cell); }));
 }
 
 // By more than the standard deviation of the difference of two such counts.
