@@ -18,19 +18,20 @@ box((-W / 2, 0, -0.1), (W / 2, L, 0), floor)
 box((-W / 2, L, 0), (W / 2, L + 0.2, H + R + 0.6), material("brick", (0.5, 0.25, 0.17), tex="brick", scale=4.5, color2=(0.42, 0.2, 0.14)))
 box((-W / 2, -0.2, 0), (W / 2, 0, H + R + 0.6), plaster)
 # side walls with windows in each bay
+edges = [0, 1.2, 2.0, 4.4, 5.2, 7.6, 8.4, 10.8, 11.6, L]
 for s in (-1, 1):
     x0, x1 = (W / 2, W / 2 + 0.35) if s > 0 else (-W / 2 - 0.35, -W / 2)
+    outside = x1 if s > 0 else x0
     box((x0, 0, 0), (x1, L, 1.6), plaster)
     box((x0, 0, 3.4), (x1, L, H + 0.2), plaster)
-    edges = [0, 1.2, 2.0, 4.4, 5.2, 7.6, 8.4, 10.8, 11.6, L]
     for i in range(0, len(edges) - 1, 2):
         box((x0, edges[i], 1.6), (x1, edges[i + 1], 3.4), plaster)
     for i in range(1, len(edges) - 1, 2):
         quad(
-            (x1 if s > 0 else x0, edges[i], 1.6),
-            (x1 if s > 0 else x0, edges[i + 1], 1.6),
-            (x1 if s > 0 else x0, edges[i + 1], 3.4),
-            (x1 if s > 0 else x0, edges[i], 3.4),
+            (outside, edges[i], 1.6),
+            (outside, edges[i + 1], 1.6),
+            (outside, edges[i + 1], 3.4),
+            (outside, edges[i], 3.4),
             material(f"win{s}{i}", (0.3, 0.4, 0.7), tex="voronoi", scale=7, amount=0.75),
         )
     for k in range(4):
