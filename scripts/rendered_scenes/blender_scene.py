@@ -247,6 +247,27 @@ def world(color, strength):
     b.inputs[1].default_value = strength
 
 
+def clouds():
+    """A blue sky with white clouds, in place of world()."""
+    tree = bpy.context.scene.world.node_tree
+    background = tree.nodes["Background"]
+    background.inputs[1].default_value = 0.9
+    direction = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    place = tree.nodes.new("ShaderNodeMapping")
+    place.inputs["Scale"].default_value = (1, 1, 3)
+    tree.links.new(direction, place.inputs["Vector"])
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    noise.inputs["Scale"].default_value = 2.2
+    noise.inputs["Detail"].default_value = 9
+    tree.links.new(place.outputs["Vector"], noise.inputs["Vector"])
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    for element, color, position in zip(ramp.color_ramp.elements, ((0.32, 0.52, 0.90, 1), (0.95, 0.96, 0.98, 1)), (0.44, 0.68)):
+        element.color = color
+        element.position = position
+    tree.links.new(noise.outputs[0], ramp.inputs["Fac"])
+    tree.links.new(ramp.outputs["Color"], background.inputs[0])
+
+
 def render(name, cameras, horizontal_view_degrees, samples, size=(1080, 720)):
     """Renders from each (eye, target) or (eye, target, roll in degrees) into the folder that the command line names.
 
