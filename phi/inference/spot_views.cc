@@ -18,9 +18,6 @@ constexpr int kSteadyReach = 2;
 // A surface that is still sought may lie so far from where it is, relative depth; what a view measured farther off is something else.
 constexpr float kOtherSurface = 0.05f;
 
-// The depth that was measured there; 0: none.
-float MeasuredAt(const MeasuredDepthsView& depths, int x, int y) { return depths.IsKnown() ? depths.Evidence(x, y) : 0; }
-
 // A mean that is brighter may have pixels that were cut off at white; grey levels.
 constexpr float kNearWhite = 245;
 
@@ -54,10 +51,8 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   int num_like = 0, num_unlike = 0;
   for (const Source& source : sources_) {
     const std::optional<Shown> shown = Find(source, spot, w);
-    if (!shown) continue;
-    const float measured = MeasuredAt(source.depths, shown->x, shown->y);
-    if (measured > 0 && !DepthsAgree(shown->relative_depth, measured * w, kDepthGap)) continue;
-    ++(IsUnlike(shown->change) ? num_unlike : num_like);
+    if (!shown || MeasuredElse(source, *shown, w, kDepthGap)) continue;
+    ++(IsUnlikeThere(source, spot, *shown) ? num_unlike : num_like);
   }
   return num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_like + num_unlike);
 }
@@ -67,10 +62,10 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
   for (const Source& source : sources_) {
     for (const Spot& spot : spots) {
       const std::optional<Shown> shown = Find(source, spot, 0);
-      if (!shown || MeasuredAt(source.depths, shown->x, shown->y) > 0) continue;
+      if (!shown || MeasuredAt(source, *shown) > 0) continue;
       if (!ForetellsUnlike(source, spot, plane)) continue;
       ++foretold.num_unlike;
-      if (IsUnlike(shown->change)) ++foretold.num_seen;
+      if (IsUnlikeThere(source, spot, *shown)) ++foretold.num_seen;
     }
   }
   return foretold;
@@ -82,31 +77,38 @@ std::optional<BoxMean> SpotViews::MeanHere(const Spot& spot) const {
 
 std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
   const Source& source = sources_[index];
-  const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
-  if (!(p.z > 0)) return std::nullopt;
-  const float u = p.x / p.z, v = p.y / p.z;
-  const std::optional<BoxMean> there = MeanBelowWhite(*source.image, u, v);
+  const std::optional<Shown> shown = Find(source, spot, w);
+  if (!shown || MeasuredElse(source, *shown, w, kOtherSurface)) return std::nullopt;
+  const std::optional<BoxMean> there = MeanBelowWhite(*source.image, shown->u, shown->v);
   if (!there) return std::nullopt;
-  const int x = static_cast<int>(u), y = static_cast<int>(v);
-  const float measured = MeasuredAt(source.depths, x, y);
-  if (measured > 0 && !DepthsAgree(p.z, measured * w, kOtherSurface)) return std::nullopt;
-  const float ratio = source.exposure.Ratio(radius_.Squared(spot.x, spot.y), source.radius.Squared(x, y));
-  // p moves by b with the inverse depth.
+  const float ratio = source.exposure.Ratio(radius_.Squared(spot.x, spot.y), source.radius.Squared(shown->x(), shown->y()));
+  // The projected point moves by b with the inverse depth.
   const Vec3f& b = source.view.b;
-  const float du = (b.x - u * b.z) / p.z, dv = (b.y - v * b.z) / p.z;
+  const float du = (b.x - shown->u * b.z) / shown->relative_depth, dv = (b.y - shown->v * b.z) / shown->relative_depth;
   return ShadeOfSpot{here.value - ratio * there->value, -ratio * (there->du * du + there->dv * dv)};
 }
 
-std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w) const {
-  const Vec3f p =
-      ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
+std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w) {
+  const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
   if (!(p.z > 0)) return std::nullopt;
   const float u = p.x / p.z, v = p.y / p.z;
   if (!(u >= 0 && v >= 0 && u < static_cast<float>(source.image->width()) && v < static_cast<float>(source.image->height())))
     return std::nullopt;
-  const int x = static_cast<int>(u), y = static_cast<int>(v);
-  const BrightSpot there = {static_cast<float>((*source.image)(x, y)), source.radius.Squared(x, y)};
-  return Shown{x, y, p.z, source.exposure.Change(InReference(spot.x, spot.y), there)};
+  return Shown{u, v, p.z};
+}
+
+float SpotViews::MeasuredAt(const Source& source, const Shown& shown) {
+  return source.depths.IsKnown() ? source.depths.Evidence(shown.x(), shown.y()) : 0;
+}
+
+bool SpotViews::MeasuredElse(const Source& source, const Shown& shown, float w, float gap) {
+  const float measured = MeasuredAt(source, shown);
+  return measured > 0 && !DepthsAgree(shown.relative_depth, measured * w, gap);
+}
+
+bool SpotViews::IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const {
+  const BrightSpot there = {static_cast<float>((*source.image)(shown.x(), shown.y())), source.radius.Squared(shown.x(), shown.y())};
+  return IsUnlike(source.exposure.Change(InReference(spot.x, spot.y), there));
 }
 
 bool SpotViews::IsHidden(int x, int y, float depth) const {

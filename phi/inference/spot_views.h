@@ -61,14 +61,23 @@ class SpotViews {
     RadiusOfPixels radius;
     RelativeExposure exposure;
   };
-  // Where a source shows a point.
+  // Where a source shows a spot's point.
   struct Shown {
-    int x, y;
+    float u, v;
     float relative_depth;  // there, times the inverse depth here
-    float change;          // of the brightness, from there to here
+
+    int x() const { return static_cast<int>(u); }
+    int y() const { return static_cast<int>(v); }
   };
 
-  std::optional<Shown> Find(const Source& source, const Spot& spot, float w) const;
+  // nullopt: behind the source's camera or beside its image.
+  static std::optional<Shown> Find(const Source& source, const Spot& spot, float w);
+  // The depth that the source measured there; 0: none.
+  static float MeasuredAt(const Source& source, const Shown& shown);
+  // Whether the source measured something there that is not the point of inverse depth w, by more than `gap`.
+  static bool MeasuredElse(const Source& source, const Shown& shown, float w, float gap);
+  // Whether the spot and the place where the source shows it differ in brightness.
+  bool IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const;
   // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
   bool ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const;
   bool IsUnlikeAround(const Spot& spot, int x, int y) const;
