@@ -160,7 +160,7 @@ def round_bar(center, r1, r2, h, m, sides):
 
 
 def cylinder(center, r, h, m, axis="z"):
-    round_bar(center, r, r, h, m, 96).rotation_euler = {"z": (0, 0, 0), "y": (math.pi / 2, 0, 0)}[axis]
+    round_bar(center, r, r, h, m, 96).rotation_euler = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}[axis]
 
 
 def tube(start, end, r, m):

@@ -1,11 +1,9 @@
-"""An old road engine in a yard, walked round: a riveted boiler, spoked wheels, a chimney, belts and pipes, gravel, sheds, clouds. 18 images."""
+"""An old road engine in a yard, walked round: a riveted boiler, spoked wheels, a chimney, pipes, gravel, sheds, clouds. 18 images."""
 
 import math
-import random
 
 from blender_scene import *
 
-random.seed(37)
 reset()
 clouds()
 sun((0.55, 0.5, -0.8), 2.8)
@@ -30,24 +28,19 @@ def wheel(x, y, r, width, spokes):
     n = 96
     for k in range(n):
         a, b = 2 * math.pi * k / n, 2 * math.pi * (k + 1) / n
-        for r0, r1, m in ((r, r - 0.05, worn),):
-            corners = [(x + q * math.cos(t), y + s * width / 2, r + q * math.sin(t)) for s in (-1, 1) for q in (r0, r1) for t in (a, b)]
-            mesh(corners, [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)], m, smooth=False)
+        corners = [(x + q * math.cos(t), y + s * width / 2, r + q * math.sin(t)) for s in (-1, 1) for q in (r, r - 0.05) for t in (a, b)]
+        mesh(corners, [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)], worn, smooth=False)
     for k in range(spokes):
         t = 2 * math.pi * k / spokes
         tube((x, y, r), (x + (r - 0.04) * math.cos(t), y, r + (r - 0.04) * math.sin(t)), 0.022, red)
     cylinder((x, y, r), 0.11, width + 0.06, red, axis="y")
 
 
-def along_x(center, r, length, m):
-    tube((center[0] - length / 2, center[1], center[2]), (center[0] + length / 2, center[1], center[2]), r, m)
-
-
 # boiler, firebox, smokebox, chimney, cylinder block, flywheel, canopy, tender
-round_bar((-0.3, 0, 1.35), 0.45, 0.45, 2.0, green, 96).rotation_euler = (0, math.pi / 2, 0)
-round_bar((-1.5, 0, 1.35), 0.47, 0.47, 0.5, black, 96).rotation_euler = (0, math.pi / 2, 0)
+cylinder((-0.3, 0, 1.35), 0.45, 2.0, green, axis="x")
+cylinder((-1.5, 0, 1.35), 0.47, 0.5, black, axis="x")
 for x in (-1.25, -0.6, 0.1, 0.65):
-    round_bar((x, 0, 1.35), 0.46, 0.46, 0.05, brass, 96).rotation_euler = (0, math.pi / 2, 0)
+    cylinder((x, 0, 1.35), 0.46, 0.05, brass, axis="x")
 box((0.6, -0.5, 0.65), (1.5, 0.5, 1.9), green, bevel=0.06)
 cylinder((-1.5, 0, 2.3), 0.13, 1.1, black)
 cone((-1.5, 0, 2.95), 0.14, 0.22, 0.2, brass)
@@ -62,7 +55,7 @@ wheel(-1.5, 0.62, 0.52, 0.26, 10)
 wheel(-1.5, -0.62, 0.52, 0.26, 10)
 tube((0.95, -0.9, 0.85), (0.95, 0.9, 0.85), 0.06, steel)
 tube((-1.5, -0.7, 0.52), (-1.5, 0.7, 0.52), 0.05, steel)
-round_bar((0.5, -0.72, 1.95), 0.55, 0.55, 0.12, red, 96).rotation_euler = (math.pi / 2, 0, 0)
+cylinder((0.5, -0.72, 1.95), 0.55, 0.12, red, axis="y")
 tube((0.5, -0.8, 1.95), (0.5, 0.6, 1.95), 0.04, steel)
 tube((0.15, -0.1, 1.9), (0.5, -0.15, 1.98), 0.03, steel)
 tube((-0.55, 0.3, 1.75), (0.6, 0.42, 1.65), 0.025, brass)
