@@ -17,6 +17,7 @@ import numpy as np
 from . import _core
 from ._arrays import camera_rows, image_array, mask_array, map_array, pose_array
 from ._run import ProgressCallable, Run, words_of
+from .cloud import Cloud
 from .errors import UsageError
 from .maps import read_image
 
@@ -46,24 +47,6 @@ class Maps:
     def measured(self) -> np.ndarray:
         """bool (H, W): depth that photos agree on."""
         return (self.depth > 0) & ~self.inferred
-
-
-@dataclass
-class Cloud:
-    """Points in the world, in the order of the command's cloud."""
-
-    xyz: np.ndarray  # float64 (N, 3)
-    normals: np.ndarray  # float32 (N, 3), unit
-    colors: np.ndarray  # uint8 (N, 3), RGB
-    inferred: np.ndarray  # bool (N,): more of its measurements were inferred than measured
-    num_views: np.ndarray  # uint32 (N,): images that agree on it
-    views: np.ndarray  # uint32 (sum of num_views,): their indices, point after point
-
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes PATH (.ply) and PATH.vis as stereo_fusion does."""
-        _core.write_cloud(
-            os.fspath(path), self.xyz, self.normals, self.colors, self.inferred.view(np.uint8), self.num_views, self.views
-        )
 
 
 def _is_reconstruction(cameras: Any) -> bool:

@@ -1,0 +1,95 @@
+"""The cloud that fuse makes, and its files."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._arrays import to_numpy
+from .errors import UsageError
+
+_PER_POINT = {
+    "xyz": (np.float64, (3,)), "normals": (np.float32, (3,)), "colors": (np.uint8, (3,)), "inferred": (np.uint8, ()),
+    "num_views": (np.uint32, ()),
+}  # fmt: skip
+_WHOLE_NUMBERS = ("colors", "inferred", "num_views", "views")
+
+
+def _starts(counts: np.ndarray) -> np.ndarray:
+    """Where each one's share of a list begins that holds `counts` entries of each."""
+    return np.cumsum(counts, dtype=np.int64) - counts
+
+
+@dataclass
+class Cloud:
+    """Points in the world, in the order of the command's cloud. cloud[mask] and cloud[indices] are clouds of some of them."""
+
+    xyz: np.ndarray  # float64 (N, 3)
+    normals: np.ndarray  # float32 (N, 3), unit
+    colors: np.ndarray  # uint8 (N, 3), RGB
+    inferred: np.ndarray  # bool (N,): more of its measurements were inferred than measured
+    num_views: np.ndarray  # uint32 (N,): images that agree on it
+    views: np.ndarray  # uint32 (sum of num_views,): their indices, point after point
+
+    def __getitem__(self, which: Any) -> Cloud:
+        """Some of the points, with all that belongs to them. which: a bool for each point, indices in any order, or a slice."""
+        arrays = self._checked()
+        place = self._places(which)
+        counts, starts = arrays["num_views"], _starts(arrays["num_views"])
+        kept = counts[place]
+        # The place in `views` of every view of every point that is kept.
+        of_views = np.repeat(starts[place] - _starts(kept), kept) + np.arange(kept.sum(dtype=np.int64))
+        values = {name: arrays[name][place] for name in _PER_POINT}
+        return Cloud(**{**values, "inferred": values["inferred"].view(bool)}, views=arrays["views"][of_views])
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes PATH (.ply) and PATH.vis as stereo_fusion does."""
+        a = self._checked()
+        _core.write_cloud(
+            os.fspath(path), a["xyz"], a["normals"], a["colors"], a["inferred"], a["num_views"], a["views"]
+        )
+
+    def _places(self, which: Any) -> np.ndarray:
+        """Indices of the points that __getitem__ is asked for."""
+        count = len(self.xyz)
+        if isinstance(which, slice):
+            return np.arange(count)[which]
+        index = to_numpy(which, "the index of a cloud")
+        if index.dtype == bool:
+            if index.shape != (count,):
+                raise UsageError(f"the mask has shape {index.shape}, but must be ({count},): one for each point")
+            return np.flatnonzero(index)
+        if index.ndim != 1 or (len(index) and index.dtype.kind not in "iu"):
+            raise UsageError("a cloud's index must be a mask, a list of whole numbers or a slice; cloud[[3]] is one point")
+        if len(index) and not (index.min() >= -count and index.max() < count):
+            raise UsageError(f"indices must be {-count} to {count - 1}: the cloud has {count} points")
+        return index.astype(np.int64) % max(count, 1)
+
+    def _checked(self) -> dict[str, np.ndarray]:
+        """The arrays as the compiled part takes them, which trusts their sizes."""
+        arrays = {name: to_numpy(getattr(self, name), f"cloud.{name}") for name in (*_PER_POINT, "views")}
+        count = len(arrays["xyz"]) if arrays["xyz"].ndim else 0
+        for name, (dtype, shape) in _PER_POINT.items():
+            if arrays[name].shape != (count, *shape):
+                raise UsageError(
+                    f"cloud.{name} has shape {arrays[name].shape}, but must be {(count, *shape)}, for cloud.xyz has "
+                    f"{count} points; cloud[mask] chooses from all arrays alike"
+                )
+        for name in _WHOLE_NUMBERS:
+            if arrays[name].size and arrays[name].dtype.kind not in "biu":
+                raise UsageError(f"cloud.{name} has dtype {arrays[name].dtype}, but must hold whole numbers")
+        arrays = {
+            name: np.ascontiguousarray(a, _PER_POINT[name][0] if name in _PER_POINT else np.uint32) for name, a in arrays.items()
+        }
+        arrays["inferred"] = (arrays["inferred"] != 0).view(np.uint8)
+        num_views, views = int(arrays["num_views"].sum(dtype=np.uint64)), arrays["views"]
+        if views.shape != (num_views,):
+            raise UsageError(
+                f"cloud.views has shape {views.shape}, but must be ({num_views},), the sum of cloud.num_views; "
+                "cloud[mask] chooses from all arrays alike"
+            )
+        return arrays

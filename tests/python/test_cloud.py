@@ -1,0 +1,115 @@
+"""Clouds: filtered whole, and written as they are."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import phimvs
+
+
+def make_cloud(xyz, num_views=None):
+    """Whose other arrays tell the point's number."""
+    count = len(xyz)
+    numbers = np.arange(count)
+    num_views = np.full(count, 2) if num_views is None else np.asarray(num_views)
+    return phimvs.Cloud(
+        xyz=np.asarray(xyz, np.float64),
+        normals=np.repeat(numbers[:, None], 3, axis=1).astype(np.float32),
+        colors=np.repeat(numbers[:, None], 3, axis=1).astype(np.uint8),
+        inferred=numbers % 2 == 1,
+        num_views=num_views.astype(np.uint32),
+        views=(10 * np.repeat(numbers, num_views) + 1).astype(np.uint32),
+    )
+
+
+FIVE = np.arange(15.0).reshape(5, 3)
+
+
+def read_cloud(path):
+    """x, y, z as the file states them, the other columns, the offset, and the .vis file's numbers."""
+    header, _, body = path.read_bytes().partition(b"end_header\n")
+    words = [line.split() for line in header.decode().splitlines()]
+    kind = next(line[1] for line in words if line[0] == "property")
+    fields = [(axis, "<f8" if kind == "double" else "<f4") for axis in "xyz"]
+    fields += [(name, "<f4") for name in ("nx", "ny", "nz")] + [(name, "u1") for name in ("r", "g", "b", "views", "inferred")]
+    offset = next((line[2:] for line in words if line[:2] == ["comment", "offset"]), ["0", "0", "0"])
+    rows = np.frombuffer(body, fields)
+    visibility = np.fromfile(f"{path}.vis", "<u4")
+    return np.stack([rows[axis] for axis in "xyz"], axis=1), rows, np.array(offset, float), visibility
+
+
+@pytest.mark.parametrize(
+    "which, places",
+    [
+        (np.array([True, False, False, True, True]), [0, 3, 4]),
+        ([4, 0, 4], [4, 0, 4]),
+        (np.array([-1, 1], np.int8), [4, 1]),
+        (slice(1, None, 2), [1, 3]),
+        ([], []),
+        (np.zeros(5, bool), []),
+    ],
+    ids=["mask", "indices", "from the end", "slice", "nothing", "empty mask"],
+)
+def test_some_points_with_all_that_is_theirs(which, places, tmp_path):
+    num_views = np.array([2, 0, 3, 1, 4])
+    some = make_cloud(FIVE, num_views)[which]
+    assert np.array_equal(some.xyz, FIVE[places]) and some.xyz.dtype == np.float64
+    assert some.normals[:, 0].tolist() == places and some.colors[:, 2].tolist() == places
+    assert some.inferred.tolist() == [place % 2 == 1 for place in places] and some.inferred.dtype == bool
+    assert some.num_views.tolist() == [num_views[place] for place in places]
+    assert some.views.tolist() == [10 * place + 1 for place in places for _ in range(num_views[place])]
+    some.write(tmp_path / "some.ply")
+    _, rows, _, visibility = read_cloud(tmp_path / "some.ply")
+    assert rows["r"].tolist() == places
+    expected = [number for place in places for number in [num_views[place], *[10 * place + 1] * num_views[place]]]
+    assert visibility.tolist() == [len(places), 0, *expected]
+
+
+def test_an_index_that_does_not_fit():
+    cloud = make_cloud(FIVE)
+    for which, sentence in (
+        (np.ones(4, bool), r"the mask has shape \(4,\), but must be \(5,\)"),
+        ([5], "indices must be -5 to 4"),
+        ([-6], "indices must be -5 to 4"),
+        (3, r"cloud\[\[3\]\] is one point"),
+        ([0.5], "whole numbers"),
+        (np.zeros((5, 1), int), "a mask, a list of whole numbers or a slice"),
+    ):
+        with pytest.raises(phimvs.UsageError, match=sentence):
+            cloud[which]
+
+
+def test_arrays_that_do_not_belong_together(tmp_path):
+    """In a process of its own: the compiled part trusts their sizes."""
+    for change, sentence in (
+        ("xyz=np.zeros((9, 3))", "cloud.normals has shape (5, 3), but must be (9, 3), for cloud.xyz has 9 points"),
+        ("xyz=np.zeros((4, 3))", "cloud.normals has shape (5, 3), but must be (4, 3)"),
+        ("xyz=np.zeros((5, 2))", "cloud.xyz has shape (5, 2), but must be (5, 3)"),
+        ("colors=np.zeros((4, 3), np.uint8)", "cloud.colors has shape (4, 3), but must be (5, 3)"),
+        ("colors=np.zeros((5, 3))", "cloud.colors has dtype float64, but must hold whole numbers"),
+        ("inferred=np.zeros(4, bool)", "cloud.inferred has shape (4,), but must be (5,)"),
+        ("num_views=np.full(6, 2)", "cloud.num_views has shape (6,), but must be (5,)"),
+        ("num_views=np.full(5, 9000000)", "cloud.views has shape (10,), but must be (45000000,), the sum of cloud.num_views"),
+        ("num_views=np.array([-1, 3, 3, 3, 2])", "cloud.views has shape (10,), but must be ("),
+        ("views=np.zeros(11, int)", "cloud.views has shape (11,), but must be (10,)"),
+    ):
+        path = tmp_path / "bad.ply"
+        code = f"""import dataclasses, numpy as np, phimvs, test_cloud
+cloud = dataclasses.replace(test_cloud.make_cloud(test_cloud.FIVE), {change})
+for use in (lambda: cloud.write({str(path)!r}), lambda: cloud[:2]):
+    try:
+        use()
+    except phimvs.UsageError as error:
+        print(error)
+"""
+        folders = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+        result = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": folders}
+        )
+        assert result.returncode == 0, (change, result.stderr)
+        lines = result.stdout.splitlines()
+        assert len(lines) == 2 and all(line.startswith(sentence) for line in lines), (change, result.stdout)
+        assert not path.exists()
