@@ -1,5 +1,6 @@
 // The stages on arrays: nothing is read or written. phimvs/scene.py checks what comes in and says what goes out.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -9,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -321,7 +323,8 @@ nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std
 
 // The .ply and .vis files that stereo_fusion writes.
 void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& normals, const Bytes& colors,
-                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views) {
+                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views,
+                const std::array<double, 3>& offset, bool in_doubles) {
   phi::FusedBlock block;
   block.points.resize(xyz.shape(0));
   for (std::size_t i = 0; i < block.points.size(); ++i) {
@@ -333,7 +336,7 @@ void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& norma
   }
   block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
   block.views.assign(views.data(), views.data() + views.size());
-  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path});
+  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path, .offset = offset, .in_doubles = in_doubles});
   writer->Write(std::move(block));
   writer->Commit();
 }

@@ -19,6 +19,62 @@ _PER_POINT = {
 _WHOLE_NUMBERS = ("colors", "inferred", "num_views", "views")
 
 
+_MOST_SEARCHED = 200_000  # points among which neighbours are searched
+_NUM_ASKED = 200  # points whose neighbours are searched
+_WITHOUT_OUTLIERS = 0.99
+_SINGLE_PRECISION = 2.0**-24
+_SHARE_OF_SPACING = 0.1
+
+
+def _nearest(points: np.ndarray, point: np.ndarray) -> float:
+    """The distance to the nearest that is elsewhere."""
+    squared = np.square(points - point).sum(axis=1)
+    squared = squared[squared > 0]
+    return float(np.sqrt(squared.min())) if len(squared) else np.inf
+
+
+def _sample(xyz: np.ndarray) -> np.ndarray:
+    """As many of the points as are searched."""
+    if len(xyz) > _MOST_SEARCHED:
+        xyz = xyz[np.unique(np.random.default_rng(0).integers(0, len(xyz), _MOST_SEARCHED))]
+    return xyz[np.isfinite(xyz).all(axis=1)]
+
+
+def point_spacing(xyz: np.ndarray) -> float:
+    """Between neighbouring points of surfaces, whatever their order: the median. 0: all are in one place."""
+    some = _sample(xyz)
+    if len(some) < 2:
+        return 0.0
+    axis = int(np.ptp(np.percentile(some, [5, 95], axis=0), axis=0).argmax())
+    some = some[some[:, axis].argsort()]
+    along = some[:, axis].copy()
+    distances = []
+    for place in np.linspace(0, len(some) - 1, _NUM_ASKED).astype(int):
+        # Those beside it along the axis say how far away the nearest can be at most.
+        reach = _nearest(some[max(place - 50, 0) : place + 51], some[place])
+        begin, end = np.searchsorted(along, [along[place] - reach, along[place] + reach])
+        distances.append(min(reach, _nearest(some[begin:end], some[place])))
+    spacing = float(np.median(distances))
+    # A surface of fewer points has them farther apart.
+    return spacing * np.sqrt(len(some) / len(xyz)) if np.isfinite(spacing) else 0.0
+
+
+def _coordinates(xyz: np.ndarray) -> tuple[list[float], bool]:
+    """The offset, and whether positions are doubles: stereo_fusion's rule, which asks the cameras for both distances."""
+    some, offset, spacing = _sample(xyz), np.zeros(3), point_spacing(xyz)
+
+    def is_too_coarse(offset: np.ndarray) -> bool:
+        largest = np.quantile(np.abs(some - offset).max(axis=1), _WITHOUT_OUTLIERS, method="lower")
+        return bool(largest * _SINGLE_PRECISION > _SHARE_OF_SPACING * spacing)
+
+    if spacing <= 0:  # nothing says what would be too coarse
+        return offset.tolist(), len(some) > 0
+    if not is_too_coarse(offset):
+        return offset.tolist(), False
+    offset = np.median(some, axis=0).round() + 0.0  # no -0
+    return offset.tolist(), is_too_coarse(offset)
+
+
 def _starts(counts: np.ndarray) -> np.ndarray:
     """Where each one's share of a list begins that holds `counts` entries of each."""
     return np.cumsum(counts, dtype=np.int64) - counts
@@ -47,10 +103,13 @@ class Cloud:
         return Cloud(**{**values, "inferred": values["inferred"].view(bool)}, views=arrays["views"][of_views])
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes PATH (.ply) and PATH.vis as stereo_fusion does."""
+        """Writes PATH (.ply) and PATH.vis as stereo_fusion does. Where single precision is coarser than a tenth of the distance
+        between neighbouring points, x, y and z count from a whole offset in their middle, which the line `comment offset X Y Z`
+        tells, and are doubles where that is not enough."""
         a = self._checked()
+        offset, in_doubles = _coordinates(a["xyz"])
         _core.write_cloud(
-            os.fspath(path), a["xyz"], a["normals"], a["colors"], a["inferred"], a["num_views"], a["views"]
+            os.fspath(path), a["xyz"], a["normals"], a["colors"], a["inferred"], a["num_views"], a["views"], offset, in_doubles
         )
 
     def _places(self, which: Any) -> np.ndarray:

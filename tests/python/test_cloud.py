@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import phimvs
+import phimvs.cloud
 
 
 def make_cloud(xyz, num_views=None):
@@ -113,3 +114,60 @@ for use in (lambda: cloud.write({str(path)!r}), lambda: cloud[:2]):
         lines = result.stdout.splitlines()
         assert len(lines) == 2 and all(line.startswith(sentence) for line in lines), (change, result.stdout)
         assert not path.exists()
+
+
+def wall(spacing, at, size=40):
+    """A bent grid of points, in no order."""
+    rng = np.random.default_rng(1)
+    u, v = (a.ravel() * spacing for a in np.meshgrid(np.arange(size), np.arange(size)))
+    xyz = np.stack([u, 0.3 * v, v + np.sin(u)], axis=1) + np.array(at) + rng.uniform(0, 0.1 * spacing, (size * size, 3))
+    return rng.permutation(xyz)
+
+
+def write_and_read(xyz, path):
+    """Kind of the coordinates, the offset, and the positions that a reader has who adds it."""
+    cloud = make_cloud(xyz)
+    cloud.write(path)
+    stated, rows, offset, _ = read_cloud(path)
+    assert rows["r"].tolist() == cloud.colors[:, 0].tolist()
+    return stated.dtype, offset, stated.astype(float) + offset
+
+
+def test_positions_keep_a_tenth_of_their_distance(tmp_path):
+    near, utm = (0.5, -2, 7), (500000, 5600000, 100)
+    kind, offset, read = write_and_read(wall(0.05, near), tmp_path / "near.ply")
+    assert kind == np.float32 and not offset.any()
+
+    xyz = wall(0.05, utm)
+    kind, offset, read = write_and_read(xyz, tmp_path / "utm.ply")
+    assert kind == np.float32 and np.abs(offset - utm).max() < 3 and np.array_equal(offset, np.round(offset))
+    assert np.abs(read - xyz).max() < 0.005
+
+    # Apart so far that an offset does not help.
+    xyz = np.concatenate([wall(0.05, utm), wall(0.05, (0, 0, 0))])
+    kind, offset, read = write_and_read(xyz, tmp_path / "apart.ply")
+    assert kind == np.float64 and np.abs(read - xyz).max() < 1e-8
+
+    # Single precision is half a metre there: enough for points 6 m apart, as stereo_fusion thinks too.
+    xyz = wall(6, utm)
+    kind, offset, read = write_and_read(xyz, tmp_path / "coarse.ply")
+    assert kind == np.float32 and not offset.any() and np.abs(read - xyz).max() < 0.6
+
+
+def test_few_points_far_away_do_not_count(tmp_path):
+    xyz = wall(0.05, (0.5, -2, 7))
+    xyz[::200] = 1e9
+    xyz[1] = np.nan
+    kind, offset, _ = write_and_read(xyz, tmp_path / "outliers.ply")
+    assert kind == np.float32 and not offset.any()
+    for few in (xyz[:0], np.array([[500000.123, 5600000.456, 100.789]]), np.full((3, 3), 5600000.456)):
+        _, _, read = write_and_read(few, tmp_path / "few.ply")
+        assert np.allclose(read, few, rtol=0, atol=1e-8)
+
+
+def test_the_distance_between_neighbours(monkeypatch):
+    for xyz in (wall(0.05, (500000, 5600000, 100)), wall(0.05, (0, 0, 0)).repeat(2, axis=0)):
+        assert 0.04 < phimvs.cloud.point_spacing(xyz) < 0.06
+    with monkeypatch.context() as patch:
+        patch.setattr(phimvs.cloud, "_MOST_SEARCHED", 1000)
+        assert 0.02 < phimvs.cloud.point_spacing(wall(0.05, (0, 0, 0), size=120)) < 0.06
