@@ -9,6 +9,7 @@
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/input_file.h"
@@ -25,6 +26,11 @@ namespace po = boost::program_options;
 constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
 constexpr char kJsonWord[] = "help_json";
+
+JsonHelp*& HelpOfThread() {
+  thread_local JsonHelp* help = nullptr;
+  return help;
+}
 
 const char* NameOf(phi::Option::Type type) {
   switch (type) {
@@ -89,6 +95,9 @@ std::string WhyRefused(const po::error_with_option_name& error) {
 
 }  // namespace
 
+JsonHelp::JsonHelp() : before_(std::exchange(HelpOfThread(), this)) {}
+JsonHelp::~JsonHelp() { HelpOfThread() = before_; }
+
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
   Add("project_path", &project_path_,
@@ -124,7 +133,8 @@ void OptionParser::ApplyPreset() {
     if (!IsSet(name)) {
       option->Assign(value);
     } else if (!SameValue(option->Text(), value)) {
-      phi::LogInfo("--" + name + " " + option->Text() + " goes before the " + value + " of --preset paper");
+      TellUnlessDescribing(phi::LogLevel::kInfo,
+                           "--" + name + " " + option->Text() + " goes before the " + value + " of --preset paper");
     }
   }
 }
@@ -197,10 +207,11 @@ OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& 
     }
   }
   if (!unknown.empty()) {
-    phi::LogWarning(path.string() + ": " + command_ + " does not use " + ListKeys(unknown));
+    TellUnlessDescribing(phi::LogLevel::kWarning, path.string() + ": " + command_ + " does not use " + ListKeys(unknown));
   }
   if (!unset.empty()) {
-    phi::LogInfo(
+    TellUnlessDescribing(
+        phi::LogLevel::kInfo,
         path.string() +
         " was written by COLMAP; equal to COLMAP's defaults and so taken as unset: " + ListKeys(unset));
   }
@@ -229,6 +240,7 @@ void OptionParser::Assign(const std::string& name, const std::string& value, con
 bool OptionParser::Parse(int argc, const char* const* argv) {
   bool help = false, json = false;
   const Values command_line = ReadCommandLine(argc, argv, &help, &json);
+  is_describing_ = json;
   if (help) {
     PrintHelp();
     return false;
@@ -257,7 +269,12 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   return true;
 }
 
+void OptionParser::TellUnlessDescribing(phi::LogLevel level, const std::string& message) const {
+  if (!is_describing_) phi::Log(level, message);
+}
+
 void OptionParser::ApplyLogOptions() const {
+  if (is_describing_) return;
   phi::SetLogLevel(static_cast<phi::LogLevel>(std::clamp(log_level_, 0, 3)));
   phi::SetLogTimestamps(log_timestamps_);
 }
@@ -320,7 +337,11 @@ void OptionParser::PrintJson() const {
                        {"required", option.required()}});
   }
   const nlohmann::ordered_json json = {{"command", command_}, {"summary", summary_}, {"options", options}};
-  std::cout << DumpJson(json, 1) << std::endl;
+  if (JsonHelp* const help = HelpOfThread(); help != nullptr) {
+    help->text_ = DumpJson(json, 1);
+  } else {
+    std::cout << DumpJson(json, 1) << std::endl;
+  }
 }
 
 void OptionParser::PrintHelp() const {

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "phi/base/log.h"
 #include "phi/base/option.h"
 
 namespace colmap_ext {
@@ -44,8 +45,8 @@ class OptionParser {
 
   // Assigns the values, checks their ranges, applies --log_level and logs the values that differ from the defaults; all at
   // level 3. False when help was asked for (and printed), or --help_json, which is for programs: after the checks it prints
-  // the command and its options as a JSON object, and asks for no required option. Throws phi::UsageError for the command line and phi::InputError
-  // for a project file.
+  // the command and its options as a JSON object (see JsonHelp), asks for no required option and leaves the log alone. Throws
+  // phi::UsageError for the command line and phi::InputError for a project file.
   bool Parse(int argc, const char* const* argv);
 
   // Whether the command line or the project file gave the option a value; a preset does not count.
@@ -65,6 +66,7 @@ class OptionParser {
   std::vector<std::string> AllNames() const;
   void ApplyPreset();
   void ApplyLogOptions() const;
+  void TellUnlessDescribing(phi::LogLevel level, const std::string& message) const;
   void WarnColmapOnly() const;
   void CheckRequired() const;
   void LogEffectiveValues() const;
@@ -85,6 +87,23 @@ class OptionParser {
   int log_level_ = 2;
   bool log_timestamps_ = false;
   std::uint32_t random_seed_ = 0;
+  bool is_describing_ = false;  // --help_json: a run of another thread may have the log
+};
+
+// As long as it lives, what --help_json gives in this thread is its text, and is not printed: another thread may have the
+// standard output.
+class JsonHelp {
+ public:
+  JsonHelp();
+  ~JsonHelp();
+  JsonHelp(const JsonHelp&) = delete;
+  JsonHelp& operator=(const JsonHelp&) = delete;
+  const std::string& text() const { return text_; }
+
+ private:
+  friend class OptionParser;
+  std::string text_;
+  JsonHelp* const before_;
 };
 
 }  // namespace colmap_ext

@@ -11,6 +11,7 @@
 
 #include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
+#include "colmap_ext/cli/option_parser.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"
 #include "python/bindings/supervised.h"
@@ -54,7 +55,8 @@ std::pair<int, std::string> RunCommand(const std::string& name, const std::vecto
   return {code, printed};
 }
 
-// A command and its options as JSON, once the options among `arguments` have passed their checks.
+// A command and its options as JSON, once the options among `arguments` have passed their checks. Waits for no run: options
+// are made and set while one is under way, also by its callables.
 std::string DescribeCommand(const std::string& name, std::vector<std::string> arguments) {
   const colmap_ext::Command* command = colmap_ext::FindCommand(name);
   if (command == nullptr) throw phi::UsageError("there is no command '" + name + "'");
@@ -62,10 +64,9 @@ std::string DescribeCommand(const std::string& name, std::vector<std::string> ar
   arguments.emplace_back("--help_json");
   std::vector<char*> argv;
   for (std::string& word : arguments) argv.push_back(word.data());
-  const OneRun one_run;
-  const CapturedOutput output;
+  const colmap_ext::JsonHelp help;
   command->run(static_cast<int>(argv.size()), argv.data());
-  return output.text();
+  return help.text();
 }
 
 // The program itself, for the script that the package installs.

@@ -2,6 +2,7 @@
 
 #include <nanobind/stl/string.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -14,6 +15,7 @@
 
 #include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
+#include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace nb = nanobind;
@@ -95,17 +97,39 @@ void Deliver(const Listeners& listeners, const Mailbox::Content& content) {
   listeners.progress(s.stage, s.num_done, s.num_tasks, s.fraction, s.seconds, s.seconds_left);
 }
 
-std::mutex& RunMutex() {
-  static std::mutex mutex;
-  return mutex;
-}
+// The process's output, log and cancellation belong to one run at a time. Waits without holding Python's lock.
+class OneRun {
+ public:
+  OneRun() : lock_(Mutex(), std::defer_lock) {
+    // A callable of the run, or a signal handler: it would wait for itself.
+    if (Thread() == std::this_thread::get_id()) {
+      throw phi::UsageError(
+          "a phimvs call is under way in this thread: what it calls, such as a progress callable, cannot start another; "
+          "start that once this one has returned");
+    }
+    const nb::gil_scoped_release release;
+    lock_.lock();
+    Thread() = std::this_thread::get_id();
+  }
+  ~OneRun() { Thread() = std::thread::id(); }
+  OneRun(const OneRun&) = delete;
+  OneRun& operator=(const OneRun&) = delete;
+
+ private:
+  static std::mutex& Mutex() {
+    static std::mutex mutex;
+    return mutex;
+  }
+  // That holds the mutex.
+  static std::atomic<std::thread::id>& Thread() {
+    static std::atomic<std::thread::id> thread;
+    return thread;
+  }
+
+  std::unique_lock<std::mutex> lock_;
+};
 
 }  // namespace
-
-OneRun::OneRun() : lock_(RunMutex(), std::defer_lock) {
-  const nb::gil_scoped_release release;
-  lock_.lock();
-}
 
 void RunSupervised(const Listeners& listeners, const std::function<void()>& work) {
   const OneRun one_run;

@@ -5,7 +5,6 @@
 #include <nanobind/nanobind.h>
 
 #include <functional>
-#include <mutex>
 
 namespace phimvs_python {
 
@@ -17,16 +16,8 @@ struct Listeners {
   bool debug = false;  // whether lines of level kDebug are wanted
 };
 
-// The process's output, log and cancellation belong to one run at a time. Waits without holding Python's lock.
-class OneRun {
- public:
-  OneRun();
-
- private:
-  std::unique_lock<std::mutex> lock_;
-};
-
 // Returns when `work` has ended, and throws what it threw, or what a callable raised, which cancels the work, as Ctrl-C does.
+// Runs of several threads wait for each other, without Python's lock. Throws phi::UsageError where this thread is in a run already.
 void RunSupervised(const Listeners& listeners, const std::function<void()>& work);
 
 // Makes the run that is under way, if any, end with phi::Cancelled.

@@ -117,6 +117,59 @@ def test_cancel_from_another_thread_and_the_lock_is_released(workspace):
     assert len(counted) > 20  # Python went on meanwhile
 
 
+def run_python(code, seconds=60):
+    """In a process of its own: what waits for itself would wait here for good."""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ, timeout=seconds)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def test_options_are_made_while_a_call_is_under_way(workspace, tmp_path):
+    """By its callable and in another thread. They leave its log as it is, and the terminal."""
+    (tmp_path / "some.ini").write_text("not_there=3\n[PatchMatchStereo]\nwindow_radius=4\n")
+    output = run_python(f"""import logging, sys, threading, phimvs
+logging.basicConfig(stream=sys.stdout, level=logging.DEBUG, format="log %(message)s")
+def make():
+    options = phimvs.PatchMatchStereoOptions(project_path={str(tmp_path / "some.ini")!r})
+    options.PatchMatchStereo.num_iterations = 3
+    phimvs.StereoFusionOptions(**{{"log_level": 0, "log_timestamps": True}})
+    return options
+def tell(progress):
+    made.append(make())
+    thread = threading.Thread(target=lambda: made.append(make()))
+    thread.start()
+    thread.join()
+made = []
+phimvs.patch_match_stereo({str(workspace)!r}, {QUICK!r}, progress=tell)
+print(len(made) >= 2 and made[-1].changed()["PatchMatchStereo.num_iterations"], flush=True)
+""")
+    assert output.splitlines()[-1] == "3"
+    assert "log memory: peak" in output  # a debug line of the end
+    assert "not_there" not in output
+
+
+def test_a_call_of_a_callable_is_refused(workspace, done, tmp_path):
+    output = run_python(f"""import phimvs
+def fuse(progress=None):
+    phimvs.stereo_fusion({str(done)!r}, {str(tmp_path / "small.ply")!r})
+def catch(progress):
+    try:
+        fuse()
+    except phimvs.UsageError as error:
+        caught.append(error)
+caught = []
+try:
+    phimvs.patch_match_stereo({str(workspace)!r}, {QUICK!r}, progress=fuse)
+except phimvs.UsageError as error:
+    print(error)
+print(phimvs.patch_match_stereo({str(workspace)!r}, {QUICK!r}, progress=catch)["images"], len(caught) > 0)
+fuse()
+""")
+    sentence, figures = output.splitlines()
+    assert sentence.startswith("a phimvs call is under way in this thread") and "once this one has returned" in sentence
+    assert figures == "4 True" and (tmp_path / "small.ply").exists()
+
+
 def test_ctrl_c_raises_keyboard_interrupt(workspace):
     code = f"""import phimvs, sys
 try:
