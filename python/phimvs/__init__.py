@@ -11,7 +11,7 @@ from ._core import __version__, cancel, version_text
 from ._run import Progress
 from .cloud import Cloud
 from .commands import dense, evaluate, hole_filler, patch_match_stereo, report, stereo_fusion
-from .errors import Cancelled, Error, InputError, NoDeviceError, ResourceError, UsageError
+from .errors import Cancelled, Error, InputError, NoDeviceError, ResourceError, RetryLater, UsageError
 from .maps import colorize, read_image, read_map, write_map
 from .options import (
     DenseOptions, EvaluateOptions, HoleFillerOptions, PatchMatchStereoOptions, ReportOptions, StereoFusionOptions,
@@ -21,6 +21,6 @@ from .scene import Maps, Points, estimate, from_reconstruction, fuse, infer_plan
 __all__ = [
     "Cancelled", "Cloud", "DenseOptions", "Error", "EvaluateOptions", "HoleFillerOptions", "InputError", "Maps",
     "NoDeviceError", "PatchMatchStereoOptions", "Points", "Progress", "ReportOptions", "ResourceError",
-    "StereoFusionOptions", "UsageError", "cancel", "colorize", "dense", "estimate", "evaluate", "from_reconstruction", "fuse", "hole_filler",
-    "infer_planes", "patch_match_stereo", "read_image", "read_map", "read_scene", "report", "stereo_fusion", "version_text", "write_map",
+    "RetryLater", "StereoFusionOptions", "UsageError", "cancel", "colorize", "dense", "estimate", "evaluate", "from_reconstruction", "fuse",
+    "hole_filler", "infer_planes", "patch_match_stereo", "read_image", "read_map", "read_scene", "report", "stereo_fusion", "version_text", "write_map",
 ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -28,11 +29,17 @@ class Progress(NamedTuple):
 ProgressCallable = Callable[[Progress], object]
 
 
+# How the commands begin and end a part of the images: --shard, a job array or a file of settings may have chosen it.
+_SHARD_AT_WORK = re.compile(r"\bshard \d+/\d+(:| with )")
+
+
 class Run:
-    """The listeners of one call; keeps the errors that were logged."""
+    """The listeners of one call; keeps the errors and warnings that were logged, and whether it was a shard's."""
 
     def __init__(self, progress: ProgressCallable | None) -> None:
         self.errors: list[str] = []
+        self.warnings: list[str] = []
+        self.is_shard = False
         self._progress = progress
 
     @property
@@ -44,6 +51,10 @@ class Run:
     def _log(self, level: int, message: str) -> None:
         if level == 0:
             self.errors.append(message)
+        elif level == 1:
+            self.warnings.append(message)
+        elif _SHARD_AT_WORK.search(message):
+            self.is_shard = True
         logger.log(_LEVELS[level], "%s", message)
 
     def _tell(self, *state: Any) -> None:

@@ -10,16 +10,19 @@ from typing import Any, Union
 
 from . import _core
 from ._run import ProgressCallable, Run, words_of
-from .errors import InputError
+from .errors import InputError, RetryLater
 
 StrPath = Union[str, "os.PathLike[str]"]
-_SOME_IMAGES_FAILED = 4
+_SOME_IMAGES_FAILED, _RETRY_LATER = 4, 6  # exit codes
 
 
 def _call(name: str, arguments: dict[str, Any], options: Any, progress: ProgressCallable | None) -> tuple[Run, str]:
     run = Run(progress)
     given = {key: value for key, value in arguments.items() if value is not None}
     code, printed = _core.run_command(name, words_of(given) + words_of(options), run.listeners)
+    if code == _RETRY_LATER:
+        waiting = [warning for warning in run.warnings if warning.endswith("again later")]
+        raise RetryLater(waiting[-1] if waiting else f"{name} waits for other shards; run this shard again later")
     if code not in (0, _SOME_IMAGES_FAILED):
         raise InputError(run.errors[0] if run.errors else f"{name} failed")
     return run, printed
@@ -34,6 +37,8 @@ def _workspace(path: Any) -> Path:
 
 
 def _stereo_result(path: Any, run: Run) -> dict[str, Any]:
+    if run.is_shard:  # what is recorded is of an earlier run of all images
+        return {"errors": run.errors}
     record = json.loads((_workspace(path) / "stereo" / "phimvs.json").read_text())
     return {**(record["runs"][-1] if record["runs"] else {}), "errors": run.errors}
 
@@ -49,7 +54,8 @@ def patch_match_stereo(
 
     options: phimvs.PatchMatchStereoOptions, or a dict by the command line's names. Maps that are up to date are kept.
     Returns the figures of the last run that made maps, as in stereo/phimvs.json (seconds, images, images_failed, ...),
-    and `errors`: one sentence for each image that could not be done. Raises phimvs.InputError when none could.
+    and `errors`: one sentence for each image that could not be done. Raises phimvs.InputError when none could. A shard returns
+    `errors` alone, and raises phimvs.RetryLater where it needs what other shards have not made yet.
     """
     run, _ = _call("patch_match_stereo", {"workspace_path": workspace_path}, options, progress)
     return _stereo_result(workspace_path, run)
@@ -72,10 +78,11 @@ def stereo_fusion(
     progress: ProgressCallable | None = None,
 ) -> dict[str, Any]:
     """Fuses the workspace's maps into a cloud: output_path is a .ply file, and OUTPUT.vis beside it says which images see
-    each point. Returns what is in OUTPUT.json (points, images, seconds, pixels), `path` and `errors`."""
+    each point. Returns what is in OUTPUT.json (points, images, seconds, pixels), `path` and `errors`. A
+    shard returns these two alone, or raises phimvs.RetryLater as patch_match_stereo does."""
     arguments = {"workspace_path": workspace_path, "output_path": output_path}
     run, _ = _call("stereo_fusion", arguments, options, progress)
-    if Path(f"{os.fspath(output_path)}.json").exists():
+    if not run.is_shard and Path(f"{os.fspath(output_path)}.json").exists():
         return _cloud_result(output_path, run)
     return {"path": os.fspath(output_path), "errors": run.errors}
 

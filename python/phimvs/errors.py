@@ -34,5 +34,9 @@ class NoDeviceError(Error):
     """There is no device of the kind that was asked for."""
 
 
+class RetryLater(Error):
+    """A shard needs what other shards have not made yet. What it could make is kept: the same call goes on later."""
+
+
 class Cancelled(Error):
     """phimvs.cancel() was called."""

@@ -76,6 +76,38 @@ def test_errors_name_their_cause(workspace, tmp_path):
             phimvs.dense(workspace, options={"PhiStereo.backend": "cuda"})
 
 
+def test_a_shard_that_waits_is_to_be_run_again(workspace, done, tmp_path, monkeypatch):
+    first, second = ({**QUICK, "shard": shard} for shard in ("0/2", "1/2"))
+    with pytest.raises(phimvs.RetryLater, match="maps that other shards have not made yet.*run this shard again later") as caught:
+        phimvs.patch_match_stereo(workspace, first)
+    assert isinstance(caught.value, phimvs.Error) and not isinstance(caught.value, phimvs.InputError)
+    for _ in range(10):  # in turns, as shards that wait for each other are run
+        waits = False
+        for options in (second, first):
+            try:
+                assert phimvs.patch_match_stereo(workspace, options) == {"errors": []}  # there are no figures of a whole run
+            except phimvs.RetryLater:
+                waits = True
+        if not waits:
+            break
+    assert not waits
+    assert phimvs.patch_match_stereo(workspace, {**QUICK, "shard": "0/1"})["errors"] == []
+
+    # Figures of an earlier run lie beside the cloud.
+    path = tmp_path / "cloud.ply"
+    assert phimvs.stereo_fusion(done, path)["points"] > 1000
+    expected = {"path": str(path), "errors": []}
+    assert phimvs.stereo_fusion(done, path, {"shard": "0/2"}) == expected
+    monkeypatch.setenv("SLURM_ARRAY_TASK_ID", "1")
+    monkeypatch.setenv("SLURM_ARRAY_TASK_COUNT", "2")
+    monkeypatch.setenv("SLURM_ARRAY_TASK_MIN", "0")
+    assert phimvs.stereo_fusion(done, path) == expected
+    assert phimvs.patch_match_stereo(done, CPU) == {"errors": []}
+    monkeypatch.setenv("SLURM_ARRAY_TASK_ID", "0")
+    monkeypatch.setenv("SLURM_ARRAY_TASK_COUNT", "1")  # of one shard, which is all
+    assert phimvs.stereo_fusion(done, path)["points"] > 1000
+
+
 def test_progress_and_logging(workspace, caplog):
     told = []
     with caplog.at_level(logging.INFO, logger="phimvs"):
