@@ -64,6 +64,8 @@ class Run:
 
 def text_of(value: Any) -> str:
     """As the command line writes it."""
+    if getattr(value, "ndim", None) == 0:  # a scalar of numpy's, which prints as np.float64(0.01)
+        value = value.item()
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (str, os.PathLike)):

@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
 from conftest import run_program
 
 import phimvs
+from phimvs._run import words_of
 
 
 def test_defaults_are_the_commands():
@@ -49,6 +51,22 @@ def test_assignment_checks():
         with pytest.raises(phimvs.UsageError, match=sentence):
             assign()
     assert "--PatchMatchStereo.max_image_size" not in options.changed()
+
+
+def test_scalars_of_numpy_are_taken():
+    options = phimvs.PatchMatchStereoOptions(**{"PatchMatchStereo.window_radius": np.int64(4)})
+    options.overwrite = np.bool_(True)
+    options.PhiInference.mode = np.str_("off")
+    options.PatchMatchStereo.filter_geom_consistency_max_cost = np.float64(0.75)
+    options.PatchMatchStereo.filter_min_ncc = np.float32(0.25)
+    options.PatchMatchStereo.num_iterations = np.array(3)
+    assert words_of(options) == [
+        "--PatchMatchStereo.window_radius", "4", "--overwrite", "true", "--PhiInference.mode", "off",
+        "--PatchMatchStereo.filter_geom_consistency_max_cost", "0.75", "--PatchMatchStereo.filter_min_ncc", "0.25",
+        "--PatchMatchStereo.num_iterations", "3",
+    ]  # fmt: skip
+    with pytest.raises(phimvs.UsageError, match="whole number"):
+        options.PatchMatchStereo.num_iterations = np.array([3])
 
 
 def test_documented():
