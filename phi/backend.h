@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -88,6 +89,7 @@ struct InferenceInput {
   std::shared_ptr<const Array2D<std::uint8_t>> mask;
   // Of the reference's image, its mask cut out (FindRegions). Null: the backend finds them.
   std::shared_ptr<const ImageRegions> regions;
+  float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // of what is inferred: depths, world units
   bool keeps_measured = false;  // another program measured: holes are filled, and no measured pixel is made one
 
   std::size_t NumMatched() const { return std::min(sources.size(), static_cast<std::size_t>(max_matched)); }

@@ -47,6 +47,17 @@ struct DenseCommandOptions {
   }
 };
 
+// Without geometric consistency there are photometric maps alone; geometric ones would be another run's.
+void FuseWhatIsMade(const OptionParser& parser, const StereoCommandOptions& stereo, FusionCommandOptions* fusion) {
+  if (stereo.pipeline.geom_consistency || fusion->fusion.input.kind != kGeometric) return;
+  if (parser.IsSet("input_type")) {
+    throw phi::UsageError("--input_type geometric: with --PatchMatchStereo.geom_consistency false no geometric maps are made; "
+                          "leave one of the two out");
+  }
+  fusion->fusion.input.kind = kPhotometric;
+  phi::LogInfo("the photometric maps are fused, since --PatchMatchStereo.geom_consistency is false");
+}
+
 }  // namespace
 
 std::map<std::string, std::string> DefaultOptions() {
@@ -71,6 +82,7 @@ int RunDense(int argc, char** argv) {
   // Who keeps stereo off the GPU means all of the command.
   if (stereo.backend.kind == BackendKind::kCpu && fusion.fusion.backend == FusionBackend::kAuto) fusion.fusion.backend = FusionBackend::kCpu;
   fusion.fusion.gpu = FirstGpu(stereo.backend);
+  FuseWhatIsMade(parser, stereo, &fusion);
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
   const std::filesystem::path workspace = stereo.workspace.path;

@@ -197,6 +197,8 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.source_regions = SourceRegions(job, used, input);
   if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.rules);
   input.keeps_measured = job.keeps_measured;
+  if (options_.depth_min > 0) input.nearest = static_cast<float>(options_.depth_min);
+  if (options_.depth_max > 0) input.farthest = static_cast<float>(options_.depth_max);
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};

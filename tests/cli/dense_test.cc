@@ -8,6 +8,7 @@
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/image_file.h"
+#include "colmap_ext/map_file.h"
 #include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -123,6 +124,37 @@ TEST_F(DenseCommand, RefusesAMistakeInFusionsOptionsBeforeTheStereo) {
   EXPECT_EQ(result.exit_code, 1) << result.errors;
   EXPECT_THAT(result.errors, HasSubstr("min_num_pixels"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "room/dense/stereo/phimvs.json"));
+}
+
+TEST_F(DenseCommand, WithoutGeometricConsistencyFusesThePhotometricMaps) {
+  const std::vector<std::string> photometric = {"--PatchMatchStereo.geom_consistency", "false", "--PhiStereo.quality", "fast"};
+  std::vector<std::string> contradiction = photometric;
+  contradiction.insert(contradiction.end(), {"--input_type", "geometric"});
+  const ProgramResult refused = Dense(contradiction);
+  EXPECT_EQ(refused.exit_code, 1) << refused.errors;
+  EXPECT_THAT(refused.errors, HasSubstr("--input_type geometric"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "room/dense/stereo/phimvs.json")) << "before the stereo";
+
+  const ProgramResult result = Dense(photometric);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("photometric maps are fused"));
+  EXPECT_GT(colmap_ext::PlyRows(folder_ / "room/dense/fused.ply").Find("vertex")->count, 1000u);
+}
+
+TEST_F(DenseCommand, NothingIsFilledBeyondTheDepthsThatWereGiven) {
+  constexpr float kFarthest = 3.7f * 1.0001f;  // maps are rounded; the room's back wall is partly farther
+  const ProgramResult result = Dense({"--PatchMatchStereo.depth_min", "1", "--PatchMatchStereo.depth_max", "3.7"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  std::int64_t num_filled = 0;
+  for (const auto& mask : std::filesystem::recursive_directory_iterator(folder_ / "room/dense/stereo/filled_masks"))
+    num_filled += mask.is_regular_file();
+  EXPECT_GT(num_filled, 0);
+  for (const auto& file : std::filesystem::directory_iterator(folder_ / "room/dense/stereo/depth_maps")) {
+    if (file.path().string().find(".geometric.bin") == std::string::npos) continue;
+    const phi::DepthMap depths = colmap_ext::ReadDepthMap(file.path());
+    EXPECT_GT(*std::max_element(depths.begin(), depths.end()), 3.0f);
+    EXPECT_LE(*std::max_element(depths.begin(), depths.end()), kFarthest) << file.path();
+  }
 }
 
 }  // namespace
