@@ -32,6 +32,14 @@ void LogReport(const SceneFusionReport& report, const std::filesystem::path& pat
                std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
 }
 
+// The workspace's points and tracks would be lost, and with them source images and depth ranges.
+void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
+  std::error_code error;  // the folder need not be there
+  if (output.IsFile() || !std::filesystem::equivalent(output.path, workspace.path() / "sparse", error)) return;
+  throw phi::UsageError("--output_path " + output.path.string() +
+                        " holds the workspace's own model, which the cloud would replace; choose another folder");
+}
+
 }  // namespace
 
 int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed) {
@@ -43,6 +51,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   }
   const std::filesystem::path parts = PartsFolder(output.path);
   const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
+  RefuseItsOwnModel(workspace, output);
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   const SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
                                              : FuseScene(workspace, &handed, options.fusion, writer.get());

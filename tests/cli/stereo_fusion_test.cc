@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,21 @@ TEST_F(StereoFusionCommand, RefusesWrongValues) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.errors, HasSubstr("--StereoFusion.max_depth_error is -1, but must be"));
   EXPECT_EQ(Fuse({"--input_type", "photometric"}).exit_code, 2);
+}
+
+TEST_F(StereoFusionCommand, NeverReplacesTheWorkspacesOwnModel) {
+  const auto model = [&] {
+    std::string bytes;
+    for (const auto& file : std::set<fs::path>(fs::directory_iterator(folder_ / "sparse"), fs::directory_iterator()))
+      bytes += file.filename().string() + test_support::ReadBytes(file);
+    return bytes;
+  };
+  const std::string before = model();
+  const ProgramResult result = Fuse({"--output_type", "BIN"}, "sparse");
+  EXPECT_EQ(result.exit_code, 1) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("the workspace's own model"));
+  EXPECT_TRUE(model() == before);
+  EXPECT_EQ(Fuse({"--output_type", "BIN"}, "sparse_dense").exit_code, 0);
 }
 
 TEST_F(StereoFusionCommand, AFullDiskLeavesNothingBehind) {
