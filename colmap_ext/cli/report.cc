@@ -1,6 +1,7 @@
 // phimvs report: one HTML page about a workspace.
 #include "colmap_ext/report/report.h"
 
+#include <filesystem>
 #include <sstream>
 
 #include "colmap_ext/cli/command.h"
@@ -34,6 +35,13 @@ int RunReport(int argc, char** argv) {
   parser.Add("max_points", &o.max_points, "Points of the cloud to show");
   if (!parser.Parse(argc, argv)) return 0;
   o.workspace = FindWorkspaceFolder(o.workspace);
+  if (!o.compare_workspace.empty()) {
+    o.compare_workspace = FindWorkspaceFolder(o.compare_workspace);
+    if (!std::filesystem::is_directory(o.compare_workspace / "stereo")) {
+      throw phi::InputError("--compare_workspace_path: " + o.compare_workspace.string() +
+                            " holds no stereo folder; name the workspace of the other program's maps");
+    }
+  }
   o.default_options = DefaultOptions();
   std::istringstream paths(evaluations);
   for (std::string path; std::getline(paths, path, ',');) o.evaluations.emplace_back(path);

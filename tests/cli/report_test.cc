@@ -85,9 +85,11 @@ class ReportCommand : public testing::Test {
  protected:
   ReportCommand() { WriteWorkspace(folder_ / "dense", {"a.png"}); }
 
-  ProgramResult Write() {
-    return RunProgram({PHIMVS_BINARY, "report", "--workspace_path", folder_ / "dense", "--output_path",
-                       folder_ / "report.html", "--evaluation_path", folder_ / "dense/ours.json"});
+  ProgramResult Write(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command{PHIMVS_BINARY, "report", "--workspace_path", folder_ / "dense", "--output_path",
+                                     folder_ / "report.html", "--evaluation_path", folder_ / "dense/ours.json"};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProgram(command);
   }
 
   // The data that the page draws from.
@@ -152,6 +154,13 @@ TEST_F(ReportCommand, SaysThatThereIsNothingToReport) {
   const ProgramResult result = Write();
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.errors, HasSubstr("run phimvs patch_match_stereo first"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
+}
+
+TEST_F(ReportCommand, RefusesToCompareWithWhatIsNoWorkspace) {
+  const ProgramResult result = Write({"--compare_workspace_path", folder_ / "nowhere"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("--compare_workspace_path: " + (folder_ / "nowhere").string()));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
 }
 
