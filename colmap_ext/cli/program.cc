@@ -80,7 +80,21 @@ void PrintUsage(int stream, std::ostream& out) {
       << "\n";
 }
 
+// Of those that stand before or behind ours.
+constexpr std::string_view kColmapCommands[] = {
+    "automatic_reconstructor", "bundle_adjuster", "delaunay_mesher", "exhaustive_matcher", "feature_extractor",
+    "global_mapper", "gui", "hierarchical_mapper", "image_undistorter", "mapper", "model_aligner", "model_converter",
+    "point_triangulator", "poisson_mesher", "sequential_matcher", "spatial_matcher", "vocab_tree_matcher"};
+
+bool IsColmapCommand(const std::string& name) {
+  return std::find(std::begin(kColmapCommands), std::end(kColmapCommands), name) != std::end(kColmapCommands);
+}
+
 void ReportUnknownCommand(const std::string& name) {
+  if (IsColmapCommand(name)) {
+    phi::LogError("'" + name + "' is a command of COLMAP: run `colmap " + name + "`");
+    return;
+  }
   std::vector<std::string> names;
   for (const auto& command : colmap_ext::Commands()) names.emplace_back(command.name);
   phi::LogError("there is no command '" + name + "'" + colmap_ext::SuggestName(name, names));
@@ -157,7 +171,7 @@ int RunProgram(int argc, char** argv) {
   const colmap_ext::Command* command = colmap_ext::FindCommand(command_name);
   if (!command) {
     if (!command_name.empty()) ReportUnknownCommand(command_name);
-    PrintUsage(STDERR_FILENO, std::cerr);
+    if (!IsColmapCommand(command_name)) PrintUsage(STDERR_FILENO, std::cerr);
     return static_cast<int>(phi::ExitCode::kUsage);
   }
   if (help) {

@@ -45,8 +45,14 @@ std::string SuggestName(const std::string& word, const std::vector<std::string>&
     if (distance <= part.size() / 3) matches.emplace_back(distance, EditDistance(whole, lower), name);
   }
   if (matches.empty()) return "";
-  return " (did you mean " + prefix +
-         std::get<std::string>(*std::min_element(matches.begin(), matches.end())) + "?)";
+  std::sort(matches.begin(), matches.end());
+  // Without its group a name may be several options'.
+  const auto is_other = [](const Match& match) { return std::get<0>(match) != 0; };
+  const auto end = std::max(std::find_if(matches.begin(), matches.end(), is_other), matches.begin() + 1);
+  std::string meant;
+  for (auto match = matches.begin(); match != end; ++match)
+    meant += (meant.empty() ? "" : " or ") + prefix + std::get<std::string>(*match);
+  return " (did you mean " + meant + "?)";
 }
 
 }  // namespace colmap_ext

@@ -1,4 +1,5 @@
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/suggestion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -99,6 +100,13 @@ TEST_F(OptionParserTest, BadValuesNameOptionValueAndRule) {
             "--PhiStereo.speed is 'warp', but must be one of slow, fast");
   EXPECT_EQ(MessageOf<phi::UsageError>({"--default_random_seed", "-1"}),
             "--default_random_seed is '-1', but must be a whole number from 0 to 4294967295");
+}
+
+TEST(SuggestName, NamesAllThatAreMeantWithoutTheirGroup) {
+  const std::vector<std::string> names = {"A.max_size", "B.max_sizes", "Beta.max_size"};
+  EXPECT_EQ(SuggestName("max_size", names, "--"), " (did you mean --A.max_size or --Beta.max_size?)");
+  EXPECT_EQ(SuggestName("max_siz", names, "--"), " (did you mean --A.max_size?)");
+  EXPECT_EQ(SuggestName("colour", names, "--"), "");
 }
 
 TEST_F(OptionParserTest, UnknownAndRepeatedOptionsAreUsageErrors) {

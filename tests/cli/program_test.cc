@@ -105,6 +105,9 @@ TEST(ProgramTest, UsageErrorsEndWithOne) {
   EXPECT_THAT(RunPhimvs({"stereo_fuson"}).err, HasSubstr("'stereo_fuson' (did you mean stereo_fusion?)"));
   EXPECT_EQ(RunPhimvs({"help", "stereo_fuson"}).exit_code, 1);
   EXPECT_EQ(unknown.out, "");
+  const WatchedResult colmaps = RunPhimvs({"poisson_mesher", "--input_path", "fused.ply"});
+  EXPECT_EQ(colmaps.exit_code, 1);
+  EXPECT_THAT(colmaps.err, HasSubstr("'poisson_mesher' is a command of COLMAP: run `colmap poisson_mesher`"));
 
   const WatchedResult missing = RunPhimvs({"patch_match_stereo"});
   EXPECT_EQ(missing.exit_code, 1);
