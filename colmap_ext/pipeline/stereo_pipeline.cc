@@ -186,9 +186,11 @@ void StereoPipeline::WarnOfFewWitnesses() const {
     if (first < 0) first = j;
   }
   if (num_affected == 0) return;
+  const bool accepts_few = options_.filter.formulas == phi::Formulas::kRobust && options_.filter.rules.IsOn(phi::Rule::kFewViews);
   phi::LogWarning(
-      "nothing will be kept of " + std::to_string(num_affected) + " of " + std::to_string(own_.size()) +
-      " images, " + NameOf(first) + " the first: they have fewer than " + std::to_string(needed) +
+      (accepts_few ? "only what no source image contradicts will be kept of " : "nothing will be kept of ") +
+      std::to_string(num_affected) + " of " + std::to_string(own_.size()) + " images, " + NameOf(first) +
+      " the first: they have fewer than " + std::to_string(needed) +
       " source images that are estimated too, and --PatchMatchStereo.filter_min_num_consistent asks for so "
       "many to confirm a pixel; name more images in patch-match.cfg, or ask for fewer");
 }

@@ -592,7 +592,7 @@ TEST_F(StereoPipelineTest, SaysWhenTheFilterCanKeepNothing) {
   const TemporaryFolder folder;
   test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 2});
   const auto warnings =
-      testing::Contains(HasSubstr("nothing will be kept of 2 of 2 images, a/0.png the first"));
+      testing::Contains(HasSubstr("only what no source image contradicts will be kept of 2 of 2 images, a/0.png the first"));
   options_.filter.min_num_consistent = 2;
   {
     const test_support::LogCapture log;
