@@ -130,14 +130,17 @@ class PartedFusion {
     const int image = fuser_.images()[Index(position)];
     const phi::Camera& camera = fuser_.cameras()[Index(position)];
     ResultKey key;
-    key.Add(workspace_.views()[Index(image)].name);
+    // Parts name their images by position, which moves where another image gains or loses its maps, and their points' views
+    // by number in the model.
+    key.Add(workspace_.views()[Index(image)].name).Add(std::int64_t{position}).Add(std::int64_t{image});
     for (const double value : {camera.pinhole.fx, camera.pinhole.fy, camera.pinhole.cx, camera.pinhole.cy})
       key.Add(value);
     for (const double value : camera.pose.rotation.reshaped()) key.Add(value);
     for (const double value : camera.pose.translation) key.Add(value);
     const std::string& kind = options_.input.kind;
-    for (const fs::path& path : {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind),
-                                 CompactMapPath(workspace_, image, kind), workspace_.FilledMaskPath(image), workspace_.ImagePath(image)}) {
+    for (const fs::path& path :
+         {workspace_.DepthMapPath(image, kind), workspace_.NormalMapPath(image, kind), CompactMapPath(workspace_, image, kind),
+          workspace_.FilledMaskPath(image, kind), workspace_.ImagePath(image)}) {
       AddFile(path, &key);
     }
     if (!options_.input.mask_path.empty())

@@ -8,9 +8,13 @@
 #include <cstdlib>
 #include <filesystem>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "colmap_ext/fusion/fusion_shards.h"
+#include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_file.h"
+#include "colmap_ext/sparse_model.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -20,6 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using test_support::ReadBytes;
+using test_support::RenderedScene;
+using test_support::SphereScene;
 using test_support::TemporaryFolder;
 using ::testing::ElementsAre;
 
@@ -103,7 +109,7 @@ class FusionShards : public ::testing::Test {
  protected:
   void SetUp() override {
     test_support::WriteMapWorkspace(
-        test_support::SphereScene({.width = 80, .height = 60, .focal = 75, .num_views = 9}), folder_.path());
+        SphereScene({.width = 80, .height = 60, .focal = 75, .num_views = 9}), folder_.path());
     options_.max_neighbors = 2;
     options_.max_part_images = 2;
     options_.scratch_folder = folder_.path();
@@ -121,6 +127,10 @@ class FusionShards : public ::testing::Test {
   ShardFusionReport FuseShard(int index, int count) {
     return colmap_ext::FuseShard(Workspace({.path = folder_.path()}), options_, parts_,
                                  {.index = index, .count = count, .only_stage = {}});
+  }
+
+  fs::path MapPath(const fs::path& maps, int view, const std::string& kind = "geometric") const {
+    return folder_ / "stereo" / maps / (test_support::MapWorkspaceImageName(view) + "." + kind + ".bin");
   }
 
   TemporaryFolder folder_;
@@ -157,10 +167,79 @@ TEST_F(FusionShards, PartsOfOtherOptionsOrMapsAreMadeAgain) {
   FuseShard(0, 2);
   options_.rule.max_depth_error = 0.005;
   EXPECT_EQ(Fuse("joined.ply", true), Fuse("whole.ply", false));
-  const fs::path map =
-      folder_ / "stereo/depth_maps" / (test_support::MapWorkspaceImageName(0) + ".geometric.bin");
-  fs::last_write_time(map, fs::last_write_time(map) + std::chrono::seconds(5));
-  EXPECT_GT(FuseShard(0, 1).num_made, 0);
+  RemoveParts(parts_);
+  FuseShard(0, 1);
+  const std::string before = Fuse("whole.ply", false);
+  WriteDepthMap(MapPath("depth_maps", 0), phi::Array2D<float>(80, 60, 3.5f));
+  const std::string after = Fuse("whole.ply", false);
+  EXPECT_TRUE(after != before) << "the map does not matter: nothing is tested";
+  EXPECT_TRUE(Fuse("joined.ply", true) == after);
+}
+
+// The first two of eleven images look away from the others, so that no part but theirs reads anything of them; but all
+// others' positions change with the first one's maps.
+TEST_F(FusionShards, PartsAreMadeAgainWhereAnImageFarAwayGainsOrLosesItsMaps) {
+  RenderedScene scene = SphereScene({.width = 80, .height = 60, .focal = 75, .num_views = 2});
+  RenderedScene others = SphereScene({.width = 80, .height = 60, .focal = 75, .num_views = 9});
+  Similarity turn;
+  turn.rotation = Eigen::Vector3d(-1, 1, -1).asDiagonal();
+  turn.translation = {0, 0, -50};
+  Transform(turn, &others);
+  for (std::size_t k = 0; k < others.views.size(); ++k) {
+    scene.views.push_back(others.views[k]);
+    scene.truth.push_back(others.truth[k]);
+  }
+  test_support::WriteMapWorkspace(scene, folder_.path());
+  const fs::path map = MapPath("depth_maps", 0), hidden = folder_ / "hidden.bin";
+  FuseShard(0, 1);
+  fs::rename(map, hidden);
+  EXPECT_TRUE(Fuse("joined.ply", true) == Fuse("whole.ply", false)) << "lost";
+  RemoveParts(parts_);
+  for (const int shards : {1, 2}) {  // of two shards one sees the map come
+    FuseShard(0, shards);
+    fs::rename(hidden, map);
+    if (shards == 2) FuseShard(1, 2);
+    EXPECT_TRUE(Fuse("joined.ply", true) == Fuse("whole.ply", false)) << "gained, " << shards << " shards";
+    EXPECT_EQ(report_.num_images, 11);
+    fs::rename(map, hidden);
+    RemoveParts(parts_);
+  }
+}
+
+// Views are written as numbers of the model's images.
+TEST_F(FusionShards, PartsAreMadeAgainWhereTheModelLosesAnImageWithoutMaps) {
+  fs::remove(MapPath("depth_maps", 0));
+  FuseShard(0, 1);
+  const std::string before = Fuse("whole.ply", false);
+  SparseModel model = ReadSparseModel(folder_ / "sparse");
+  const std::uint32_t gone = model.images.front().image_id;
+  model.images.erase(model.images.begin());
+  for (SparsePoint& point : model.points)
+    std::erase_if(point.track, [gone](const TrackElement& element) { return element.image_id == gone; });
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  fs::remove(folder_ / "stereo/fusion.cfg");
+  const std::string after = Fuse("whole.ply", false);
+  EXPECT_TRUE(after != before);
+  EXPECT_TRUE(Fuse("joined.ply", true) == after);
+}
+
+TEST_F(FusionShards, PartsOfMeasuredMapsAreMadeAgainWhereTheirCluesChange) {
+  for (const char* maps : {"depth_maps", "normal_maps"}) {
+    for (int view = 0; view < 9; ++view) fs::rename(MapPath(maps, view), MapPath(maps, view, "measured"));
+  }
+  options_.input.kind = kMeasured;
+  const Workspace workspace({.path = folder_.path()});
+  for (int view = 0; view < 9; ++view) WriteMask(workspace.FilledMaskPath(view, kMeasured), phi::Mask(80, 60, 0));
+  FuseShard(0, 1);
+  const std::string before = Fuse("whole.ply", false);
+  phi::Mask mask(80, 60, 0);
+  for (int x = 0; x < 80; ++x) {
+    for (int y = 0; y < 30; ++y) mask(x, y) = 128;  // a clue, which fusion leaves out
+  }
+  WriteMask(workspace.FilledMaskPath(0, kMeasured), mask);
+  const std::string after = Fuse("whole.ply", false);
+  EXPECT_TRUE(after != before);
+  EXPECT_TRUE(Fuse("joined.ply", true) == after);
 }
 
 // A part that breaks off is no part.
