@@ -40,6 +40,16 @@ void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
                         " holds the workspace's own model, which the cloud would replace; choose another folder");
 }
 
+// Throws phi::InputError where nothing is left.
+void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& path, SceneFusionReport* report) {
+  const auto num_left_out = static_cast<std::int64_t>(writer.num_left_out());
+  if (num_left_out > 0 && num_left_out == report->num_points) {
+    throw phi::InputError(path.string() + ": all " + std::to_string(num_left_out) +
+                          " points are farther from the cameras than a LAS file reaches; name the output .ply");
+  }
+  report->num_points -= num_left_out;
+}
+
 }  // namespace
 
 int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed) {
@@ -53,8 +63,9 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
   RefuseItsOwnModel(workspace, output);
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
-  const SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
-                                             : FuseScene(workspace, &handed, options.fusion, writer.get());
+  SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
+                                       : FuseScene(workspace, &handed, options.fusion, writer.get());
+  SubtractLeftOut(*writer, output.path, &report);
   writer->Commit();
   if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;

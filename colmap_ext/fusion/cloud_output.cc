@@ -113,18 +113,21 @@ void CloudOutput::Resolve() {
 CloudCoordinates ChooseCoordinates(const Workspace& workspace) {
   constexpr double kSinglePrecision = 1.0 / (1 << 24), kShareOfSpacing = 0.1;
   constexpr double kMillimetre = 0.001, kUnitsPerSpacing = 100;
+  // Where no point tells the spacing: at so many world units a step of single precision nears a tenth of a millimetre.
+  constexpr double kFarWithoutSpacing = 1000;
   CloudCoordinates coordinates;
   const double spacing = PointSpacing(workspace);
-  if (spacing <= 0) return coordinates;
-  const double coarsest = kShareOfSpacing * spacing;
+  const double coarsest = spacing > 0 ? kShareOfSpacing * spacing : kFarWithoutSpacing * kSinglePrecision;
   if (LargestCoordinate(workspace, Eigen::Vector3d::Zero()) * kSinglePrecision > coarsest) {
     const Eigen::Vector3d mean = MeanCenter(workspace);
     coordinates.offset = {std::round(mean.x()), std::round(mean.y()), std::round(mean.z())};
     const Eigen::Vector3d offset(coordinates.offset.data());
     coordinates.in_doubles = LargestCoordinate(workspace, offset) * kSinglePrecision > coarsest;
   }
-  coordinates.las_scale =
-      std::min(kMillimetre, std::pow(10.0, std::floor(std::log10(spacing / kUnitsPerSpacing))));
+  if (spacing > 0) {
+    coordinates.las_scale =
+        std::min(kMillimetre, std::pow(10.0, std::floor(std::log10(spacing / kUnitsPerSpacing))));
+  }
   return coordinates;
 }
 

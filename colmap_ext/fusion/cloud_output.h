@@ -27,7 +27,8 @@ struct CloudOutput {
   bool IsFile() const { return type == CloudType::kPly || type == CloudType::kLas; }
 };
 
-// How a file states positions, so that each keeps at least a tenth of the distance between neighbouring points.
+// How a file states positions, so that each keeps at least a tenth of the distance between neighbouring points; where the model has
+// no points that tell it, a tenth of a millimetre if the world's unit is the metre.
 struct CloudCoordinates {
   std::array<double, 3> offset{0, 0, 0};  // world units
   bool in_doubles = false;                // of PLY: even from the offset single precision is too coarse

@@ -25,6 +25,8 @@ class CloudWriter {
   virtual std::function<void()> Prepare(phi::FusedBlock block) {
     return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
   }
+  // Of the points so far those that the format cannot hold.
+  virtual std::uint64_t num_left_out() const { return 0; }
   virtual void Commit() = 0;
 };
 

@@ -88,6 +88,8 @@ class LasCloudWriter : public CloudWriter {
     file_.Write(rows_.data(), rows_.size());
   }
 
+  std::uint64_t num_left_out() const override { return num_beyond_; }
+
   void Commit() override {
     if (num_beyond_ > 0) {
       phi::LogWarning(options_.path.string() + ": " + std::to_string(num_beyond_) +

@@ -47,6 +47,12 @@ class TiledCloudWriter : public CloudWriter {
     }
   }
 
+  std::uint64_t num_left_out() const override {
+    std::uint64_t sum = 0;
+    for (const auto& [index, tile] : tiles_) sum += tile.writer->num_left_out();
+    return sum;
+  }
+
   void Commit() override {
     for (auto& [index, tile] : tiles_) tile.writer->Commit();
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -54,7 +60,7 @@ class TiledCloudWriter : public CloudWriter {
       list.push_back({{"file", tile.path.filename().string()},
                       {"column", index.column},
                       {"row", index.row},
-                      {"points", tile.num_points},
+                      {"points", tile.num_points - tile.writer->num_left_out()},
                       {"min", tile.least},
                       {"max", tile.most}});
     }

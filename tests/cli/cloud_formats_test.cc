@@ -17,6 +17,7 @@
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/fusion/cloud_output.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/sparse_model.h"
 #include "phi/base/error.h"
 #include "tests/support/error_message.h"
 #include "tests/support/exact_scenes.h"
@@ -166,6 +167,59 @@ class CloudFormats : public testing::Test {
   }
   TemporaryFolder folder_;
 };
+
+// Without sparse points, so that LAS states positions in millimetres: 2147 km at most.
+class CloudsBeyondLas : public CloudFormats {
+ protected:
+  void Enlarge(double scale) {
+    auto scene = test_support::PlaneScene();
+    Transform({.scale = scale}, &scene);
+    test_support::WriteMapWorkspace(scene, folder_.path());
+    SparseModel model = ReadSparseModel(folder_ / "sparse");
+    model.points.clear();
+    for (SparseImage& image : model.images) image.observations.clear();
+    WriteSparseModelBinary(model, folder_ / "sparse");
+  }
+  std::uint64_t NumWritten() const { return At<std::uint64_t>(ReadBytes(folder_ / "c.las"), 247); }
+};
+
+TEST_F(CloudsBeyondLas, PointsThatAreLeftOutAreNotCounted) {
+  Enlarge(5.3e5);  // the slanted plane is 2120 km away in the middle of view 0
+  const auto result = Fuse(folder_ / "c.las");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("points are farther"));
+  const std::uint64_t num_written = NumWritten();
+  EXPECT_GT(num_written, 0u);
+  EXPECT_THAT(result.errors, HasSubstr("c.las: " + std::to_string(num_written) + " points from 5 images"));
+  EXPECT_EQ(nlohmann::json::parse(ReadBytes(folder_ / "c.las.json"))["points"], num_written);
+  ASSERT_EQ(Fuse(folder_ / "t.las", {"--tile_size", "1e6"}).exit_code, 0);
+  std::uint64_t num_in_tiles = 0;
+  const auto index = nlohmann::json::parse(ReadBytes(folder_ / "t.tiles.json"));
+  for (const auto& tile : index["tiles"]) num_in_tiles += tile["points"].get<std::uint64_t>();
+  EXPECT_EQ(num_in_tiles, num_written);
+}
+
+TEST_F(CloudsBeyondLas, ToLoseAllPointsIsAnError) {
+  Enlarge(5e6);
+  const auto result = Fuse(folder_ / "c.las");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.errors, HasSubstr("c.las: all "));
+  EXPECT_THAT(result.errors, HasSubstr(".ply"));
+  EXPECT_FALSE(fs::exists(folder_ / "c.las"));
+  EXPECT_EQ(Fuse(folder_ / "c.ply").exit_code, 0);
+}
+
+// A model of images alone, as of poses that were given.
+TEST_F(CloudFormats, FarFromTheOriginWithoutSparsePoints) {
+  SparseModel model = ReadSparseModel(folder_ / "sparse");
+  model.points.clear();
+  for (SparseImage& image : model.images) image.observations.clear();
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  ASSERT_EQ(Fuse(folder_ / "c.las").exit_code, 0);
+  EXPECT_GT(At<std::uint64_t>(ReadBytes(folder_ / "c.las"), 247), 160u * 120);
+  ASSERT_EQ(Fuse(folder_ / "c.ply").exit_code, 0);
+  EXPECT_THAT(ReadBytes(folder_ / "c.ply").substr(0, 200), HasSubstr("comment offset 500000 5300000 400"));
+}
 
 TEST_F(CloudFormats, TheSuffixChooses) {
   EXPECT_EQ(Fuse(folder_ / "c.las").exit_code, 0);
