@@ -119,6 +119,15 @@ bool ParseProperty(std::istringstream& line, PlyProperty& property) {
   return property.type >= 0 && static_cast<bool>(line >> property.name);
 }
 
+// "offset X Y Z"; none of any other comment.
+std::optional<std::array<double, 3>> ParseOffset(std::istringstream& comment) {
+  std::string word;
+  std::array<double, 3> offset;
+  if (!(comment >> word) || word != "offset" || !(comment >> offset[0] >> offset[1] >> offset[2])) return {};
+  if (comment >> word) return {};
+  return offset;
+}
+
 }  // namespace
 
 bool PlyElement::Has(const std::string& property) const {
@@ -204,6 +213,8 @@ PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
       } else if (word != "ascii") {
         refuse("unknown format '" + word + "'");
       }
+    } else if (word == "comment") {
+      if (const auto offset = ParseOffset(line)) offset_ = *offset;
     } else if (word == "element") {
       PlyElement element;
       if (!(line >> element.name >> element.count)) refuse("bad line '" + text + "'");

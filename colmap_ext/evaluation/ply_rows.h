@@ -2,6 +2,7 @@
 // scans and meshes with whatever properties their makers gave them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -29,6 +30,10 @@ class PlyRows {
  public:
   // Reads the header. Throws phi::InputError naming the file when it is no PLY file.
   explicit PlyRows(const std::filesystem::path& path);
+
+  // To add to x, y and z for the world's coordinates: of a header line `comment offset X Y Z`, as stereo_fusion writes it; rows are
+  // given as the file has them.
+  const std::array<double, 3>& offset() const { return offset_; }
 
   // Null when the file has no such element.
   const PlyElement* Find(const std::string& element) const;
@@ -62,6 +67,7 @@ class PlyRows {
 
   std::filesystem::path path_;
   Encoding encoding_ = Encoding::kAscii;
+  std::array<double, 3> offset_{0, 0, 0};
   std::vector<PlyElement> elements_;
   std::uint64_t data_offset_ = 0;
 };

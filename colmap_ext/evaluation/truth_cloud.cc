@@ -9,8 +9,10 @@
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "colmap_ext/format_text.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -41,6 +43,15 @@ void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
 
 bool HasViews(const std::filesystem::path& path) { return PlyRows(path).Find("vertex")->Has("views"); }
 
+// Of the file's positions from the world's, as its header says.
+Vector3d OffsetOf(const PlyRows& rows, const std::filesystem::path& path) {
+  const Vector3d offset(rows.offset().data());
+  if (!offset.isZero(0)) {
+    phi::LogInfo(path.string() + FormatText(": the offset %.17g %.17g %.17g of its header is added", offset.x(), offset.y(), offset.z()));
+  }
+  return offset;
+}
+
 // on_point(position, property `views`, NaN where there is none); `needs_views`: refuses files without it.
 template <typename OnPoint>
 void ForEachPoint(const std::filesystem::path& path, bool needs_views, OnPoint on_point) {
@@ -49,8 +60,9 @@ void ForEachPoint(const std::filesystem::path& path, bool needs_views, OnPoint o
   if (needs_views && !rows.Find("vertex")->Has("views")) {
     throw phi::InputError(path.string() + " has no property 'views', which --min_truth_views needs");
   }
+  const Vector3d offset = OffsetOf(rows, path);
   rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [&](const double* v) {
-    const Vector3d p(v[0], v[1], v[2]);
+    const Vector3d p = Vector3d(v[0], v[1], v[2]) + offset;
     if (p.allFinite()) on_point(p, v[3]);
   });
 }
@@ -75,9 +87,10 @@ std::vector<bool> ReadInferred(const std::filesystem::path& path) {
 template <typename OnTriangle>
 void ForEachTriangle(const std::filesystem::path& path, OnTriangle on_triangle) {
   const PlyRows rows(path);
+  const Vector3d offset = OffsetOf(rows, path);
   std::vector<Vector3d> corners;
   rows.ForEachRow("vertex", {"x", "y", "z"},
-                  [&](const double* v) { corners.emplace_back(v[0], v[1], v[2]); });
+                  [&](const double* v) { corners.push_back(Vector3d(v[0], v[1], v[2]) + offset); });
   const char* list = rows.Find("face")->Has("vertex_indices") ? "vertex_indices" : "vertex_index";
   rows.ForEachList("face", list, [&](const std::vector<std::int64_t>& face) {
     phi::ThrowIfCancelled();

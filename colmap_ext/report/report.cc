@@ -9,7 +9,6 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/evaluation/truth_maps.h"
-#include "colmap_ext/fusion/cloud_output.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/report/report_cloud.h"
@@ -143,7 +142,7 @@ void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& repor
   }
 }
 
-// Of the view's frusta: half of the image plane's sides at distance 1 are tan_x and tan_y.
+// Of the view's frusta, from the cloud's offset: half of the image plane's sides at distance 1 are tan_x and tan_y.
 Json CamerasJson(const Workspace& workspace, const std::array<double, 3>& offset) {
   Json cameras = Json::array();
   for (const phi::SceneView& view : workspace.views()) {
@@ -164,10 +163,7 @@ void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& re
   const auto path = options.cloud.empty() ? options.workspace / "fused.ply" : options.cloud;
   if (options.cloud.empty() && !std::filesystem::exists(path)) return;
   CloudSample sample = SampleCloud(path, options.max_points);
-  // Our own fuser moves clouds that lie far from the origin.
-  const std::array<double, 3> offset =
-      sample.has_origin ? ChooseCoordinates(workspace).offset : std::array<double, 3>{};
-  if (!options.truth_depth_maps.empty() && offset == std::array<double, 3>{}) {
+  if (!options.truth_depth_maps.empty()) {
     CompareWithTruth(workspace, FindTruthMaps(options.truth_depth_maps), options.values_per_unit, &sample);
   }
   const ReportCloud cloud = PackCloud(sample);
@@ -184,7 +180,7 @@ void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& re
                      {"error_unit", CloudSample::kErrorUnit},
                      {"view_counts", cloud.view_counts},
                      {"views", cloud.views},
-                     {"cameras", CamerasJson(workspace, offset)}};
+                     {"cameras", CamerasJson(workspace, sample.offset)}};
   const std::filesystem::path fusion = path.string() + ".json";
   if (std::filesystem::exists(fusion)) report["fusion"] = ReadJson(fusion);
 }

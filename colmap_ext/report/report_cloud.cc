@@ -121,9 +121,9 @@ bool AppendPosition(const CloudSample::Point& p, const ReportCloud& cloud, std::
 }
 
 // The truth at the point's pixel in this image, and the point's own depth; false where there is none.
-bool TruthAt(const phi::SceneView& view, const phi::Array2D<float>& truth, const CloudSample::Point& p,
+bool TruthAt(const phi::SceneView& view, const phi::Array2D<float>& truth, const Eigen::Vector3d& world,
              double* depth, double* true_depth) {
-  const Eigen::Vector3d in_camera = view.camera.pose * Eigen::Vector3d(p.xyz[0], p.xyz[1], p.xyz[2]);
+  const Eigen::Vector3d in_camera = view.camera.pose * world;
   const phi::Pinhole& k = view.camera.pinhole;
   if (!(in_camera.z() > 0)) return false;
   const Eigen::Vector2d pixel = k.Project(in_camera);
@@ -142,6 +142,7 @@ CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
   if (!vertex) throw phi::InputError(ply.string() + " has no vertices");
   CloudSample sample;
   sample.num_points = vertex->count;
+  sample.offset = rows.offset();
   sample.has_normals = vertex->Has("nx");
   sample.has_origin = vertex->Has("inferred");
   const std::vector<std::uint64_t> chosen =
@@ -170,7 +171,8 @@ void CompareWithTruth(const Workspace& workspace, const std::map<std::string, st
     for (CloudSample::Point& p : sample->points) {
       double depth = 0, true_depth = 0;
       if (p.error != 255 || std::find(p.views.begin(), p.views.end(), image) == p.views.end()) continue;
-      if (!TruthAt(view, map, p, &depth, &true_depth)) continue;
+      const Eigen::Vector3d world = Eigen::Vector3d(p.xyz.data()) + Eigen::Vector3d(sample->offset.data());
+      if (!TruthAt(view, map, world, &depth, &true_depth)) continue;
       const double error = std::abs(depth - true_depth) / true_depth;
       p.error = static_cast<std::uint8_t>(std::min(254.0, error / CloudSample::kErrorUnit));
     }

@@ -16,7 +16,7 @@ namespace colmap_ext {
 // A random choice of a cloud's points, in the order of the file.
 struct CloudSample {
   struct Point {
-    std::array<double, 3> xyz{};
+    std::array<double, 3> xyz{};  // from the cloud's offset, world units
     std::array<float, 3> normal{};
     std::array<std::uint8_t, 3> rgb{160, 160, 160};
     bool inferred = false;
@@ -25,7 +25,8 @@ struct CloudSample {
   };
   static constexpr double kErrorUnit = 0.05 / 254;
 
-  std::uint64_t num_points = 0;  // of the file
+  std::uint64_t num_points = 0;           // of the file
+  std::array<double, 3> offset{0, 0, 0};  // of the points from the world's origin, as the file's header says; world units
   std::vector<Point> points;
   bool has_normals = false, has_origin = false;  // properties of the file
 };

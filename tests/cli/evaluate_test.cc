@@ -10,6 +10,8 @@
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "phi/base/random.h"
+#include "tests/support/exact_scenes.h"
+#include "tests/support/map_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_data.h"
@@ -132,6 +134,46 @@ TEST(EvaluateCommand, ScoresByViewsAndCountsPointsInTheSkyAsWrong) {
   WriteBytes(folder / "truth.ply", PlanePly(0));
   ASSERT_EQ(Evaluate(words).exit_code, 0);
   EXPECT_FALSE(nlohmann::json::parse(ReadBytes(folder / "e.json")).contains("by_views"));
+}
+
+// From fusion to the scores, in UTM: the cloud is in single precision from an offset, the truth in doubles.
+TEST(EvaluateCommand, ScoresCloudsFarFromTheOrigin) {
+  const TemporaryFolder folder;
+  auto scene = test_support::PlaneScene();
+  colmap_ext::Similarity shift;
+  shift.translation = {500000, 5300000, 400};
+  Transform(shift, &scene);
+  test_support::WriteMapWorkspace(scene, folder / "dense");
+  const ProgramResult fusion = RunProgram(
+      {PHIMVS_BINARY, "stereo_fusion", "--workspace_path", folder / "dense", "--output_path", folder / "c.ply"});
+  ASSERT_EQ(fusion.exit_code, 0) << fusion.errors;
+  EXPECT_THAT(fusion.errors, HasSubstr("c.ply: positions are from the offset 500000 5300000 400"));
+  // The plane through (0, 0, 4) at right angles to (0.4, -0.2, -1), wider than the images see it.
+  std::string truth;
+  int num_points = 0;
+  for (double x = -5; x <= 5; x += 0.05) {
+    for (double y = -5; y <= 5; y += 0.05, ++num_points)
+      truth += std::to_string(500000 + x) + " " + std::to_string(5300000 + y) + " " +
+               std::to_string(404 + 0.4 * x - 0.2 * y) + "\n";
+  }
+  WriteBytes(folder / "truth.ply", "ply\nformat ascii 1.0\nelement vertex " + std::to_string(num_points) +
+                                       "\nproperty double x\nproperty double y\nproperty double z\nend_header\n" + truth);
+  const std::vector<std::string> words{"--cloud_path", folder / "c.ply",  "--truth_path",  folder / "truth.ply",
+                                       "--tolerances", "0.02,0.05",       "--output_path", folder / "e.json"};
+  const ProgramResult result = Evaluate(words);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("c.ply: the offset 500000 5300000 400"));
+  const auto json = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_GT(json["accuracy"][1].get<double>(), 99);
+  EXPECT_GT(json["completeness"][1].get<double>(), 10);
+  EXPECT_EQ(json["num_points"], json["num_counted"]);
+
+  std::vector<std::string> covered = words;
+  covered.insert(covered.end(), {"--coverage_workspace_path", folder / "dense", "--truth_depth_maps",
+                                 folder / "dense/stereo/depth_maps"});
+  ASSERT_EQ(Evaluate(covered).exit_code, 0);
+  const auto of_covered = nlohmann::json::parse(ReadBytes(folder / "e.json"));
+  EXPECT_GT(of_covered["num_counted"].get<int>(), of_covered["num_points"].get<int>() * 99 / 100);
 }
 
 TEST(EvaluateCommand, SaysWhatIsMissing) {

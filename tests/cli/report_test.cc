@@ -321,6 +321,27 @@ TEST_F(ReportCommand, ErrorsAreThoseInDepth) {
   EXPECT_EQ(sample.points[1].error, 255);
 }
 
+// The same point and the same truth, the cloud written from an offset; so are the cameras of the page.
+TEST_F(ReportCommand, ACloudWithAnOffsetIsComparedInTheWorld) {
+  colmap_ext::WriteDepthMap(folder_ / "truth/a.png.bin", phi::Array2D<float>(kWidth, kHeight, 2.0f));
+  WriteBytes(folder_ / "dense/fused.ply",
+             "ply\nformat ascii 1.0\ncomment offset 100 -200 300\nelement vertex 1\nproperty float x\nproperty float y\n"
+             "property float z\nproperty uchar inferred\nend_header\n-99.9 200.1 -297.98 0\n");
+  std::string visibility;
+  AppendBytes(std::uint64_t{1}, &visibility);
+  for (const std::uint32_t word : {1u, 0u}) AppendBytes(word, &visibility);
+  WriteBytes(folder_ / "dense/fused.ply.vis", visibility);
+  colmap_ext::ReportOptions options;
+  options.workspace = folder_ / "dense";
+  options.truth_depth_maps = folder_ / "truth";
+  options.output = folder_ / "r.html";
+  colmap_ext::WriteReport(options);
+  const auto cloud = Data("r.html")["cloud"];
+  // 1 % in steps of 5 % / 254, rounded down: 50.8, and single precision.
+  EXPECT_EQ(cloud["errors"], colmap_ext::Base64(std::string(1, '\x32')));
+  EXPECT_EQ(cloud["cameras"][0]["center"], (std::vector<double>{-100, 200, -300}));
+}
+
 TEST(Base64, PadsAsTheStandardDoes) {
   EXPECT_EQ(colmap_ext::Base64("Man"), "TWFu");
   EXPECT_EQ(colmap_ext::Base64("Ma"), "TWE=");

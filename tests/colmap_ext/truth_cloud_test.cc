@@ -171,6 +171,39 @@ TEST(LoadClouds, KeepsMillimetresInGeoRegisteredScenes) {
   EXPECT_NEAR(std::remainder(loaded.origin.x(), 0.01), 0, 1e-6);  // the voxel grid did not move
 }
 
+// stereo_fusion writes clouds that lie far from the origin in single precision from an offset.
+TEST(LoadClouds, AddsTheOffsetThatAHeaderNames) {
+  const TemporaryFolder folder;
+  const auto ply = [](const std::string& comment, const std::string& type, const std::string& xyz) {
+    return "ply\nformat ascii 1.0\n" + comment + "element vertex 1\nproperty " + type + " x\nproperty " + type +
+           " y\nproperty " + type + " z\nend_header\n" + xyz + "\n";
+  };
+  WriteBytes(folder / "world.ply", ply("", "double", "4512345.678 512345.123 6700000.5"));
+  WriteBytes(folder / "moved.ply", ply("comment offset 4512345 512345 6700000\n", "float", "0.679 0.123 0.5"));
+  TruthOptions truth;
+  truth.path = folder / "world.ply";
+  const LoadedClouds of_cloud = LoadClouds(folder / "moved.ply", truth, 0.01);
+  EXPECT_NEAR(of_cloud.clouds.points[0].x - of_cloud.clouds.truth[0].x, 0.001, 1e-6);
+  EXPECT_NEAR(of_cloud.clouds.points[0].y, of_cloud.clouds.truth[0].y, 1e-6);
+  EXPECT_NEAR(of_cloud.clouds.points[0].z, of_cloud.clouds.truth[0].z, 1e-6);
+  truth.path = folder / "moved.ply";
+  const LoadedClouds of_truth = LoadClouds(folder / "world.ply", truth, 0.01);
+  EXPECT_NEAR(of_truth.clouds.points[0].x - of_truth.clouds.truth[0].x, -0.001, 1e-6);
+
+  // A comment of somebody else's is none.
+  for (const char* comment : {"comment offset by hand\n", "comment offset 1 2\n", "comment offset 1 2 3 4\n", "comment offset 1 2 inf\n"}) {
+    WriteBytes(truth.path, ply(comment, "float", "1 2 3"));
+    EXPECT_EQ(LoadClouds(truth.path, truth, 0.01).clouds.truth[0].x, 1) << comment;
+  }
+  WriteBytes(truth.path,
+             "ply\nformat ascii 1.0\ncomment offset 10 20 30\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+             "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  truth.mesh_spacing = 0.5;
+  for (const phi::Vec3f& p : LoadClouds(folder / "world.ply", truth, 0.01).clouds.truth) {
+    EXPECT_TRUE(p.x >= 10 && p.y >= 20 && p.z == 30);
+  }
+}
+
 // Nine times ten to the eighteenth rows that hold nothing.
 TEST(PlyRows, RowsWithoutPropertiesTakeNoTime) {
   const TemporaryFolder folder;
