@@ -35,8 +35,9 @@ struct PlyCloudOptions {
   // Subtracted from all points, world units; other than zero it is written as `comment offset X Y Z`.
   std::array<double, 3> offset{0, 0, 0};
   bool in_doubles = false;  // x, y and z, where even so single precision is too coarse
-  // Points after these go to numbered files: NAME_2.ply, NAME_3.ply. Many readers count in 32 bits.
-  std::uint64_t max_points_per_file = 0xffffffffu;
+  // Points after these go to numbered files: NAME_2.ply, NAME_3.ply, with `comment continues NAME.ply`. Many readers count in 32 bits, some
+  // with a sign. Commit removes those that a larger cloud of this name left.
+  std::uint64_t max_points_per_file = 0x7fffffffu;
 };
 
 // Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it PATH.vis: uint64

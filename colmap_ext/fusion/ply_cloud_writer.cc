@@ -2,22 +2,31 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/input_file.h"
 #include "colmap_ext/ply_writer.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kBytesAfterPosition = 3 * sizeof(float) + 5;
+constexpr int kMaxHeaderLines = 100;
 
 std::vector<PlyVertexProperty> Properties(bool in_doubles) {
   const std::string_view position = in_doubles ? "double" : "float";
@@ -26,10 +35,21 @@ std::vector<PlyVertexProperty> Properties(bool in_doubles) {
           {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"}};
 }
 
+// Whether a PLY file is there whose header has this comment.
+bool HasComment(const fs::path& path, const std::string& comment) {
+  std::ifstream file = OpenRegularFile(path);
+  std::string line;
+  for (int i = 0; i < kMaxHeaderLines && std::getline(file, line) && line != "end_header"; ++i) {
+    if (i == 0 && line != "ply") return false;
+    if (line == "comment " + comment) return true;
+  }
+  return false;
+}
+
 // The .vis file: its count, too, is completed at the end.
 class VisibilityFile {
  public:
-  explicit VisibilityFile(const std::filesystem::path& path) : file_(path) { file_.Write(CountBytes(0)); }
+  explicit VisibilityFile(const fs::path& path) : file_(path) { file_.Write(CountBytes(0)); }
   void Write(const void* data, std::size_t num_bytes) { file_.Write(data, num_bytes); }
   void Complete(std::uint64_t count) {
     file_.WriteAt(0, CountBytes(count));
@@ -62,6 +82,7 @@ class PlyCloudWriter : public CloudWriter {
       file.visibility->Commit();
       file.cloud->Commit();
     }
+    RemoveFollowing();
   }
 
  private:
@@ -76,13 +97,39 @@ class PlyCloudWriter : public CloudWriter {
     std::vector<std::uint32_t> words;  // of each point its number of views and the views
   };
 
-  void OpenFile() {
-    std::filesystem::path path = options_.path;
-    if (!files_.empty()) {
-      path.replace_filename(path.stem().string() + "_" + std::to_string(files_.size() + 1) +
-                            path.extension().string());
+  // number: from 1 on.
+  fs::path PathOf(std::size_t number) const {
+    if (number == 1) return options_.path;
+    return fs::path(options_.path)
+        .replace_filename(options_.path.stem().string() + "_" + std::to_string(number) + options_.path.extension().string());
+  }
+
+  // Of numbered files alone: tells them from clouds that were given such a name.
+  std::string Continues() const {
+    std::string line = "continues " + options_.path.filename().string();
+    std::replace_if(line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');
+    return line;
+  }
+
+  // Numbered files of an earlier cloud of this name that had more of them, the last one first: a process that is killed leaves none
+  // that the next one does not find.
+  void RemoveFollowing() const {
+    std::vector<fs::path> paths;
+    while (HasComment(PathOf(files_.size() + paths.size() + 1), Continues()))
+      paths.push_back(PathOf(files_.size() + paths.size() + 1));
+    for (auto path = paths.rbegin(); path != paths.rend(); ++path) {
+      for (const std::string& name : {path->string() + ".vis", path->string()}) {
+        std::error_code error;
+        fs::remove(name, error);
+        if (error) phi::LogWarning(name + " is of an earlier cloud and cannot be removed: " + error.message());
+      }
     }
+  }
+
+  void OpenFile() {
+    const fs::path path = PathOf(files_.size() + 1);
     std::vector<std::string> comments;
+    if (!files_.empty()) comments.push_back(Continues());
     const auto& offset = options_.offset;
     if (offset != std::array<double, 3>{0, 0, 0}) {
       std::ostringstream line;

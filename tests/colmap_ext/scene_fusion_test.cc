@@ -346,6 +346,38 @@ TEST(SceneFusion, NumbersFilesBeyondTheMostPoints) {
   EXPECT_EQ(end, views.size());
 }
 
+// What readers that count in 32 bits with a sign can hold.
+TEST(SceneFusion, AFileHoldsAtMost2To31Points) { EXPECT_EQ(PlyCloudOptions().max_points_per_file, (std::uint64_t{1} << 31) - 1); }
+
+// What a larger cloud left would be taken for a part of the smaller one.
+TEST(SceneFusion, ASmallerCloudLeavesNoNumberedFileOfALargerOne) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  const auto exist = [&](std::vector<const char*> names) {
+    for (const char* name : names) {
+      if (!fs::exists(folder / name)) return false;
+    }
+    return true;
+  };
+  Fuse(folder.path(), {}, "c.ply", {.path = {}, .max_points_per_file = 6000});
+  ASSERT_TRUE(exist({"c_2.ply", "c_3.ply", "c_4.ply", "c_4.ply.vis"}));
+  Fuse(folder.path(), {}, "c.ply", {.path = {}, .max_points_per_file = 12000});
+  EXPECT_TRUE(exist({"c.ply", "c.ply.vis", "c_2.ply", "c_2.ply.vis"}));
+  for (const char* name : {"c_3.ply", "c_3.ply.vis", "c_4.ply", "c_4.ply.vis"}) EXPECT_FALSE(exist({name})) << name;
+  Fuse(folder.path(), {}, "c.ply");
+  for (const char* name : {"c_2.ply", "c_2.ply.vis"}) EXPECT_FALSE(exist({name})) << name;
+
+  // Clouds of their own, whoever named them so.
+  Fuse(folder.path(), {}, "c_2.ply");
+  test_support::WriteBytes(folder / "d_2.ply", "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n");
+  Fuse(folder.path(), {}, "other.ply", {.path = {}, .max_points_per_file = 15000});
+  fs::rename(folder / "other_2.ply", folder / "e_2.ply");
+  Fuse(folder.path(), {}, "c.ply");
+  Fuse(folder.path(), {}, "d.ply");
+  Fuse(folder.path(), {}, "e.ply");
+  EXPECT_TRUE(exist({"c_2.ply", "c_2.ply.vis", "d_2.ply", "e_2.ply"}));
+}
+
 TEST(SceneFusion, WritesSparseModels) {
   const TemporaryFolder folder;
   WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
