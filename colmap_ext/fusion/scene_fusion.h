@@ -23,7 +23,7 @@ struct SceneFusionOptions {
   FusionGpu gpu;
   int num_threads = -1;                  // <= 0: all
   int max_neighbors = 50;                // images that each image is compared with; -1: all
-  double max_memory_gb = 0;              // 0: half of the computer's
+  double max_memory_gb = 0;              // 0: half of what the process may use
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
   int max_part_images = 256;  // see fusion_parts.h; the order of images follows from it, and with it the cloud
 

@@ -1,9 +1,8 @@
-#include <unistd.h>
-
 #include <string>
 
 #include "colmap_ext/byte_count.h"
 #include "colmap_ext/fusion/scene_fusion.h"
+#include "colmap_ext/memory_limit.h"
 #include "phi/fusion/neighbor_lookup.h"
 
 namespace colmap_ext {
@@ -36,7 +35,7 @@ phi::OptionList SceneFusionOptions::List() {
 
 std::int64_t SceneFusionOptions::MemoryBytes() const {
   if (max_memory_gb > 0) return ByteCount(max_memory_gb * 1e9);
-  return static_cast<std::int64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGE_SIZE) / 2;
+  return AvailableHostBytes() / 2;
 }
 
 std::string SceneFusionOptions::Check() const {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "colmap_ext/byte_count.h"
-#include "colmap_ext/pipeline/run_summary.h"
+#include "colmap_ext/memory_limit.h"
 
 namespace colmap_ext {
 namespace {

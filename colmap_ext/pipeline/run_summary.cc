@@ -1,10 +1,8 @@
 #include "colmap_ext/pipeline/run_summary.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/json_file.h"
@@ -58,15 +56,6 @@ std::int64_t PeakHostBytes() {
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
   return std::int64_t{1024} * usage.ru_maxrss;
-}
-
-std::int64_t AvailableHostBytes() {
-  std::int64_t num_bytes = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
-  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
-    std::int64_t limit = 0;
-    if (std::ifstream(path) >> limit && limit > 0) num_bytes = std::min(num_bytes, limit);
-  }
-  return num_bytes;
 }
 
 phi::ExitCode RunSummary::Code() const {

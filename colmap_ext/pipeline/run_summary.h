@@ -61,8 +61,6 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend);
 
 // Peak resident memory of this process.
 std::int64_t PeakHostBytes();
-// Memory that this process may use: the machine's, or its control group's limit.
-std::int64_t AvailableHostBytes();
 
 // What was done, in one sentence.
 std::string SummaryLine(const RunSummary& summary);
