@@ -7,8 +7,10 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <mutex>
+#include <random>
 #include <set>
 #include <string>
 #include <system_error>
@@ -25,12 +27,22 @@ constexpr std::string_view kTemporaryPrefix = ".phimvs-";
 constexpr std::string_view kTemporarySuffix = ".tmp";
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 
+// What the temporary names of this process begin with. Its number alone is another's too: in a container every command may be
+// process 1. A child process after a fork has the token, but another number.
+std::string OwnPrefix() {
+  static const std::string token = [] {
+    std::random_device random;
+    char text[17];
+    std::snprintf(text, sizeof(text), "%08x%08x", random(), random());
+    return std::string(text);
+  }();
+  return std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-" + token + "-";
+}
+
 // Short and independent of the target's name, so that it exists wherever the target's name can.
 fs::path NextTemporaryPath(const fs::path& target) {
   static std::atomic<std::uint64_t> counter{0};
-  const std::string name = std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-" +
-                           std::to_string(counter.fetch_add(1)) + std::string(kTemporarySuffix);
-  return target.parent_path() / name;
+  return target.parent_path() / (OwnPrefix() + std::to_string(counter.fetch_add(1)) + std::string(kTemporarySuffix));
 }
 
 bool IsShortageOfSpace(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
@@ -127,8 +139,7 @@ void SyncFolder(const fs::path& folder) {
 void RemoveIfLeftOver(const fs::path& path) {
   if (!IsTemporaryFile(path)) return;
   // This process knows its own: results that wait for their names with others are closed, and hold no lock.
-  const std::string own = std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "-";
-  if (path.filename().string().starts_with(own)) return;
+  if (path.filename().string().starts_with(OwnPrefix())) return;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());

@@ -14,7 +14,8 @@
 
 namespace colmap_ext {
 
-// Temporary names are ".phimvs-<process>-<number>.tmp". A killed process may leave one; it is safe to delete.
+// Temporary names are ".phimvs-<process>-<random token of the process>-<number>.tmp". A killed process may leave one; it is safe
+// to delete.
 bool IsTemporaryFile(const std::filesystem::path& path);
 // Removes it where it is one that a killed process left: other processes hold a lock on those that they write. AtomicFile does so for
 // each folder that the process writes into, the first time.

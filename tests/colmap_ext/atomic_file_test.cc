@@ -176,6 +176,18 @@ TEST(AtomicFileTest, RemovesWhatAKilledProcessLeft) {
   EXPECT_EQ(ReadBytes(folder / "target"), "x");
 }
 
+// In a container each is process 1. The first name is an earlier version's.
+TEST(AtomicFileTest, RemovesWhatAKilledProcessOfTheSameNumberLeft) {
+  TemporaryFolder folder;
+  const std::string own = ".phimvs-" + std::to_string(::getpid());
+  for (const char* rest : {"-5.tmp", "-0123456789abcdef-5.tmp"}) {
+    const fs::path left = folder / (own + rest);
+    test_support::WriteBytes(left, "half");
+    RemoveIfLeftOver(left);
+    EXPECT_FALSE(fs::exists(left)) << left;
+  }
+}
+
 TEST(AtomicFileTest, ReportsAFileSizeLimitAndCleansUp) {
   TemporaryFolder folder;
   EXPECT_EQ(RunInChild([&] {
