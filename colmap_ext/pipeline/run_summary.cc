@@ -63,6 +63,11 @@ phi::ExitCode RunSummary::Code() const {
   return phi::CodeOfFailures(failures.size(), static_cast<std::size_t>(num_images));
 }
 
+int RunSummary::NumMade() const {
+  // One that fails may have had its last map: max.
+  return std::max(0, num_images - num_images_kept - num_failed_elsewhere - static_cast<int>(failures.size()));
+}
+
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
   return {backend.Name(), backend.PeakDeviceBytes(), backend.DeviceStageTimes()};
 }
@@ -72,10 +77,14 @@ std::string SummaryLine(const RunSummary& summary) {
   std::string text = FormatText("%d images", summary.num_images);
   const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
                                    [](const StageSummary& stage) { return stage.num_made == 0; });
-  if (summary.num_waiting == 0 && is_idle && num_failed == 0) return text + ": all maps are there and up to date, nothing to do";
+  const bool has_all = summary.num_images_kept == summary.num_images;
+  if (has_all && summary.num_waiting == 0 && is_idle && num_failed == 0)
+    return text + ": all maps are there and up to date, nothing to do";
   text += " done in " + FormatDuration(summary.seconds);
   if (summary.num_images_kept > 0) text += FormatText(", %d of them kept from before", summary.num_images_kept);
   if (num_failed > 0) text += FormatText(", %d of them failed", num_failed);
+  if (summary.num_failed_elsewhere > 0)
+    text += FormatText(", %d of them failed in other shards", summary.num_failed_elsewhere);
   if (summary.num_waiting > 0) text += FormatText(", %d tasks wait for other shards", summary.num_waiting);
   const StageSummary& last = summary.stages.back();
   if (last.num_pixels > 0) {
@@ -101,9 +110,8 @@ std::vector<std::string> SummaryDetails(const RunSummary& summary) {
     lines.push_back(std::move(line));
   }
   AddInferenceLines(summary.inference, &lines);
-  const int num_made = summary.num_images - summary.num_images_kept;
   lines.push_back(FormatText("time: %-12s %9.2f s, %.3f images/s (%d images, %d kept from an earlier run)", "all",
-                         summary.seconds, summary.seconds > 0 ? num_made / summary.seconds : 0.0,
+                         summary.seconds, summary.seconds > 0 ? summary.NumMade() / summary.seconds : 0.0,
                          summary.num_images, summary.num_images_kept));
   lines.push_back(FormatText("memory: peak %.0f MB on the host, of it %.0f MB cached images and maps",
                          summary.peak_host_bytes / kMega, summary.peak_cache_bytes / kMega));
@@ -147,13 +155,12 @@ std::string SummaryJson(const RunSummary& summary, const std::string& finished) 
     }
     devices.push_back({{"name", device.name}, {"peak_memory_bytes", device.peak_bytes}, {"stages", times}});
   }
-  const int num_made = summary.num_images - summary.num_images_kept;
   Json json = {{"finished", finished},
                {"seconds", summary.seconds},
                {"images", summary.num_images},
                {"images_kept", summary.num_images_kept},
                {"images_failed", summary.failures.size()},
-               {"images_per_second", summary.seconds > 0 ? num_made / summary.seconds : 0.0},
+               {"images_per_second", summary.seconds > 0 ? summary.NumMade() / summary.seconds : 0.0},
                {"stages", stages},
                {"devices", devices},
                {"peak_memory_bytes", summary.peak_host_bytes},

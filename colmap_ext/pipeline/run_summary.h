@@ -44,10 +44,11 @@ struct RunSummary {
   InferenceSummary inference;
   std::vector<DeviceSummary> devices;
   std::vector<FailedImage> failures;
-  int num_images = 0;       // reference images of the job
-  int num_images_kept = 0;  // their results were there and up to date
-  int num_waiting = 0;      // tasks of a shard that need maps which others have not made yet
-  double seconds = 0;       // wall time of the whole run
+  int num_images = 0;            // reference images of the job, without those that are left out for want of a file
+  int num_images_kept = 0;       // their results were there and up to date
+  int num_failed_elsewhere = 0;  // images of a shard that failed in other shards' stages
+  int num_waiting = 0;           // tasks of a shard that need maps which others have not made yet
+  double seconds = 0;            // wall time of the whole run
   std::int64_t peak_host_bytes = 0;
   std::int64_t peak_cache_bytes = 0;
   std::int64_t bytes_written = 0;
@@ -55,6 +56,8 @@ struct RunSummary {
 
   // Ok, retry later, some images failed, or bad input where all did.
   phi::ExitCode Code() const;
+  // Images whose results this run made.
+  int NumMade() const;
 };
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend);

@@ -100,6 +100,7 @@ RunSummary StereoPipeline::Run() {
   const Clock::time_point begin = Clock::now();
   CheckFiles();
   ReportImpossibleJobs();
+  RequirePossibleJob();
   WarnOfFewWitnesses();
   runner_.Begin(stages_);
   RunStages();
@@ -109,7 +110,7 @@ RunSummary StereoPipeline::Run() {
   if (!IsShard()) RemoveIntermediateFiles();
   RunSummary& summary = runner_.summary();
   summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  if (summary.num_images_kept < summary.num_images) runner_.AddToRecord();
+  if (had_work_) runner_.AddToRecord();
   runner_.record().Compact();
   WarnOfEmptyMaps();
   return summary;
@@ -129,14 +130,24 @@ void StereoPipeline::RunStages() {
   std::vector<StagePlan> plan = Plan();
   const StagePlan& last =
       plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
-  runner_.summary().num_images_kept =
-      static_cast<int>(own_.size() - last.pending.size() - last.waiting.size());
+  CountKept(last);
   LogPlan(plan);
   for (; HasPending(plan); plan = Plan()) {
     runner_.Run(plan);
     if (IsShard()) runner_.record().Refresh();
   }
   ReportWaiting(plan);
+}
+
+// A job without a key can have no result.
+void StereoPipeline::CountKept(const StagePlan& last) {
+  RunSummary& summary = runner_.summary();
+  had_work_ = !last.pending.empty() || !last.waiting.empty();
+  const auto num_possible = std::count_if(own_.begin(), own_.end(), [&](int job) { return !last.keys[job].empty(); });
+  const auto num_without_problem =
+      std::count_if(own_.begin(), own_.end(), [&](int job) { return jobs_[job].problem.empty(); });
+  summary.num_images_kept = static_cast<int>(num_possible - std::ssize(last.pending) - std::ssize(last.waiting));
+  summary.num_failed_elsewhere = static_cast<int>(num_without_problem - num_possible);
 }
 
 // The first stage's that has any: those after it wait for the same.
@@ -210,6 +221,7 @@ void StereoPipeline::ReportImpossibleJobs() {
     if (jobs_[j].problem.empty()) continue;
     if (jobs_[j].file_is_missing && options_.allow_missing_files) {
       phi::LogWarning(jobs_[j].problem);
+      --runner_.summary().num_images;
       continue;
     }
     runner_.Fail(j, stages_[0].result, jobs_[j].problem);
@@ -218,6 +230,15 @@ void StereoPipeline::ReportImpossibleJobs() {
     runner_.record().Begin({task}, {""});
     runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem}});
   }
+}
+
+// Most likely a folder was moved or is not mounted, which must not look like success. Of images out of its reach a shard
+// knows no problem.
+void StereoPipeline::RequirePossibleJob() {
+  const auto is_possible = [](const ImageJob& job) { return job.problem.empty(); };
+  if (std::any_of(jobs_.begin(), jobs_.end(), is_possible)) return;
+  if (IsShard()) runner_.record().Compact();  // else `status` would take it for one at work
+  throw phi::InputError("no image can be done: " + jobs_.front().problem);
 }
 
 void StereoPipeline::CheckFiles() {

@@ -40,6 +40,7 @@ class StereoPipeline {
   void BeginShard();
   void ReportImpossibleJobs();
   // Throws phi::InputError for the first file of another program, unless it may be replaced.
+  void RequirePossibleJob();
   void CheckFiles();
   void RefuseForeignFile(const std::filesystem::path& path) const;
   std::vector<StagePlan> Plan() const;
@@ -49,6 +50,7 @@ class StereoPipeline {
   // An image that failed in another shard is not waited for.
   bool FailedElsewhere(int stage, int job, const std::string& key) const;
   void RunStages();
+  void CountKept(const StagePlan& last);
   void ReportWaiting(const std::vector<StagePlan>& plan);
   // Gives the maps of earlier runs the form that this one was asked for.
   void ConvertMaps();
@@ -69,6 +71,7 @@ class StereoPipeline {
   const std::vector<int> own_;  // jobs of the scope
   const Backends& backends_;
   StageRunner runner_;
+  bool had_work_ = false;  // some last map was to be made when the run began
   std::vector<std::vector<char>> files_whole_;  // by stage and job of the scope, when the run began
 };
 

@@ -148,6 +148,8 @@ TEST_F(ShardPipelineTest, AnImageThatFailedIsNotWaitedFor) {
     if (stage == std::string("photometric")) continue;
     EXPECT_EQ(RunShard(0, 2, stage), phi::ExitCode::kOk) << stage;
   }
+  EXPECT_THAT(SummaryLine(Run(folder_.path(), {.index = 0, .count = 2, .only_stage = "geometric"})),
+              HasSubstr("2 of them kept from before, 1 of them failed in other shards"));
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
   ASSERT_EQ(status.failures.size(), 1u);
   EXPECT_EQ(status.failures[0].image, names_[0]);
@@ -206,6 +208,14 @@ TEST_F(ShardPipelineTest, ShardsWithOtherOptionsMakeTheirMapsAnew) {
   Run(folder_.path());
   EXPECT_EQ(calls_.estimates, kNumImages);
   EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+TEST_F(ShardPipelineTest, WithoutAnyPhotoAShardEndsWithAnErrorAndIsNotAtWork) {
+  fs::remove_all(folder_ / "images");
+  EXPECT_THAT(InputErrorOf([&] { RunShard(0, 2); }), HasSubstr("no image can be done: image " + names_[0]));
+  const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
+  EXPECT_TRUE(status.open_shards.empty());
+  EXPECT_EQ(status.failures.size(), 3u);
 }
 
 TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {

@@ -534,6 +534,14 @@ TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
   ASSERT_THAT(summary.failures, SizeIs(1));
   EXPECT_EQ(summary.failures[0].image, names_[1]);
   EXPECT_THAT(summary.failures[0].message, HasSubstr(image.string()));
+  EXPECT_EQ(summary.num_images_kept, 0);
+  EXPECT_THAT(SummaryLine(summary), testing::Not(HasSubstr("kept from before")));
+  const std::string record = test_support::ReadBytes(folder_ / "stereo/phimvs.json");
+  const auto run = nlohmann::json::parse(record)["runs"][0];
+  EXPECT_EQ(run["images_kept"], 0);
+  EXPECT_NEAR(run["images_per_second"].get<double>() * run["seconds"].get<double>(), kNumImages - 1, 1e-9);
+  EXPECT_THAT(SummaryLine(Run()), HasSubstr("4 of them kept from before, 1 of them failed"));
+  EXPECT_EQ(test_support::ReadBytes(folder_ / "stereo/phimvs.json"), record) << "no run worth a line";
   EXPECT_FALSE(std::filesystem::exists(DepthPath(1, "photometric")));
   EXPECT_TRUE(std::filesystem::exists(DepthPath(4, "geometric")));
   test_support::WriteBytes(image, bytes);
@@ -584,7 +592,12 @@ TEST_F(StereoPipelineTest, NothingDoneIsBadInput) {
   std::filesystem::remove(folder_ / "images" / names_[1]);
   EXPECT_EQ(Run().Code(), phi::ExitCode::kSomeImagesFailed);
   std::filesystem::remove_all(folder_ / "images");
-  EXPECT_EQ(Run().Code(), phi::ExitCode::kBadInput);
+  for (const bool allow_missing_files : {false, true}) {
+    options_.allow_missing_files = allow_missing_files;
+    EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }),
+                HasSubstr("no image can be done: image " + names_[0] + ": the file " +
+                          (folder_ / "images" / names_[0]).string() + " is missing"));
+  }
 }
 
 // Two images have one witness each, and the filter asks for two.
@@ -623,7 +636,11 @@ TEST_F(StereoPipelineTest, NamesAnImageOfWhichNothingIsLeft) {
 TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
   std::filesystem::remove(folder_ / "images" / names_[1]);
   options_.allow_missing_files = true;
-  EXPECT_TRUE(Run().failures.empty());
+  const RunSummary summary = Run();
+  EXPECT_TRUE(summary.failures.empty());
+  EXPECT_EQ(summary.num_images, kNumImages - 1);
+  EXPECT_EQ(summary.num_images_kept, 0);
+  EXPECT_THAT(SummaryLine(Run()), HasSubstr("4 images: all maps are there and up to date, nothing to do"));
 }
 
 TEST_F(StereoPipelineTest, ErrorOfTheDeviceEndsTheRun) {
