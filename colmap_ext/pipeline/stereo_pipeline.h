@@ -39,8 +39,9 @@ class StereoPipeline {
   bool IsShard() const { return !shard_.IsWhole(); }
   void BeginShard();
   void ReportImpossibleJobs();
-  // Throws phi::InputError for the first file of another program, unless it may be replaced.
+  // Throws phi::InputError where no image can be done.
   void RequirePossibleJob();
+  // Throws phi::InputError for the first file of another program, unless it may be replaced.
   void CheckFiles();
   void RefuseForeignFile(const std::filesystem::path& path) const;
   std::vector<StagePlan> Plan() const;
