@@ -9,6 +9,7 @@
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
+#include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/error.h"
@@ -17,7 +18,7 @@
 namespace colmap_ext {
 namespace {
 
-void LogReport(const SceneFusionReport& report, const std::filesystem::path& path, double seconds) {
+void LogReport(const SceneFusionReport& report, const CloudOutput& output, double seconds) {
   const std::string smoothing = DescribeSmoothing(report);
   if (!smoothing.empty()) phi::LogInfo(smoothing);
   phi::LogDebug(std::to_string(report.num_map_reads) + " maps were read");
@@ -28,8 +29,10 @@ void LogReport(const SceneFusionReport& report, const std::filesystem::path& pat
   } else {
     phi::LogWarning("fusion: few pixels gave points; " + histogram + "\nlikely cause: " + explanation);
   }
-  phi::LogInfo(path.string() + ": " + std::to_string(report.num_points) + " points from " +
-               std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
+  const bool is_tiled = output.tile_size > 0;
+  const std::string tiles = is_tiled ? " in " + std::to_string(ListedTiles(output.path).size()) + " tiles" : "";
+  phi::LogInfo((is_tiled ? TileListPath(output.path) : output.path).string() + ": " + std::to_string(report.num_points) + " points" +
+               tiles + " from " + std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
 }
 
 // The workspace's points and tracks would be lost, and with them source images and depth ranges.
@@ -70,7 +73,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
-  LogReport(report, output.path, elapsed.count());
+  LogReport(report, output, elapsed.count());
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +

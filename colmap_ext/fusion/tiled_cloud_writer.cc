@@ -2,13 +2,17 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -54,7 +58,9 @@ class TiledCloudWriter : public CloudWriter {
   }
 
   void Commit() override {
+    const std::vector<std::filesystem::path> earlier = ListedTiles(options_.path);
     for (auto& [index, tile] : tiles_) tile.writer->Commit();
+    RemoveOthers(earlier);  // before their list is replaced: who is stopped in between finds them the next time
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const auto& [index, tile] : tiles_) {
       list.push_back({{"file", tile.path.filename().string()},
@@ -66,12 +72,25 @@ class TiledCloudWriter : public CloudWriter {
     }
     const nlohmann::ordered_json content = {
         {"tile_size", options_.size}, {"origin", options_.origin}, {"tiles", std::move(list)}};
-    std::filesystem::path path = options_.path;
-    path.replace_filename(path.stem().string() + ".tiles.json");
-    WriteFileAtomically(path, DumpJson(content, 1) + "\n");
+    WriteFileAtomically(TileListPath(options_.path), DumpJson(content, 1) + "\n");
   }
 
  private:
+  // Tiles of another size beside these would be taken for parts of one cloud.
+  void RemoveOthers(const std::vector<std::filesystem::path>& earlier) const {
+    std::set<std::filesystem::path> own;
+    for (const auto& [index, tile] : tiles_) own.insert(tile.path);
+    for (const std::filesystem::path& tile : earlier) {
+      if (own.contains(tile)) continue;
+      for (const std::filesystem::path& path : {tile, std::filesystem::path(tile.string() + ".vis")}) {
+        std::error_code error;
+        if (std::filesystem::is_directory(std::filesystem::symlink_status(path, error))) continue;
+        std::filesystem::remove(path, error);
+        if (error) phi::LogWarning(path.string() + ": this tile of an earlier run cannot be removed (" + error.message() + "); remove it");
+      }
+    }
+  }
+
   Tile& TileOf(const phi::FusedPoint& point) {
     const auto place = [&](std::size_t axis) {
       const double index = std::floor((point.xyz[axis] - options_.origin[axis]) / options_.size);
@@ -83,9 +102,7 @@ class TiledCloudWriter : public CloudWriter {
     if (found != tiles_.end()) return found->second;
     if (tiles_.size() == kMaxTiles) RefuseSize("gives more than " + std::to_string(kMaxTiles) + " tiles");
     Tile& tile = tiles_[index];
-    tile.path = options_.path;
-    tile.path.replace_filename(tile.path.stem().string() + "_" + std::to_string(index.column) + "_" +
-                               std::to_string(index.row) + tile.path.extension().string());
+    tile.path = TilePath(options_.path, index.column, index.row);
     tile.writer = make_writer_(tile.path);
     std::fill(tile.least, tile.least + 3, std::numeric_limits<double>::max());
     std::fill(tile.most, tile.most + 3, std::numeric_limits<double>::lowest());

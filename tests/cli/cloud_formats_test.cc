@@ -137,6 +137,55 @@ TEST(TiledCloud, AFileForEachSquareAndAnIndex) {
   EXPECT_THAT(test_support::MessageOf<phi::InputError>([&] { many->Write(MakeBlock(scattered)); }), HasSubstr("ask for larger tiles"));
 }
 
+// Tiles of 10 units, a list that somebody edited, then of 100: what `t_*.ply` names is one cloud.
+TEST(TiledCloud, AnotherSizeLeavesNoTileOfTheLastAndTouchesNothingElse) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "out");
+  const fs::path out = folder / "out";
+  const auto write = [&](const char* name, double size) {
+    const auto writer = MakeTiledCloudWriter({.path = out / name, .size = size}, [](const fs::path& path) {
+      return MakePlyCloudWriter({.path = path});
+    });
+    writer->Write(MakeBlock({{1, 1, 0}, {15, 1, 5}, {-1, 1, 1}}));
+    writer->Commit();
+  };
+  write("t.ply", 10);
+  write("other.ply", 10);
+  for (const char* kept : {"out/notes.ply", "out/t_7_7.ply", "t_5_5.ply"}) test_support::WriteBytes(folder / kept, "kept");
+  fs::create_directory(out / "t_6_6.ply");
+  auto list = nlohmann::json::parse(ReadBytes(out / "t.tiles.json"));
+  list["tiles"].push_back({{"file", "notes.ply"}, {"column", 7}, {"row", 7}});
+  list["tiles"].push_back({{"file", "../t_5_5.ply"}, {"column", 5}, {"row", 5}});
+  list["tiles"].push_back({{"file", "t_6_6.ply"}, {"column", 6}, {"row", 6}});
+  test_support::WriteBytes(out / "t.tiles.json", list.dump());
+  write("t.ply", 100);
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(out)) names.push_back(entry.path().filename());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("t.tiles.json", "t_-1_0.ply", "t_-1_0.ply.vis", "t_0_0.ply", "t_0_0.ply.vis",
+                                                   "other.tiles.json", "other_-1_0.ply", "other_-1_0.ply.vis", "other_0_0.ply",
+                                                   "other_0_0.ply.vis", "other_1_0.ply", "other_1_0.ply.vis", "notes.ply",
+                                                   "t_7_7.ply", "t_6_6.ply"));
+  EXPECT_EQ(ReadBytes(folder / "t_5_5.ply"), "kept");
+  EXPECT_EQ(PlyRows(out / "t_0_0.ply").Find("vertex")->count, 2u);
+}
+
+TEST(TiledCloud, AListThatIsNoneIsReplacedWithAWarning) {
+  for (const char* damaged : {"{", "{}", "[1]", R"({"tiles": [{"file": 3}]})"}) {
+    const TemporaryFolder folder;
+    const test_support::LogCapture log;
+    test_support::WriteBytes(folder / "t.tiles.json", damaged);
+    test_support::WriteBytes(folder / "t_9_9.ply", "kept");
+    const auto writer = MakeTiledCloudWriter({.path = folder / "t.ply", .size = 1}, [](const fs::path& path) {
+      return MakePlyCloudWriter({.path = path});
+    });
+    writer->Write(MakeBlock({{0.5, 0.5, 0}}));
+    writer->Commit();
+    EXPECT_THAT(log.messages(), testing::Contains(HasSubstr("t.tiles.json: this list of tiles is damaged"))) << damaged;
+    EXPECT_EQ(nlohmann::json::parse(ReadBytes(folder / "t.tiles.json"))["tiles"][0]["file"], "t_0_0.ply");
+    EXPECT_EQ(ReadBytes(folder / "t_9_9.ply"), "kept");
+  }
+}
+
 // Their places would overflow 64 bits and all points fall into one tile.
 TEST(TiledCloud, ASizeThatNoCoordinateCanTellApartIsRefused) {
   const TemporaryFolder folder;
@@ -232,8 +281,12 @@ TEST_F(CloudFormats, TheSuffixChooses) {
   const auto code = Fuse(folder_ / "e.las", {"--crs", "EPSG:25832"});
   EXPECT_EQ(code.exit_code, 1);
   EXPECT_THAT(code.errors, HasSubstr("gdalsrsinfo"));
-  EXPECT_EQ(Fuse(folder_ / "f.ply", {"--tile_size", "1000"}).exit_code, 0);
-  EXPECT_TRUE(fs::exists(folder_ / "f.tiles.json"));
+  const auto tiled = Fuse(folder_ / "f.ply", {"--tile_size", "1000"});
+  EXPECT_EQ(tiled.exit_code, 0);
+  const auto list = nlohmann::json::parse(ReadBytes(folder_ / "f.tiles.json"));
+  EXPECT_THAT(tiled.errors, HasSubstr("f.tiles.json: "));
+  EXPECT_THAT(tiled.errors, HasSubstr(" points in " + std::to_string(list["tiles"].size()) + " tiles from "));
+  EXPECT_THAT(tiled.errors, testing::Not(HasSubstr("f.ply:"))) << "there is no such file";
 }
 
 // Points of the plane, and of another program's reading of the file.

@@ -1,0 +1,19 @@
+// NAME.tiles.json, which lists the tiles of the cloud NAME.ply or NAME.las.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace colmap_ext {
+
+std::filesystem::path TileListPath(const std::filesystem::path& cloud);
+
+// The tiles that the list beside `cloud` names; none where there is no list, or one that cannot be read. Only NAME_COLUMN_ROW with the
+// cloud's suffix, in its folder: a list may have been edited, and who asks may remove what it names.
+std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud);
+
+// NAME_COLUMN_ROW with the cloud's suffix.
+std::filesystem::path TilePath(const std::filesystem::path& cloud, std::int64_t column, std::int64_t row);
+
+}  // namespace colmap_ext
