@@ -2,13 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <unordered_map>
+#include <utility>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
+#include "colmap_ext/evaluation/thin_cloud.h"
 #include "colmap_ext/format_text.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -150,8 +150,8 @@ class Loader {
       RequireMemory(0, "the clouds");
     });
     if (preparation_.thin) {
-      result_.clouds.points = ThinCloud(result_.clouds.points, voxel_size_);
-      result_.clouds.truth = ThinCloud(result_.clouds.truth, voxel_size_);
+      Thin(&result_.clouds.points);
+      Thin(&result_.clouds.truth);
       result_.clouds.truth_views.clear();  // a voxel's points were seen by different images
     }
     return std::move(result_);
@@ -175,6 +175,13 @@ class Loader {
     throw phi::ResourceError(truth_.path.string() + ": " + what +
                              " need more than --memory allows; raise it, thin the clouds, or raise "
                              "--mesh_sample_spacing where the truth is a mesh");
+  }
+
+  void Thin(std::vector<Vec3f>* cloud) const {
+    RequireMemory(static_cast<double>(cloud->size()) / 8 / sizeof(Vec3f), "the clouds and what thins them");
+    const CloudPair& all = result_.clouds;
+    const std::size_t used = (all.truth.size() + all.points.size() + all.truth_left_out.size()) * sizeof(Vec3f) + cloud->size() / 8;
+    *cloud = ThinCloud(std::move(*cloud), voxel_size_, truth_.memory - std::min(used, truth_.memory));
   }
 
   // A triangle's samples are counted before they are made: a single one may be larger than any memory.
@@ -238,38 +245,6 @@ void SampleTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, dou
       on_sample(from + (to - from) * (static_cast<double>(s) / static_cast<double>(steps)));
     }
   }
-}
-
-std::vector<Vec3f> ThinCloud(const std::vector<Vec3f>& points, double voxel_size) {
-  using Cell = std::array<std::int64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Cell& cell) const {
-      std::uint64_t hash = 0;
-      for (const std::int64_t index : cell)
-        hash = (hash ^ static_cast<std::uint64_t>(index)) * 0x9e3779b97f4a7c15u;
-      return static_cast<std::size_t>(hash ^ hash >> 32);
-    }
-  };
-  struct Sum {
-    Vector3d position = Vector3d::Zero();
-    double count = 0;
-  };
-  const auto cell_of = [voxel_size](float x) {
-    return static_cast<std::int64_t>(std::floor(x / voxel_size));
-  };
-  std::unordered_map<Cell, std::size_t, Hash> index_of;
-  std::vector<Sum> sums;
-  for (const Vec3f& p : points) {
-    const auto [entry, is_new] =
-        index_of.try_emplace({cell_of(p.x), cell_of(p.y), cell_of(p.z)}, sums.size());
-    if (is_new) sums.emplace_back();
-    Sum& sum = sums[entry->second];
-    sum.position += Vector3d(p.x, p.y, p.z);
-    sum.count += 1;
-  }
-  std::vector<Vec3f> thinned;
-  for (const Sum& sum : sums) thinned.push_back(Relative(sum.position / sum.count, Vector3d::Zero()));
-  return thinned;
 }
 
 LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,

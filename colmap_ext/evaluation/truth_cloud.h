@@ -45,9 +45,6 @@ struct LoadedClouds {
 LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
                         bool inferred_apart = false, const CloudPreparation& preparation = {});
 
-// One point for each occupied voxel of the grid through (0, 0, 0): the mean, in the order in which the voxels first occur.
-std::vector<phi::Vec3f> ThinCloud(const std::vector<phi::Vec3f>& points, double voxel_size);
-
 // Samples of triangle (a, b, c), at most `spacing` apart along both edges from a; corners included.
 void SampleTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                     double spacing, const std::function<void(const Eigen::Vector3d&)>& on_sample);

@@ -6,11 +6,9 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <tuple>
 
+#include "colmap_ext/evaluation/voxel.h"
 #include "phi/base/cancellation.h"
 
 namespace colmap_ext {
@@ -19,24 +17,11 @@ namespace {
 using phi::Vec3f;
 
 struct VoxelEntry {
-  std::int32_t x, y, z;
+  Voxel voxel;
   ToleranceClass verdict;
 
-  auto Key() const { return std::tie(x, y, z); }
-  bool operator<(const VoxelEntry& other) const { return Key() < other.Key(); }
+  bool operator<(const VoxelEntry& other) const { return voxel < other.voxel; }
 };
-
-std::int32_t VoxelIndex(float coordinate, double voxel_size, double shift) {
-  constexpr double kLimit = std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::int32_t>(std::clamp(std::floor(coordinate / voxel_size + shift), -kLimit, kLimit));
-}
-
-std::uint32_t Hash(const VoxelEntry& v) {
-  std::uint32_t h = static_cast<std::uint32_t>(v.x) * 0x9E3779B1u;
-  h = (h ^ static_cast<std::uint32_t>(v.y)) * 0x85EBCA77u;
-  h = (h ^ static_cast<std::uint32_t>(v.z)) * 0xC2B2AE3Du;
-  return h ^ (h >> 16);
-}
 
 // The entries of one pass: the voxels whose hash falls to it. Sorted, so the order of collection does not
 // matter.
@@ -48,10 +33,8 @@ std::vector<VoxelEntry> CollectPass(const std::vector<Vec3f>& points,
     std::vector<VoxelEntry>& part = parts.local();
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       if (classes[i] & kNotCounted) continue;
-      const VoxelEntry entry{VoxelIndex(points[i].x, voxel_size, shift),
-                             VoxelIndex(points[i].y, voxel_size, shift),
-                             VoxelIndex(points[i].z, voxel_size, shift), classes[i]};
-      if (num_passes == 1 || Hash(entry) % num_passes == pass) part.push_back(entry);
+      const VoxelEntry entry{VoxelOf(points[i], voxel_size, shift), classes[i]};
+      if (num_passes == 1 || entry.voxel.Hash() % num_passes == pass) part.push_back(entry);
     }
   });
   std::vector<VoxelEntry> entries;
@@ -117,7 +100,7 @@ std::vector<double> AverageOverVoxels(const std::vector<Vec3f>& points,
       const std::vector<VoxelEntry> entries =
           CollectPass(points, classes, options.voxel_size, shift, pass, num_passes);
       for (std::size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
-        while (end < entries.size() && entries[end].Key() == entries[begin].Key()) ++end;
+        while (end < entries.size() && entries[end].voxel == entries[begin].voxel) ++end;
         sums.AddVoxel(entries.data() + begin, entries.data() + end);
       }
     }

@@ -45,16 +45,6 @@ TEST(Similarity, IsFourRowsWithAScale) {
   EXPECT_THAT(InputErrorOf([&] { ReadSimilarity(folder / "short.txt"); }), HasSubstr("four rows"));
 }
 
-// Two points of one voxel become their mean, one beyond its border stays.
-TEST(ThinCloud, LeavesTheMeanOfEachVoxel) {
-  const std::vector<phi::Vec3f> thinned =
-      ThinCloud({{0.1f, 0.1f, 0.1f}, {0.3f, 0.1f, 0.3f}, {-0.1f, 0, 0}}, 0.5);
-  ASSERT_EQ(thinned.size(), 2u);
-  EXPECT_NEAR(thinned[0].x, 0.2, 1e-6);
-  EXPECT_NEAR(thinned[0].z, 0.2, 1e-6);
-  EXPECT_NEAR(thinned[1].x, -0.1, 1e-6);
-}
-
 // Precision and recall of Tanks and Temples by hand: of the cloud's three voxels two are near the truth's, of the truth's
 // four two; one point more of each lies outside the volume.
 TEST(Evaluation, CountsThinnedPointsInTheVolumeAlone) {

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <fstream>
+#include <string>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
 #include "colmap_ext/evaluation/ply_rows.h"
@@ -244,6 +247,43 @@ TEST(LoadClouds, AMeshKeepsWithinItsMemory) {
   truth.memory = 20;  // two points of the cloud and two of the truth are 48 bytes
   truth.path = folder / "c.ply";
   EXPECT_THROW(LoadClouds(folder / "c.ply", truth, 0.01), phi::ResourceError);
+}
+
+// The most that this process ever had in memory, bytes, from the last reset on; 0 where the system does not tell.
+std::size_t PeakMemory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (word == "VmHWM:" && status >> word) return std::stoul(word) * 1024;
+  }
+  return 0;
+}
+bool ResetPeakMemory() { return static_cast<bool>(std::ofstream("/proc/self/clear_refs") << 5 << std::flush); }
+
+// Two million points, each in its own voxel, are 24 MB: what tells voxels apart must fit in what is left of 90 MB.
+TEST(LoadClouds, ThinningKeepsWithinItsMemory) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer keeps what is given up";
+#endif
+  const TemporaryFolder folder;
+  constexpr int kNumPoints = 2000000;
+  {
+    std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(kNumPoints) +
+                      "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    for (int i = 0; i < kNumPoints; ++i) {
+      const float xyz[3] = {static_cast<float>(i % 1000) + 0.5f, static_cast<float>(i / 1000) + 0.5f, 0.5f};
+      ply.append(reinterpret_cast<const char*>(xyz), sizeof(xyz));
+    }
+    WriteBytes(folder / "t.ply", ply);
+  }
+  WriteBytes(folder / "c.ply", kTwoPoints);
+  TruthOptions truth;
+  truth.path = folder / "t.ply";
+  truth.memory = 90000000;
+  if (!ResetPeakMemory() || PeakMemory() == 0) GTEST_SKIP() << "the system does not tell a process's memory";
+  const std::size_t before = PeakMemory();
+  EXPECT_EQ(LoadClouds(folder / "c.ply", truth, 1, false, {.truth_from_cloud = {}, .crop = {}, .thin = true}).clouds.truth.size(),
+            static_cast<std::size_t>(kNumPoints));
+  EXPECT_LT(PeakMemory() - before, truth.memory * 5 / 4);
 }
 
 TEST(MeshLabProject, LongTagsAndManyBlanksAreRead) {
