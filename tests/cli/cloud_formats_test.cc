@@ -72,7 +72,10 @@ TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
   EXPECT_EQ(bytes[24], 1);
   EXPECT_EQ(bytes[25], 4);
   EXPECT_EQ(At<std::uint16_t>(bytes, 6), 16);  // the coordinate system is WKT
-  EXPECT_EQ(At<std::uint64_t>(bytes, 247), 2u);
+  EXPECT_EQ(At<std::uint16_t>(bytes, 94), 375);  // the header's size
+  EXPECT_EQ(At<std::uint32_t>(bytes, 100), 2u);  // records before the points: extra bytes and coordinate system
+  EXPECT_EQ(At<std::uint64_t>(bytes, 247), 2u);  // points
+  EXPECT_EQ(At<std::uint64_t>(bytes, 255), 2u);  // of these first returns
   const auto data = At<std::uint32_t>(bytes, 96);
   const auto length = At<std::uint16_t>(bytes, 105);
   EXPECT_EQ(length, 39);
@@ -84,8 +87,8 @@ TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
   EXPECT_EQ(At<std::uint16_t>(bytes, data + 30), 0xffff);           // red
   EXPECT_EQ(At<std::uint16_t>(bytes, data + length + 36), 3);       // views of the second point
   EXPECT_EQ(At<std::uint8_t>(bytes, data + length + 38), 1);        // inferred
-  EXPECT_DOUBLE_EQ(At<double>(bytes, 179), 10000000.001);           // largest x
-  EXPECT_DOUBLE_EQ(At<double>(bytes, 187), 9999999.5);              // least x
+  const double extents[6] = {10000000.001, 9999999.5, 5300010.25, 5300000.002, 401.125, 400.003};  // largest, least x; y; z
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(At<double>(bytes, 179 + 8 * i), extents[i]) << i;
   EXPECT_THAT(bytes.substr(375, data - 375), HasSubstr(kCrs));
 }
 
@@ -301,29 +304,40 @@ TEST_F(CloudFormats, LaspyReadsThem) {
        "print('points', len(c), c.header.version, c.point_format.id, c.header.parse_crs is not None)\n"
        "print('wkt', [v.string for v in c.vlrs if v.record_id == 2112][0])\n"
        "print('views', int(c.views.min()), int(c.views.max()), int(c.inferred.max()), int(c.red.max()) % 257)\n"
-       "print('xyz', c.x.min(), c.x.max(), c.z.min(), c.z.max(), c.header.scales[0])\n",
+       "print('scale', c.header.scales.max())\n"
+       "print('data', *[v for a in (c.x, c.y, c.z) for v in (a.min(), a.max())])\n"
+       "print('header', *[v for pair in zip(c.header.mins, c.header.maxs) for v in pair])\n",
        folder_ / "c.las"});
   if (read.exit_code != 0 && read.errors.find("laspy") != std::string::npos) GTEST_SKIP() << "laspy is not installed";
   ASSERT_EQ(read.exit_code, 0) << read.errors;
   std::size_t num_points = 0;
-  double least_x = 1e300, most_x = -1e300;
+  constexpr double kOffset[3] = {500000, 5300000, 400};
+  std::array<double, 6> extents{1e300, -1e300, 1e300, -1e300, 1e300, -1e300};  // least x, largest x; y; z
   const std::string ply = ReadBytes(folder_ / "c.ply").substr(0, 200);
   ASSERT_THAT(ply, HasSubstr("comment offset 500000 5300000 400"));
-  PlyRows(folder_ / "c.ply").ForEachRow("vertex", {"x"}, [&](const double* row) {
+  PlyRows(folder_ / "c.ply").ForEachRow("vertex", {"x", "y", "z"}, [&](const double* row) {
     ++num_points;
-    least_x = std::min(least_x, row[0] + 500000);
-    most_x = std::max(most_x, row[0] + 500000);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      extents[2 * axis] = std::min(extents[2 * axis], row[axis] + kOffset[axis]);
+      extents[2 * axis + 1] = std::max(extents[2 * axis + 1], row[axis] + kOffset[axis]);
+    }
   });
   EXPECT_THAT(read.output, HasSubstr("points " + std::to_string(num_points) + " 1.4 7"));
   EXPECT_THAT(read.output, HasSubstr(std::string("wkt ") + kCrs));
-  const std::size_t xyz = read.output.find("xyz ");
-  ASSERT_NE(xyz, std::string::npos);
-  std::istringstream values(read.output.substr(xyz + 4));
-  double las_least = 0, las_most = 0, low = 0, high = 0, scale = 0;
-  values >> las_least >> las_most >> low >> high >> scale;
+  std::istringstream values(read.output.substr(read.output.find("scale ")));
+  std::string word;
+  double scale = 0;
+  ASSERT_TRUE(values >> word >> scale) << read.output;
   EXPECT_LE(scale, 0.001);
-  EXPECT_NEAR(las_least, least_x, scale);
-  EXPECT_NEAR(las_most, most_x, scale);
+  for (const char* source : {"data", "header"}) {
+    ASSERT_TRUE(values >> word);
+    EXPECT_EQ(word, source);
+    for (const double expected : extents) {
+      double value = 0;
+      ASSERT_TRUE(values >> value) << read.output;
+      EXPECT_NEAR(value, expected, scale) << source;
+    }
+  }
 }
 
 }  // namespace
