@@ -119,12 +119,17 @@ bool SyncFile(int descriptor) {
   return result == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
 }
 
-void SyncFileSystem(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::syncfs(descriptor) == 0;
-  const int error = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!synced) ThrowWriteError(folder, "put the files on the disk", error);
+void SyncFileSystems(const std::set<fs::path>& folders) {
+  std::set<dev_t> synced;
+  for (const fs::path& folder : folders) {
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    struct stat status = {};
+    const bool is_known = descriptor >= 0 && ::fstat(descriptor, &status) == 0;
+    const bool is_synced = is_known && (!synced.insert(status.st_dev).second || ::syncfs(descriptor) == 0);
+    const int error = errno;
+    if (descriptor >= 0) ::close(descriptor);
+    if (!is_synced) ThrowWriteError(folder, "put the files on the disk", error);
+  }
 }
 
 void SyncFolder(const fs::path& folder) {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string_view>
 #include <vector>
 
@@ -31,9 +32,9 @@ enum class Durability {
 
 // Puts an open file's data on the disk. False with errno set when that failed.
 bool SyncFile(int descriptor);
-// Puts everything that was written to the folder's file system on the disk: for many small files far cheaper than one after
-// the other. Throws as AtomicFile::Write.
-void SyncFileSystem(const std::filesystem::path& folder);
+// Puts everything that was written to the folders' file systems on the disk, each file system once: for many small files far
+// cheaper than one after the other. Throws as AtomicFile::Write.
+void SyncFileSystems(const std::set<std::filesystem::path>& folders);
 // Puts the names of a folder's files on the disk. Does nothing where a file system knows no such thing.
 void SyncFolder(const std::filesystem::path& folder);
 

@@ -224,7 +224,11 @@ void MapStore::Publish(Ready ready) {
 
 // The new names are put on the disk at the end of the run: a result whose names a power cut takes back is made again.
 void MapStore::PublishBatch(const std::vector<Ready>& batch) {
-  SyncFileSystem(workspace_.StereoFolder());
+  std::set<fs::path> folders = {workspace_.StereoFolder()};  // of the journal
+  for (const Ready& ready : batch) {
+    for (const auto& file : ready.files) folders.insert(file->folder());
+  }
+  SyncFileSystems(folders);
   for (const Ready& ready : batch) {
     for (const auto& file : ready.files) file->Publish();
     RemoveOthers(ready.image, ready.kind, ready.files);
@@ -232,9 +236,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
     cache_.Unpin({ready.image, CostKey(ready.kind)});
   }
   std::lock_guard<std::mutex> lock(mutex_);
-  for (const Ready& ready : batch) {
-    for (const auto& file : ready.files) unsynced_folders_.insert(file->folder());
-  }
+  unsynced_folders_.merge(folders);
 }
 
 void MapStore::Drain() {
