@@ -1,6 +1,7 @@
 #include "colmap_ext/workspace.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -94,12 +95,20 @@ std::string PinholeProblem(const SparseCamera& camera) {
   return "";
 }
 
+// What maps' names have after the image's.
+constexpr std::size_t kLongestSuffix = std::string_view(".photometric.bin").size();
+
 // Image names become file names below images/ and stereo/.
 std::string NameProblem(const std::string& name) {
   const fs::path path(name);
   if (path.is_absolute()) return "is an absolute path";
   if (std::find(path.begin(), path.end(), "..") != path.end()) return "leads out of the workspace";
   if (path.filename().empty()) return "ends in a slash";
+  constexpr std::size_t kMost = NAME_MAX - kLongestSuffix;
+  if (const std::size_t size = path.filename().native().size(); size > kMost) {
+    return "has a file name that is too long: " + std::to_string(size) + " bytes, at most " + std::to_string(kMost) +
+           " leave room for what names of maps add";
+  }
   if (name.find_first_of("\r\n") != std::string::npos) return "holds a line break";
   if (name.find('\0') != std::string::npos) return "holds a NUL byte";
   return "";

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "colmap_ext/pipeline/result_files.h"
 #include "tests/support/error_message.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -164,6 +165,21 @@ TEST_F(WorkspaceTest, RefusesNamesThatLeaveTheWorkspace) {
   model.images[0].name = "..a/b..png";
   WriteModel(model);
   EXPECT_EQ(Workspace(options_).views()[0].name, "..a/b..png");
+}
+
+// Not after the work, when a map's file gets its name.
+TEST_F(WorkspaceTest, RefusesFileNamesThatLeaveNoRoomForThoseOfMaps) {
+  SparseModel model = SmallModel();
+  const std::string longest = "folder/" + std::string(235, 'n') + ".png";
+  model.images[0].name = longest;
+  WriteModel(model);
+  const Workspace workspace(options_);
+  for (const auto kind : {kPhotometric, kMeasured, kGeometric, kShared, kInferred}) {
+    for (const auto& path : ResultPaths(workspace, 0, std::string(kind))) test_support::WriteBytes(path, "x");
+  }
+  model.images[0].name = "folder/" + std::string(236, 'n') + ".png";
+  WriteModel(model);
+  EXPECT_THAT(OpenError(), AllOf(HasSubstr("too long: 240 bytes, at most 239"), HasSubstr("rename it")));
 }
 
 TEST_F(WorkspaceTest, RefusesTwoImagesOfOneNameAndModelsWithoutImages) {
