@@ -176,7 +176,8 @@ void CheckCompactMaps(const Workspace& workspace, ProblemList* errors) {
     for (const std::string_view view : kMapKinds) {
       const std::string kind(view);
       if (!fs::exists(CompactMapPath(workspace, image, kind))) continue;
-      CheckCompactMap(workspace, image, kind, record->Find(workspace.views()[image].name, kind), errors);
+      const auto task = record->Find(workspace.views()[image].name, kind);
+      CheckCompactMap(workspace, image, kind, task ? &*task : nullptr, errors);
     }
   }
 }

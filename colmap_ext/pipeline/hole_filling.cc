@@ -71,13 +71,13 @@ void HoleFilling::FindMeasuredMaps() {
 }
 
 bool HoleFilling::MapsAreOurs(int job, std::string_view kind) const {
-  const TaskRecord* record = runner_.record().Find(NameOf(job), std::string(kind));
-  return record != nullptr && runner_.store().MapsAreOurs(jobs_[job].image, std::string(kind), *record);
+  const auto record = runner_.record().Find(NameOf(job), std::string(kind));
+  return record && runner_.store().MapsAreOurs(jobs_[job].image, std::string(kind), *record);
 }
 
 // Else it is another program's. The mask tells where phimvs.json was lost.
 bool HoleFilling::GeometricMapIsOurs(int job) const {
-  const bool is_recorded = runner_.record().Find(NameOf(job), std::string(kGeometric)) != nullptr;
+  const bool is_recorded = runner_.record().Find(NameOf(job), std::string(kGeometric)).has_value();
   return is_recorded ? MapsAreOurs(job, kGeometric) : fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
 }
 

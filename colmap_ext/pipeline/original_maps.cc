@@ -35,9 +35,9 @@ void GiveSecondName(const Workspace& workspace, int image, std::string_view to) 
 // Its geometric map is a filling, and nobody has replaced it since, of maps that the record does not know.
 bool IsFilledForeign(const Workspace& workspace, const RunRecord& record, int image) {
   const std::string& name = workspace.views()[image].name;
-  const TaskRecord* geometric = record.Find(name, std::string(kGeometric));
-  return geometric != nullptr && geometric->key.starts_with(kFillingKey) &&
-         record.Find(name, std::string(kMeasured)) == nullptr &&
+  const auto geometric = record.Find(name, std::string(kGeometric));
+  return geometric && geometric->key.starts_with(kFillingKey) &&
+         !record.Find(name, std::string(kMeasured)) &&
          IsOneOf(workspace.DepthMapPath(image, kGeometric), geometric->files);
 }
 

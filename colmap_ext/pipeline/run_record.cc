@@ -120,15 +120,16 @@ void RunRecord::BeginShard(ShardProcess process) {
   own_shard_ = std::move(process);
 }
 
-const TaskRecord* RunRecord::Find(const std::string& image, const std::string& kind) const {
+std::optional<TaskRecord> RunRecord::Find(const std::string& image, const std::string& kind) const {
   std::lock_guard<std::mutex> lock(mutex_);
-  const auto it = tasks_.find({image, kind});
-  return it == tasks_.end() ? nullptr : &it->second;
+  const auto found = tasks_.find({image, kind});
+  return found == tasks_.end() ? std::nullopt : std::optional(found->second);
 }
 
 bool RunRecord::Has(const Task& task, const std::string& state, const std::string& key) const {
-  const TaskRecord* record = Find(task.first, task.second);
-  return record != nullptr && record->state == state && record->key == key;
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = tasks_.find(task);
+  return found != tasks_.end() && found->second.state == state && found->second.key == key;
 }
 
 std::vector<std::pair<RunRecord::Task, TaskRecord>> RunRecord::Tasks() const {

@@ -27,8 +27,9 @@ class RunRecord {
   // Reads what is there. A damaged phimvs.json throws phi::InputError that says how to go on.
   explicit RunRecord(const std::filesystem::path& stereo_folder);
 
-  // Null when this workspace's record does not know the result: then a file that is there is not ours.
-  const TaskRecord* Find(const std::string& image, const std::string& kind) const;
+  // Empty when this workspace's record does not know the result: then a file that is there is not ours. A copy: writers may
+  // finish the task meanwhile.
+  std::optional<TaskRecord> Find(const std::string& image, const std::string& kind) const;
   // Whether the result is recorded in this state, "done" or "failed", for the inputs that the key stands for.
   bool Has(const Task& task, const std::string& state, const std::string& key) const;
   std::vector<std::pair<Task, TaskRecord>> Tasks() const;

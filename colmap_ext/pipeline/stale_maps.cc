@@ -41,8 +41,8 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
         std::filesystem::exists(compact) ? compact : workspace.DepthMapPath(static_cast<int>(i), kind);
     if (!std::filesystem::exists(path)) continue;
     ++num_maps;
-    const TaskRecord* task = record.Find(name, std::string(kind));
-    if (task == nullptr || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
+    const auto task = record.Find(name, std::string(kind));
+    if (!task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
       foreign.Add(name);
     } else if (task->state != "done") {
       unfinished.Add(name);

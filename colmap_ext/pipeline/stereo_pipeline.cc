@@ -255,8 +255,9 @@ void StereoPipeline::CheckFiles() {
 }
 
 FoundFiles StereoPipeline::Inspect(int stage, int job) const {
+  const auto record = runner_.record().Find(NameOf(job), stages_[stage].result);
   return runner_.store().Inspect(jobs_[job].image, stages_[stage].result, WritesCost(stage), stages_[stage].has_mask,
-                                 runner_.record().Find(NameOf(job), stages_[stage].result));
+                                 record ? &*record : nullptr);
 }
 
 void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) const {
@@ -298,8 +299,8 @@ void StereoPipeline::ConvertMaps() {
       if (!stages_[s].is_output || !stages_[s].is_rounded) continue;
       if (store.IsCompact(image, kind) == store.WritesCompactly(kind)) continue;
       const RunRecord::Task task{NameOf(job), kind};
-      const TaskRecord* record = runner_.record().Find(task.first, task.second);
-      if (record == nullptr || record->state != "done" || !Inspect(s, job).whole) continue;
+      const auto record = runner_.record().Find(task.first, task.second);
+      if (!record || record->state != "done" || !Inspect(s, job).whole) continue;
       StageResult result{.map = store.Map(image, kind)};
       if (WritesCost(s)) result.cost = store.Cost(image, kind);
       store.Write(image, kind, result, [this, task, both = *record](const std::vector<FileIdentity>& files) mutable {

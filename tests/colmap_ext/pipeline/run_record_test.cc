@@ -49,21 +49,31 @@ class RunRecordTest : public ::testing::Test {
 TEST_F(RunRecordTest, RemembersAcrossProcesses) {
   {
     RunRecord record(folder_.path());
-    EXPECT_EQ(record.Find("a", "photometric"), nullptr);
+    EXPECT_FALSE(record.Find("a", "photometric"));
     record.SetOptions({{"log_level", "2"}}, "hash");
     record.Begin({{"sub/ä.png", "photometric"}, {"b", "photometric"}}, {"k1", "k2"});
     record.Finish({"sub/ä.png", "photometric"}, Done("k1"));
   }
   RunRecord record(folder_.path());
-  const TaskRecord* done = record.Find("sub/ä.png", "photometric");
-  ASSERT_NE(done, nullptr);
+  const auto done = record.Find("sub/ä.png", "photometric");
+  ASSERT_TRUE(done);
   EXPECT_EQ(done->state, "done");
   EXPECT_EQ(done->key, "k1");
   EXPECT_DOUBLE_EQ(done->seconds, 1.5);
   EXPECT_EQ(done->peak_memory_bytes, 1000);
   EXPECT_EQ(done->warnings, std::vector<std::string>{"a warning"});
-  ASSERT_NE(record.Find("b", "photometric"), nullptr);
+  ASSERT_TRUE(record.Find("b", "photometric"));
   EXPECT_EQ(record.Find("b", "photometric")->state, "pending");
+}
+
+// Writers finish tasks while others look at what was known of them.
+TEST_F(RunRecordTest, WhatWasFoundStaysAsItWasFound) {
+  RunRecord record(folder_.path());
+  record.Begin({{"a", "photometric"}}, {"k1"});
+  const auto found = record.Find("a", "photometric");
+  record.Finish({"a", "photometric"}, Done("k1"));
+  EXPECT_EQ(found->state, "pending");
+  EXPECT_EQ(record.Find("a", "photometric")->state, "done");
 }
 
 // The result of the next line gets its files' names, and must be found again.
@@ -174,8 +184,8 @@ TEST_F(RunRecordTest, JournalLinesOfAnotherShapeAreIgnored) {
       "{\"image\": \"a\", \"kind\": \"measured\", \"sta{\"image\": \"b\"}\n"
       "{\"image\": \"c\", \"kind\": \"measured\", \"state\": \"done\", \"key\": \"k\"}\n");
   RunRecord record(folder_.path());
-  EXPECT_EQ(record.Find("a", "measured"), nullptr);
-  ASSERT_NE(record.Find("c", "measured"), nullptr);
+  EXPECT_FALSE(record.Find("a", "measured"));
+  ASSERT_TRUE(record.Find("c", "measured"));
   EXPECT_EQ(record.Find("c", "measured")->state, "done");
 }
 
@@ -189,13 +199,13 @@ TEST_F(RunRecordTest, NamesNeedNotBeUtf8) {
   }
   RunRecord replayed(folder_.path());
   for (const std::string& name : names) {
-    ASSERT_NE(replayed.Find(name, "measured"), nullptr) << name;
+    ASSERT_TRUE(replayed.Find(name, "measured")) << name;
     replayed.Finish({name, "measured"}, Done("key " + std::to_string(&name - names.data())));
   }
   replayed.Compact();
   const RunRecord compacted(folder_.path());
   for (const std::string& name : names) {
-    ASSERT_NE(compacted.Find(name, "measured"), nullptr) << name;
+    ASSERT_TRUE(compacted.Find(name, "measured")) << name;
     EXPECT_EQ(compacted.Find(name, "measured")->key, "key " + std::to_string(&name - names.data()));
   }
   EXPECT_EQ(nlohmann::json::parse(test_support::ReadBytes(Json()))["images"].size(), names.size());
