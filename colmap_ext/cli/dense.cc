@@ -7,6 +7,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/pipeline/map_removal.h"
 #include "colmap_ext/report/report.h"
 #include "phi/base/error.h"
@@ -92,7 +93,12 @@ int RunDense(int argc, char** argv) {
   if (output.path.empty()) output.path = workspace / "fused.ply";
   output.Resolve();
   if (!output.IsFile()) throw phi::UsageError("--output_type: dense writes PLY and LAS; stereo_fusion writes the others");
-  if (output.type == CloudType::kPly && output.tile_size == 0) report.cloud = output.path;  // the report reads no other
+  report.cloud = output.path;
+  if (output.tile_size > 0) {
+    report.cloud_not_shown = TileListPath(output.path);
+  } else if (output.type != CloudType::kPly) {
+    report.cloud_not_shown = output.path;
+  }
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
 
   // Tried before long work; not where there is no workspace, whose folder that would make.

@@ -111,6 +111,11 @@ function showPoint(view, point) {
 
 function showCloud() {
   const cloud = report.cloud;
+  if (report.cloud_not_shown) {
+    byId('cloud').hidden = false;
+    byId('cloud-controls').hidden = true;
+    byId('cloud-caption').textContent = `The points are in ${report.cloud_not_shown}. A report shows those of one PLY only.`;
+  }
   if (!cloud || !cloud.num_shown) return null;
   byId('cloud').hidden = false;
   const few = cloud.num_shown < cloud.num_points ? `${cloud.num_shown.toLocaleString('en')} of ` : '';

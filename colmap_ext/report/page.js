@@ -4,7 +4,8 @@ function showSummary() {
     `${report.workspace} · written ${report.written} by phimvs ${report.program}`;
   const stages = Object.values(report.stages || {});
   const tiles = [[report.images.length, 'images']];
-  if (report.cloud) tiles.push([report.cloud.num_points.toLocaleString('en'), 'points in the cloud']);
+  const points = report.cloud ? report.cloud.num_points : report.cloud_not_shown && report.fusion ? report.fusion.points : -1;
+  if (points >= 0) tiles.push([points.toLocaleString('en'), 'points in the cloud']);
   const measured = known(report.images.map(measuredOf));
   const geometric = known(report.images.map((i) => i.geometric));
   if (measured.length) tiles.push([percent(mean(measured)), 'of pixels measured']);

@@ -159,9 +159,7 @@ Json CamerasJson(const Workspace& workspace, const std::array<double, 3>& offset
   return cameras;
 }
 
-void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& report) {
-  const auto path = options.cloud.empty() ? options.workspace / "fused.ply" : options.cloud;
-  if (options.cloud.empty() && !std::filesystem::exists(path)) return;
+void AddPoints(const ReportOptions& options, const Workspace& workspace, const std::filesystem::path& path, Json& report) {
   CloudSample sample = SampleCloud(path, options.max_points);
   if (!options.truth_depth_maps.empty()) {
     CompareWithTruth(workspace, FindTruthMaps(options.truth_depth_maps), options.values_per_unit, &sample);
@@ -181,6 +179,17 @@ void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& re
                      {"view_counts", cloud.view_counts},
                      {"views", cloud.views},
                      {"cameras", CamerasJson(workspace, sample.offset)}};
+}
+
+// The cloud of another run must not stand for one that cannot be shown.
+void AddCloud(const ReportOptions& options, const Workspace& workspace, Json& report) {
+  const auto path = options.cloud.empty() ? options.workspace / "fused.ply" : options.cloud;
+  if (options.cloud.empty() && !std::filesystem::exists(path)) return;
+  if (options.cloud_not_shown.empty()) {
+    AddPoints(options, workspace, path, report);
+  } else {
+    report["cloud_not_shown"] = options.cloud_not_shown.string();
+  }
   const std::filesystem::path fusion = path.string() + ".json";
   if (std::filesystem::exists(fusion)) report["fusion"] = ReadJson(fusion);
 }

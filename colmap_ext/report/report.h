@@ -13,6 +13,8 @@ struct ReportOptions {
   std::filesystem::path workspace;  // --workspace_path
   std::filesystem::path output;     // --output_path
   std::filesystem::path cloud;      // --cloud_path; empty: fused.ply of the workspace where it exists
+  // What holds the points where that is not one PLY: the page names it, and tells of `cloud` only its fusion. Empty: they are shown.
+  std::filesystem::path cloud_not_shown = {};
   std::vector<std::filesystem::path> evaluations;  // --evaluation_path: files that `phimvs evaluate` wrote
   std::filesystem::path truth_depth_maps;          // --truth_depth_maps; empty: none
   double values_per_unit = 1000;                   // --truth_depth_scale, of 16-bit PNG truth

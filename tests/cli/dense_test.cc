@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
@@ -46,6 +48,34 @@ TEST_F(DenseCommand, GoesFromWorkspaceToCloudAndReport) {
   EXPECT_THAT(record, HasSubstr("\"PhiStereo.quality\": \"fast\"")) << "the option reached the stereo step";
   EXPECT_THAT(record, HasSubstr("\"default_random_seed\": \"3\""));
   EXPECT_THAT(test_support::ReadBytes(folder_ / "room/dense/report.html"), HasSubstr("\"num_shown\""));
+}
+
+// An earlier run left fused.ply of one point; LAS and tiles are no PLY that a page could show.
+TEST_F(DenseCommand, TheReportIsOfThisRunsCloudAlone) {
+  const std::filesystem::path dense = folder_ / "room/dense", page = dense / "report.html";
+  test_support::WriteBytes(dense / "fused.ply",
+                           "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                           "end_header\n0 0 2\n");
+  test_support::WriteBytes(dense / "fused.ply.json", R"({"points": 1, "images": 9, "seconds": 1, "pixels": {}})");
+  struct Case {
+    std::vector<std::string> options;
+    std::filesystem::path fusion, named;
+  };
+  const std::filesystem::path las = folder_ / "c.las", tiles = folder_ / "c.ply";
+  for (const Case& c : {Case{{"--output_path", las}, "c.las.json", "c.las"},
+                        Case{{"--output_path", tiles, "--tile_size", "2"}, "c.ply.json", "c.tiles.json"}}) {
+    std::vector<std::string> options = {"--PhiStereo.quality", "fast"};
+    options.insert(options.end(), c.options.begin(), c.options.end());
+    const ProgramResult result = Dense(options);
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const std::string html = test_support::ReadBytes(page), mark = "<script id=\"data\" type=\"application/json\">";
+    const std::size_t begin = html.find(mark) + mark.size();
+    const auto data = nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+    EXPECT_FALSE(data.contains("cloud")) << data["cloud"]["file"];
+    EXPECT_EQ(data.value("cloud_not_shown", ""), (folder_ / c.named).string());
+    EXPECT_EQ(data["fusion"], nlohmann::json::parse(test_support::ReadBytes(folder_ / c.fusion)));
+    EXPECT_GT(data["fusion"]["points"], 1000);
+  }
 }
 
 TEST_F(DenseCommand, TheCloudIsTheOneOfTheMapsInFiles) {
