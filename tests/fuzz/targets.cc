@@ -293,7 +293,7 @@ void RunRecordFiles(Bytes bytes) {
     record.SetOptions({}, "hash");
     record.Compact();
     RunRecord again(Folder() / "record");  // what it wrote it can read
-    if (again.Find("a", "measured") == nullptr) std::abort();
+    if (!again.Find("a", "measured")) std::abort();
   });
 }
 
