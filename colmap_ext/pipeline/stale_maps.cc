@@ -24,7 +24,6 @@ struct Images {
 }  // namespace
 
 std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind) {
-  if (!std::filesystem::exists(workspace.StereoFolder() / "phimvs.json")) return {};
   std::optional<RunRecord> known;
   try {
     known.emplace(workspace.StereoFolder());
@@ -32,6 +31,7 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
     return {std::string("whether one run made all the maps is not known: ") + error.what()};
   }
   const RunRecord& record = *known;
+  if (record.Tasks().empty()) return {};
   Images foreign, unfinished, older;
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {

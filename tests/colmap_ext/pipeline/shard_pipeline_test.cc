@@ -13,6 +13,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/run_status.h"
+#include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "phi/base/error.h"
 #include "tests/support/error_message.h"
@@ -216,6 +217,21 @@ TEST_F(ShardPipelineTest, WithoutAnyPhotoAShardEndsWithAnErrorAndIsNotAtWork) {
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
   EXPECT_TRUE(status.open_shards.empty());
   EXPECT_EQ(status.failures.size(), 3u);
+}
+
+TEST_F(ShardPipelineTest, MapsOfEarlierOptionsAreNamedWhereOnlyShardsHaveRun) {
+  for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
+    for (const int shard : {0, 1}) RunShard(shard, 2, stage);
+  }
+  const auto described = [&] { return DescribeStaleMaps(Workspace({.path = folder_.path()}), kGeometric); };
+  EXPECT_THAT(described(), ::testing::IsEmpty());
+  options_.geom_consistency = false;
+  for (const char* stage : {"raw", "shared", "photometric"}) {
+    for (const int shard : {0, 1}) RunShard(shard, 2, stage);
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "stereo/phimvs.json"));
+  EXPECT_THAT(described(), ::testing::ElementsAre(HasSubstr("6 of 6 geometric maps, " + names_[0] +
+                                                            " the first, were made with other options")));
 }
 
 TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {
