@@ -24,6 +24,7 @@ namespace colmap_ext {
 inline constexpr std::string_view kPhotometric = "photometric";
 inline constexpr std::string_view kMeasured = "measured";
 inline constexpr std::string_view kGeometric = "geometric";
+inline constexpr std::string_view kRaw = "raw";  // between stages only: estimates whose name the filtered maps take
 inline constexpr std::string_view kShared =
     "shared";  // between stages only: estimates with hypotheses of other images, before the first filter
 inline constexpr std::string_view kInferred =

@@ -266,7 +266,7 @@ std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs
 }
 
 std::string EstimateKind(const PipelineOptions& options) {
-  return RawMapsAreOutput(options) ? std::string(kPhotometric) : "raw";
+  return RawMapsAreOutput(options) ? std::string(kPhotometric) : std::string(kRaw);
 }
 
 std::vector<Stage> BuildStages(const PipelineOptions& options) {

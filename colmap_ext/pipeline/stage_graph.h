@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "colmap_ext/pipeline/pipeline_options.h"
+#include "colmap_ext/workspace.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
@@ -40,6 +41,9 @@ struct Stage {
 // The begin of the keys of what hole_filler makes. patch_match_stereo gives no such key and so makes its own geometric
 // maps again when it runs next.
 inline constexpr std::string_view kFillingKey = "hole_filler ";
+
+// What belongs into no finished workspace, whatever the options.
+inline constexpr std::string_view kIntermediateKinds[] = {kRaw, kShared, kInferred};
 
 // What a stage does, for the progress line: "estimating".
 std::string ActivityName(StageKind kind);

@@ -325,12 +325,16 @@ void StereoPipeline::ConfirmKeptMaps() {
   }
 }
 
+// Also those that a killed run with other options left. The record knows all estimates that are ours; maps of the other kinds
+// get files without a record where memory has no place for them.
 void StereoPipeline::RemoveIntermediateFiles() {
-  for (const Stage& stage : stages_) {
-    if (stage.is_output) continue;
+  for (const std::string_view view : kIntermediateKinds) {
+    const std::string kind(view);
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
-      runner_.store().RemoveFiles(jobs_[j].image, stage.result);
-      runner_.record().Forget({NameOf(static_cast<int>(j)), stage.result});
+      const RunRecord::Task task{NameOf(static_cast<int>(j)), kind};
+      if (kind == kRaw && runner_.record().Find(task.first, kind) == nullptr) continue;
+      runner_.store().RemoveFiles(jobs_[j].image, kind);
+      runner_.record().Forget(task);
     }
   }
 }

@@ -38,6 +38,20 @@ TEST(StageGraphTest, AnotherRevisionOfAStageChangesItsKeysAndThoseAfterIt) {
   }
 }
 
+TEST(StageGraphTest, NoResultIsIntermediateWithSomeOptionsAndOutputWithOthers) {
+  PipelineOptions options;
+  for (int choice = 0; choice < 8; ++choice) {
+    options.geom_consistency = (choice & 1) != 0;
+    options.filter_maps = (choice & 2) != 0;
+    options.inference.mode = (choice & 4) != 0 ? phi::InferenceMode::kOff : phi::InferenceMode::kMrf;
+    for (const Stage& stage : BuildStages(options)) {
+      const bool is_listed =
+          std::find(std::begin(kIntermediateKinds), std::end(kIntermediateKinds), stage.result) != std::end(kIntermediateKinds);
+      EXPECT_EQ(is_listed, !stage.is_output) << stage.result;
+    }
+  }
+}
+
 // Ten images in a row, each with the one before and the one after as its sources.
 std::vector<ImageJob> Row() {
   std::vector<ImageJob> jobs(10);

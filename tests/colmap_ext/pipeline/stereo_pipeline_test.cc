@@ -662,6 +662,25 @@ TEST_F(StereoPipelineTest, WithoutGeometricConsistencyThePhotometricMapsAreFilte
   EXPECT_EQ(calls_.estimates + calls_.filters, 0);
 }
 
+// A user's own file of such a name is in no record.
+TEST_F(StereoPipelineTest, EstimatesOfAKilledRunGoAlsoAfterAChangeOfOptions) {
+  options_.geom_consistency = false;
+  calls_.on_call = [](const std::string& stage, const std::string&) {
+    if (stage == "filter") throw std::runtime_error("killed");
+  };
+  EXPECT_THROW(Run(), std::runtime_error);
+  calls_.on_call = nullptr;
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(1, "raw")));
+  options_.geom_consistency = true;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+  const auto record = nlohmann::json::parse(test_support::ReadBytes(folder_ / "stereo/phimvs.json"));
+  for (const std::string& name : names_) EXPECT_FALSE(record["images"][name].contains("raw")) << name;
+  test_support::WriteBytes(DepthPath(1, "raw"), "foreign");
+  Run();
+  EXPECT_EQ(test_support::ReadBytes(DepthPath(1, "raw")), "foreign");
+}
+
 TEST_F(StereoPipelineTest, WithoutAnyFilterThePhotometricMapsAreTheEstimate) {
   options_.geom_consistency = false;
   options_.filter_maps = false;
