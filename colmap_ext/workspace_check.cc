@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <system_error>
 
 #include "colmap_ext/atomic_file.h"
@@ -18,6 +19,7 @@
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/run_status.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -201,12 +203,35 @@ void WarnOfLeftovers(const Workspace& workspace, ProblemList* warnings) {
   }
 }
 
-// Whether the maps still to be written fit on the disk.
+bool HasMap(const Workspace& workspace, int image, std::string_view kind) {
+  return fs::exists(workspace.DepthMapPath(image, kind)) || fs::exists(CompactMapPath(workspace, image, kind));
+}
+
+// Of the kinds that the last run made; of all where none is known.
+bool HasMapsToMake(const Workspace& workspace, const std::vector<PatchMatchProblem>& problems) {
+  ProblemList unreadable;  // told with the maps
+  std::optional<RunRecord> record;
+  Try(&unreadable, [&] { record.emplace(workspace.StereoFolder()); });
+  if (!record) return true;
+  std::set<std::string> kinds;
+  for (const StageStatus& stage : FindStatus(*record).stages) kinds.insert(stage.name);
+  for (const PatchMatchProblem& problem : problems) {
+    for (const std::string_view view : kMapKinds) {
+      const std::string kind(view);
+      if (!kinds.empty() && !kinds.contains(kind)) continue;
+      const TaskRecord* task = record->Find(workspace.views()[problem.reference].name, kind);
+      if (!HasMap(workspace, problem.reference, kind) || (task != nullptr && task->state != "done")) return true;
+    }
+  }
+  return false;
+}
+
+// Whether the maps still to be written can be, and fit on the disk.
 void CheckDisk(const Workspace& workspace, const std::vector<PatchMatchProblem>& problems,
                WorkspaceReport* report) {
   const fs::path stereo = workspace.StereoFolder();
   const fs::path folder = fs::exists(stereo) ? stereo : workspace.path();
-  if (::access(folder.c_str(), W_OK | X_OK) != 0) {
+  if (::access(folder.c_str(), W_OK | X_OK) != 0 && HasMapsToMake(workspace, problems)) {
     report->errors.push_back(folder.string() +
                              ": maps cannot be written into this folder; change its permissions");
   }
@@ -214,9 +239,7 @@ void CheckDisk(const Workspace& workspace, const std::vector<PatchMatchProblem>&
   for (const PatchMatchProblem& problem : problems) {
     const phi::Pinhole& pinhole = workspace.views()[problem.reference].camera.pinhole;
     for (const std::string_view kind : kMapKinds) {
-      if (fs::exists(workspace.DepthMapPath(problem.reference, kind)) ||
-          fs::exists(CompactMapPath(workspace, problem.reference, kind)))
-        continue;
+      if (HasMap(workspace, problem.reference, kind)) continue;
       needed += kMapBytesPerPixel * pinhole.width * pinhole.height;
     }
   }

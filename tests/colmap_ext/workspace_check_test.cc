@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
@@ -146,6 +147,42 @@ TEST_F(WorkspaceCheckTest, NamesMapsThatACompactOneHides) {
       ElementsAre(AllOf(HasSubstr(depth.string()), HasSubstr(compact.string()), HasSubstr("in its place"))));
   WriteRecord(stereo, {"a.png", "photometric"}, {compact, depth, normal});  // of a conversion that was killed
   EXPECT_THAT(CheckWorkspace(options_).errors, IsEmpty());
+}
+
+// Here for access(), which asks for the real user.
+class OtherUser {
+ public:
+  OtherUser() { EXPECT_TRUE(::geteuid() != 0 || ::setreuid(65534, 0) == 0); }
+  ~OtherUser() { EXPECT_TRUE(::geteuid() != 0 || ::setreuid(0, 0) == 0); }
+};
+
+TEST_F(WorkspaceCheckTest, AFolderThatCannotBeWrittenIsAnErrorWhileMapsAreToBeMade) {
+  const fs::path stereo = folder_ / "stereo";
+  const auto errors = [&] {
+    fs::permissions(stereo, fs::perms::owner_read | fs::perms::owner_exec);
+    ProblemList found;
+    {
+      const OtherUser user;
+      found = CheckWorkspace(options_).errors;
+    }
+    fs::permissions(stereo, fs::perms::owner_all);
+    return found;
+  };
+  const auto cannot_be_written = ElementsAre(HasSubstr("maps cannot be written into this folder"));
+  EXPECT_THAT(errors(), cannot_be_written);
+  // Of a run without geometric consistency, which makes one kind.
+  const std::vector<std::string> names = {"a.png", "sub folder/b \xC3\xA9.png", "c.png"};
+  fs::create_directories(stereo / "depth_maps/sub folder");
+  fs::create_directories(stereo / "normal_maps/sub folder");
+  for (const std::string& name : names) {
+    EXPECT_THAT(errors(), cannot_be_written) << name;
+    const std::string map = name + ".photometric.bin";
+    WriteMaps(map, name == "c.png" ? 20 : 32, name == "c.png" ? 10 : 24);
+    WriteRecord(stereo, {name, "photometric"}, {Map("depth_maps", map), Map("normal_maps", map)});
+  }
+  EXPECT_THAT(errors(), IsEmpty());
+  RunRecord(stereo).Begin({{"a.png", "photometric"}}, {"other options"});
+  EXPECT_THAT(errors(), cannot_be_written) << "a run was killed";
 }
 
 TEST_F(WorkspaceCheckTest, ADamagedRecordIsOneError) {
