@@ -206,7 +206,6 @@ void RunRecord::Compact() {
     if (record.state == "done") record.earlier.clear();
   }
   CompactLocked();
-  SyncFolder(path_.parent_path());
 }
 
 void RunRecord::EndShard() {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/pipeline/run_record.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/run_pipeline.h"
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 
 std::mutex g_mutex;  // guards what follows
 bool g_watching = false;
-std::set<fs::path> g_synced;           // by fsync
+std::multiset<fs::path> g_synced;        // by fsync
 std::map<dev_t, timespec> g_last_syncs;  // of whole file systems
 std::vector<std::string> g_too_early;  // final names of files that were not on the disk
 int g_num_renamed = 0;
@@ -121,6 +122,18 @@ TEST(PowerCut, WhatGetsAFinalNameOnAnotherDiskIsOnThatDisk) {
   RunWatched(folder.path());
   EXPECT_GE(g_num_renamed, kNumFiles);
   EXPECT_THAT(g_too_early, testing::IsEmpty());
+}
+
+// A sync takes as long as several maps on a slow disk.
+TEST(PowerCut, TheRecordsFolderIsSyncedOnce) {
+  const test_support::TemporaryFolder folder;
+  RunRecord record(folder.path());
+  record.SetOptions({}, "hash");
+  g_synced.clear();
+  g_watching = true;
+  record.Compact();
+  g_watching = false;
+  EXPECT_EQ(g_synced.count(fs::canonical(folder.path())), 1u);
 }
 
 }  // namespace
