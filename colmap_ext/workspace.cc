@@ -1,5 +1,9 @@
 #include "colmap_ext/workspace.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -252,6 +256,13 @@ void Workspace::MakeViews(const std::string& origin, int max_image_size, Problem
     view.camera.pose.translation = image.translation;
     views_.push_back(std::move(view));
   }
+}
+
+void Workspace::DropObservations() {
+  for (SparseImage& image : model_.images) std::vector<Observation>().swap(image.observations);
+#ifdef __GLIBC__
+  ::malloc_trim(0);  // what lies between pieces in use would stay with this thread's heap, which workers do not take from
+#endif
 }
 
 std::int64_t Workspace::LargestImage() const {

@@ -67,6 +67,8 @@ class Workspace {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path StereoFolder() const { return path_ / "stereo"; }
   const SparseModel& model() const { return model_; }
+  // Gives up the memory of the model's observations, of which COLMAP keeps those of no point too: for who needs them no more.
+  void DropObservations();
   // Parallel to model().images: names, ids and cameras at the working resolution.
   const std::vector<phi::SceneView>& views() const { return views_; }
   int FindImage(std::string_view name) const;  // index, or -1

@@ -39,9 +39,10 @@ int RunHoleFiller(int argc, char** argv) {
   if (!parser.Parse(argc, argv)) return 0;
   options.Finish(parser);
 
-  const Workspace workspace(options.workspace);
+  Workspace workspace(options.workspace);
   std::vector<ImageJob> jobs = MakeImageJobs(workspace, MakeSparseScene(workspace.model()),
                                              options.config_path, options.pipeline.view_selection);
+  workspace.DropObservations();
   const WorkspaceLock lock(workspace.StereoFolder());
   RemoveTemporaryFiles(workspace.StereoFolder());
   if (!restore) return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));

@@ -28,6 +28,7 @@ struct StereoInput {
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
+    workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));

@@ -58,7 +58,8 @@ void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& pat
 int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed) {
   const auto begin = std::chrono::steady_clock::now();
   options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
-  const Workspace workspace(options.workspace);
+  Workspace workspace(options.workspace);
+  if (output.IsFile()) workspace.DropObservations();  // a sparse model has them again
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }
@@ -87,7 +88,8 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   const std::filesystem::path parts = PartsFolder(output.path);
   KeepLeftOvers();
   options.fusion.scratch_folder = parts;
-  const Workspace workspace(options.workspace);
+  Workspace workspace(options.workspace);
+  workspace.DropObservations();
   std::filesystem::create_directories(parts);
   const ShardFusionReport report = FuseShard(workspace, options.fusion, parts, shard);
   phi::LogInfo("shard " + shard.Name() + ": " + std::to_string(report.num_made) + " of " +

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/sparse_model.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/run_program.h"
@@ -134,6 +135,23 @@ TEST_F(StereoFusionCommand, DelaunayMesherTakesTheCloudAndItsVisibility) {
   }
   EXPECT_EQ(delaunay.exit_code, 0) << delaunay.output << delaunay.errors;
   EXPECT_GT(fs::file_size(folder_ / "delaunay.ply"), 1000u);
+}
+
+// Of no point, since the points are others.
+TEST_F(StereoFusionCommand, SparseModelsHoldTheObservations) {
+  const SparseModel before = ReadSparseModel(folder_ / "sparse");
+  for (const std::string type : {"BIN", "TXT"}) {
+    ASSERT_EQ(Fuse({"--output_type", type}, type).exit_code, 0);
+    const SparseModel after = ReadSparseModel(folder_ / type);
+    ASSERT_EQ(after.images.size(), before.images.size());
+    for (std::size_t i = 0; i < before.images.size(); ++i) {
+      const auto &expected = before.images[i].observations, &found = after.images[i].observations;
+      ASSERT_GT(expected.size(), 0u);
+      ASSERT_EQ(found.size(), expected.size());
+      EXPECT_DOUBLE_EQ(found.back().x, expected.back().x);
+      EXPECT_EQ(found.back().point3D_id, kInvalidPoint3D);
+    }
+  }
 }
 
 TEST_F(StereoFusionCommand, ColmapReadsTheSparseModels) {

@@ -59,6 +59,17 @@ TEST_F(WorkspaceTest, ViewsHaveTheModelsCameras) {
   EXPECT_EQ(simple.cy, 5);
 }
 
+TEST_F(WorkspaceTest, DropsObservationsAndNothingElse) {
+  Workspace workspace(options_);
+  workspace.DropObservations();
+  const SparseModel model = SmallModel();
+  ASSERT_EQ(workspace.model().images.size(), model.images.size());
+  for (const SparseImage& image : workspace.model().images) EXPECT_EQ(image.observations.capacity(), 0u);
+  ASSERT_EQ(workspace.model().points.size(), model.points.size());
+  EXPECT_EQ(workspace.model().points[0].track.size(), model.points[0].track.size());
+  EXPECT_EQ(workspace.model().cameras.size(), model.cameras.size());
+}
+
 TEST_F(WorkspaceTest, PathsFollowColmapsLayout) {
   const Workspace workspace(options_);
   const std::filesystem::path root = folder_.path();
