@@ -219,8 +219,8 @@ bool HasMapsToMake(const Workspace& workspace, const std::vector<PatchMatchProbl
     for (const std::string_view view : kMapKinds) {
       const std::string kind(view);
       if (!kinds.empty() && !kinds.contains(kind)) continue;
-      const TaskRecord* task = record->Find(workspace.views()[problem.reference].name, kind);
-      if (!HasMap(workspace, problem.reference, kind) || (task != nullptr && task->state != "done")) return true;
+      const auto task = record->Find(workspace.views()[problem.reference].name, kind);
+      if (!HasMap(workspace, problem.reference, kind) || (task && task->state != "done")) return true;
     }
   }
   return false;

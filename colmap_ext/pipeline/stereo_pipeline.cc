@@ -332,7 +332,7 @@ void StereoPipeline::RemoveIntermediateFiles() {
     const std::string kind(view);
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
       const RunRecord::Task task{NameOf(static_cast<int>(j)), kind};
-      if (kind == kRaw && runner_.record().Find(task.first, kind) == nullptr) continue;
+      if (kind == kRaw && !runner_.record().Find(task.first, kind)) continue;
       runner_.store().RemoveFiles(jobs_[j].image, kind);
       runner_.record().Forget(task);
     }
