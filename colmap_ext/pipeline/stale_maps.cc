@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -31,8 +32,13 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
     return {std::string("whether one run made all the maps is not known: ") + error.what()};
   }
   const RunRecord& record = *known;
-  if (record.Tasks().empty()) return {};
-  Images foreign, unfinished, older;
+  const auto tasks = record.Tasks();
+  if (tasks.empty()) return {};
+  std::set<std::string> failed_images;  // whose later stages wait
+  for (const auto& [task, known_of_it] : tasks) {
+    if (known_of_it.state == "failed") failed_images.insert(task.first);
+  }
+  Images foreign, failed, unfinished, older;
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {
     const std::string& name = workspace.views()[i].name;
@@ -45,7 +51,7 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
     if (!task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
       foreign.Add(name);
     } else if (task->state != "done") {
-      unfinished.Add(name);
+      (failed_images.contains(name) ? failed : unfinished).Add(name);
     } else if (!task->options_hash.empty() && task->options_hash != record.options_hash()) {
       older.Add(name);
     }
@@ -57,6 +63,7 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
                         std::string(kind) + " maps, " + images.first + " the first, " + what);
   };
   tell(foreign, "were not made by phimvs, the others were");
+  tell(failed, "are of an earlier run, since their images failed in the last one; `phimvs status` says why");
   tell(unfinished, "were to be made again by a run that stopped; run patch_match_stereo again");
   tell(older,
        "were made with other options than those of the last run, which left them as they were; run "

@@ -315,6 +315,17 @@ TEST(StaleMaps, AreNamedBeforeTheyAreFused) {
   }
 }
 
+TEST(StaleMaps, OfAFailedImageSayThatItFailed) {
+  const ForeignWorkspace workspace;
+  ASSERT_EQ(workspace.Stereo({"--overwrite", "true"}).exit_code, 0);
+  test_support::WriteBytes(workspace.path() / "images/view1.png", "no photo");
+  ASSERT_EQ(workspace.Stereo({}).exit_code, 4);
+  const ProgramResult fused = RunProgram({PHIMVS_BINARY, "stereo_fusion", "--workspace_path", workspace.path(), "--output_path",
+                                          workspace.path() / "fused.ply"});
+  EXPECT_THAT(fused.errors, HasSubstr("geometric maps, view1.png the first, are of an earlier run, since their images failed in the last one"));
+  EXPECT_THAT(fused.errors, Not(HasSubstr("a run that stopped")));
+}
+
 // What was inferred once must never come back as measured.
 TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
   const ForeignWorkspace workspace;
