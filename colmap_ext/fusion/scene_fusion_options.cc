@@ -26,7 +26,7 @@ phi::OptionList SceneFusionOptions::List() {
   list.Append(rule.List());
   list.Add("StereoFusion.check_num_images", &max_neighbors, "Images that each image is compared with; -1 = all")
       .ColmapDefault("50");
-  list.Add("PhiFusion.max_memory_gb", &max_memory_gb, "Memory for maps; 0: half of the computer's")
+  list.Add("PhiFusion.max_memory_gb", &max_memory_gb, "Memory for maps; 0: half of what the process may use")
       .Unit("GB")
       .AtLeast(0)
       .NotInKey(kSameCloud);

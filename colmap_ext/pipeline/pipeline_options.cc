@@ -46,7 +46,7 @@ phi::OptionList PipelineOptions::RunList() {
            "false = in COLMAP's form, those of earlier runs too")
       .NotInKey("the values are the same");
   list.Add("PatchMatchStereo.cache_size", &cache_gigabytes,
-           "Memory for images and maps between the stages; -1 = half of the machine's, at most 32")
+           "Memory for images and maps between the stages; -1 = half of what the process may use, at most 32")
       .Unit("GB")
       .ColmapDefault("32")
       .NotInKey(kSameMaps);
