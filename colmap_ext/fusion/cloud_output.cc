@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "colmap_ext/format_text.h"
+#include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -139,8 +140,9 @@ std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const C
   }
   const CloudCoordinates coordinates = ChooseCoordinates(workspace);
   if (const auto& offset = coordinates.offset; output.type == CloudType::kPly && offset != std::array<double, 3>{0, 0, 0}) {
-    phi::LogInfo(output.path.string() + FormatText(": positions are from the offset %.17g %.17g %.17g, which the header names",
-                                                   offset[0], offset[1], offset[2]));
+    const std::filesystem::path written = output.tile_size > 0 ? TileListPath(output.path) : output.path;
+    phi::LogInfo(written.string() + FormatText(": positions are from the offset %.17g %.17g %.17g, which headers name", offset[0],
+                                               offset[1], offset[2]));
   }
   if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path);
   return MakeTiledCloudWriter(
