@@ -3,7 +3,7 @@
 // it is matched as the pixel's own plane is, and taken where it clearly matches better.
 //
 // In turn for each source: each of its pixels falls on one of the reference, where the nearest stays; then each pixel of the reference
-// hears what fell on it. In the end each pixel chooses between its own plane and the one that most sources offer.
+// hears what fell on it. In the end each pixel chooses between its own plane and the one that a majority of the sources offers.
 #pragma once
 
 #include <bit>
