@@ -86,18 +86,18 @@ constexpr std::string_view kColmapCommands[] = {
     "global_mapper", "gui", "hierarchical_mapper", "image_undistorter", "mapper", "model_aligner", "model_converter",
     "point_triangulator", "poisson_mesher", "sequential_matcher", "spatial_matcher", "vocab_tree_matcher"};
 
-bool IsColmapCommand(const std::string& name) {
-  return std::find(std::begin(kColmapCommands), std::end(kColmapCommands), name) != std::end(kColmapCommands);
-}
-
+// name: empty where none was given.
 void ReportUnknownCommand(const std::string& name) {
-  if (IsColmapCommand(name)) {
+  if (std::find(std::begin(kColmapCommands), std::end(kColmapCommands), name) != std::end(kColmapCommands)) {
     phi::LogError("'" + name + "' is a command of COLMAP: run `colmap " + name + "`");
     return;
   }
-  std::vector<std::string> names;
-  for (const auto& command : colmap_ext::Commands()) names.emplace_back(command.name);
-  phi::LogError("there is no command '" + name + "'" + colmap_ext::SuggestName(name, names));
+  if (!name.empty()) {
+    std::vector<std::string> names;
+    for (const auto& command : colmap_ext::Commands()) names.emplace_back(command.name);
+    phi::LogError("there is no command '" + name + "'" + colmap_ext::SuggestName(name, names));
+  }
+  PrintUsage(STDERR_FILENO, std::cerr);
 }
 
 int CodeOf(const std::system_error& error) {
@@ -170,8 +170,7 @@ int RunProgram(int argc, char** argv) {
   const std::string command_name = help ? argv[2] : name;
   const colmap_ext::Command* command = colmap_ext::FindCommand(command_name);
   if (!command) {
-    if (!command_name.empty()) ReportUnknownCommand(command_name);
-    if (!IsColmapCommand(command_name)) PrintUsage(STDERR_FILENO, std::cerr);
+    ReportUnknownCommand(command_name);
     return static_cast<int>(phi::ExitCode::kUsage);
   }
   if (help) {

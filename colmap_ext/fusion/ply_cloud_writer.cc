@@ -11,14 +11,13 @@
 #include <optional>
 #include <sstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/ply_writer.h"
-#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -99,9 +98,7 @@ class PlyCloudWriter : public CloudWriter {
 
   // number: from 1 on.
   fs::path PathOf(std::size_t number) const {
-    if (number == 1) return options_.path;
-    return fs::path(options_.path)
-        .replace_filename(options_.path.stem().string() + "_" + std::to_string(number) + options_.path.extension().string());
+    return number == 1 ? options_.path : PartOfCloud(options_.path, "_" + std::to_string(number));
   }
 
   // Of numbered files alone: tells them from clouds that were given such a name.
@@ -117,13 +114,7 @@ class PlyCloudWriter : public CloudWriter {
     std::vector<fs::path> paths;
     while (HasComment(PathOf(files_.size() + paths.size() + 1), Continues()))
       paths.push_back(PathOf(files_.size() + paths.size() + 1));
-    for (auto path = paths.rbegin(); path != paths.rend(); ++path) {
-      for (const std::string& name : {path->string() + ".vis", path->string()}) {
-        std::error_code error;
-        fs::remove(name, error);
-        if (error) phi::LogWarning(name + " is of an earlier cloud and cannot be removed: " + error.message());
-      }
-    }
+    for (auto path = paths.rbegin(); path != paths.rend(); ++path) RemoveEarlierPart(*path);
   }
 
   void OpenFile() {

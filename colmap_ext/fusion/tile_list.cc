@@ -3,6 +3,7 @@
 #include <fstream>
 #include <string>
 
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
@@ -15,8 +16,7 @@ std::filesystem::path TileListPath(const std::filesystem::path& cloud) {
 }
 
 std::filesystem::path TilePath(const std::filesystem::path& cloud, std::int64_t column, std::int64_t row) {
-  return std::filesystem::path(cloud).replace_filename(cloud.stem().string() + "_" + std::to_string(column) + "_" +
-                                                       std::to_string(row) + cloud.extension().string());
+  return PartOfCloud(cloud, "_" + std::to_string(column) + "_" + std::to_string(row));
 }
 
 std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud) {

@@ -4,15 +4,14 @@
 #include <map>
 #include <set>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/json_file.h"
 #include "phi/base/error.h"
-#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -81,13 +80,7 @@ class TiledCloudWriter : public CloudWriter {
     std::set<std::filesystem::path> own;
     for (const auto& [index, tile] : tiles_) own.insert(tile.path);
     for (const std::filesystem::path& tile : earlier) {
-      if (own.contains(tile)) continue;
-      for (const std::filesystem::path& path : {tile, std::filesystem::path(tile.string() + ".vis")}) {
-        std::error_code error;
-        if (std::filesystem::is_directory(std::filesystem::symlink_status(path, error))) continue;
-        std::filesystem::remove(path, error);
-        if (error) phi::LogWarning(path.string() + ": this tile of an earlier run cannot be removed (" + error.message() + "); remove it");
-      }
+      if (!own.contains(tile)) RemoveEarlierPart(tile);
     }
   }
 

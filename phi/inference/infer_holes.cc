@@ -1,5 +1,6 @@
 #include "phi/inference/infer_holes.h"
 
+#include <cmath>
 #include <cstddef>
 
 namespace phi {
@@ -19,7 +20,8 @@ InferenceResult InferHoles(Backend& backend, const InferenceInput& input, const 
                            const InferenceOptions& options) {
   InferenceResult inferred = backend.Infer(input, stereo, options);
   if (input.mask != nullptr) DropMasked(*input.mask, &inferred.map);
-  DropInferredOutside(input.nearest, input.farthest, &inferred.map);
+  const bool is_bounded = input.nearest > 0 || std::isfinite(input.farthest);
+  if (is_bounded) DropInferredOutside(input.nearest, input.farthest, &inferred.map);
   return inferred;
 }
 
