@@ -48,7 +48,7 @@ fs::path NextTemporaryPath(const fs::path& target) {
 bool IsShortageOfSpace(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
 
 [[noreturn]] void ThrowWriteError(const fs::path& path, const std::string& action, int error) {
-  const std::string what = path.string() + ": cannot " + action + ": " + std::strerror(error);
+  const phi::Message what = phi::AboutFile(path) + ": cannot " + action + ": " + std::strerror(error);
   if (IsShortageOfSpace(error)) {
     throw phi::ResourceError(what +
                              "; free some space (nothing incomplete was left) and run the command again");
@@ -89,7 +89,7 @@ fs::path FollowLinks(const fs::path& path) {
     target = next.is_absolute() ? next : target.parent_path() / next;
   }
   if (fs::is_symlink(fs::symlink_status(target, error))) {
-    throw phi::InputError(path.string() + ": this link leads nowhere; give the name of a file");
+    throw phi::InputError(phi::AboutFile(path) + ": this link leads nowhere; give the name of a file");
   }
   return target;
 }
@@ -99,7 +99,7 @@ void RefuseSpecialFile(const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status) || fs::is_regular_file(status)) return;  // other errors come up when it is opened
   const std::string what = fs::is_directory(status) ? "a folder" : "a device or a pipe";
-  throw phi::InputError(path.string() + ": this is " + what +
+  throw phi::InputError(phi::AboutFile(path) + ": this is " + what +
                         ", which a file must not replace; give the name of a file");
 }
 
@@ -155,7 +155,7 @@ void KeepLeftOvers() { g_keep_left_overs = true; }
 
 AtomicFile::AtomicFile(const fs::path& path, Durability durability)
     : path_(path), target_(FollowLinks(path)), durability_(durability) {
-  if (path_.filename().empty()) throw phi::InputError(path_.string() + ": this is not a file name");
+  if (path_.filename().empty()) throw phi::InputError(phi::AboutFile(path_) + ": this is not a file name");
   RefuseSpecialFile(path_);
   std::error_code error;
   if (!folder().empty()) {

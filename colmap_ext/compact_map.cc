@@ -154,7 +154,7 @@ PHI_WIDE_VECTORS void RoundDepths(BlockScale scale, float* depth, int size) {
   for (int i = 0; i < size; ++i) depth[i] = DepthAt(scale, StepOf(scale, BitsOf(depth[i])));
 }
 
-[[noreturn]] void ThrowDamaged(const std::string& whose) {
+[[noreturn]] void ThrowDamaged(const phi::Message& whose) {
   throw phi::InputError(whose + ": this map is damaged or of another version; delete it and compute it again");
 }
 
@@ -177,7 +177,7 @@ Bytes Compressed(const Bytes& plane) {
 }
 
 // The next plane, of num_bytes.
-Bytes Decompressed(const std::uint8_t* data, std::size_t size, std::size_t num_bytes, const std::string& whose) {
+Bytes Decompressed(const std::uint8_t* data, std::size_t size, std::size_t num_bytes, const phi::Message& whose) {
   constexpr std::size_t kMostRatio = 255;  // of LZ4
   if (size == num_bytes) return Bytes(data, data + size);
   if (size > num_bytes || num_bytes / kMostRatio > size) ThrowDamaged(whose);
@@ -188,7 +188,7 @@ Bytes Decompressed(const std::uint8_t* data, std::size_t size, std::size_t num_b
   return plane;
 }
 
-Header CheckedHeader(const std::uint8_t* data, std::size_t size, const std::string& whose) {
+Header CheckedHeader(const std::uint8_t* data, std::size_t size, const phi::Message& whose) {
   Header header;
   if (size < sizeof(header)) ThrowDamaged(whose);
   std::memcpy(&header, data, sizeof(header));
@@ -212,16 +212,16 @@ std::size_t NumBytes(const Header& header) {
 Header ReadHeader(std::ifstream& file, const fs::path& path) {
   std::error_code unknown;
   const std::uintmax_t num_bytes = fs::file_size(path, unknown);
-  if (!file || unknown) throw phi::InputError(path.string() + ": cannot read this map: it cannot be opened");
+  if (!file || unknown) throw phi::InputError(phi::AboutFile(path) + ": cannot read this map: it cannot be opened");
   Bytes bytes(sizeof(Header));
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  const Header header = CheckedHeader(bytes.data(), static_cast<std::size_t>(file.gcount()), path.string());
-  if (num_bytes != NumBytes(header)) ThrowDamaged(path.string());
+  const Header header = CheckedHeader(bytes.data(), static_cast<std::size_t>(file.gcount()), phi::AboutFile(path));
+  if (num_bytes != NumBytes(header)) ThrowDamaged(phi::AboutFile(path));
   return header;
 }
 
 // data: all blocks' least bits, then all blocks' steps.
-std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blocks, const std::string& whose) {
+std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blocks, const phi::Message& whose) {
   std::vector<BlockScale> scales(num_blocks);
   for (std::size_t b = 0; b < num_blocks; ++b) {
     std::memcpy(&scales[b].base, data + 4 * b, 4);
@@ -304,7 +304,7 @@ Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
   return bytes;
 }
 
-phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const std::string& whose) {
+phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const phi::Message& whose) {
   const Header header = CheckedHeader(bytes.data(), bytes.size(), whose);
   if (bytes.size() != NumBytes(header)) ThrowDamaged(whose);
   const Grid grid{header.width, header.height};
@@ -352,8 +352,8 @@ phi::MeasurementMap ReadCompactMap(const fs::path& path) {
   Bytes bytes(NumBytes(ReadHeader(file, path)));
   file.seekg(0);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!file) ThrowDamaged(path.string());
-  return DecodeCompactMap(bytes, path.string());
+  if (!file) ThrowDamaged(phi::AboutFile(path));
+  return DecodeCompactMap(bytes, phi::AboutFile(path));
 }
 
 MapSize ReadCompactMapSize(const fs::path& path) {

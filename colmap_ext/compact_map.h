@@ -28,7 +28,7 @@ phi::MeasurementMap RoundToCompact(phi::MeasurementMap map);
 // map: rounded.
 std::vector<std::uint8_t> EncodeCompactMap(const phi::MeasurementMap& map);
 // Throws phi::InputError, which begins with `whose`, where the bytes are no such map or damaged.
-phi::MeasurementMap DecodeCompactMap(const std::vector<std::uint8_t>& bytes, const std::string& whose);
+phi::MeasurementMap DecodeCompactMap(const std::vector<std::uint8_t>& bytes, const phi::Message& whose);
 
 std::filesystem::path CompactMapPath(const Workspace& workspace, int image, std::string_view kind);
 std::unique_ptr<AtomicFile> PrepareCompactMap(const std::filesystem::path& path, const phi::MeasurementMap& map,

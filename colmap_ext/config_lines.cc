@@ -14,14 +14,14 @@ std::string_view Trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
 }
 
-std::string LineText(const std::filesystem::path& path, int number) {
-  return path.string() + ": line " + std::to_string(number) + ": ";
+phi::Message LineText(const std::filesystem::path& path, int number) {
+  return phi::AboutFile(path) + ": line " + std::to_string(number) + ": ";
 }
 
 std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
   std::ifstream file = OpenRegularFile(path);
   if (!file) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           ": this file is missing or cannot be opened; colmap image_undistorter writes it");
   }
   std::vector<ConfigLine> lines;
@@ -33,7 +33,7 @@ std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
     text = Trim(text);
     if (!text.empty() && text.front() != '#') lines.push_back({number, std::string(text)});
   }
-  if (file.bad()) throw phi::InputError(path.string() + ": reading broke off; check the disk");
+  if (file.bad()) throw phi::InputError(phi::AboutFile(path) + ": reading broke off; check the disk");
   return lines;
 }
 

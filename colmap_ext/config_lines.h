@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "phi/base/message.h"
+
 namespace colmap_ext {
 
 struct ConfigLine {
@@ -19,6 +21,6 @@ std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path);
 std::string_view Trim(std::string_view text);
 
 // "PATH: line N: ".
-std::string LineText(const std::filesystem::path& path, int number);
+phi::Message LineText(const std::filesystem::path& path, int number);
 
 }  // namespace colmap_ext

@@ -25,7 +25,7 @@ std::vector<int> ReadFusionConfig(const Workspace& workspace, const fs::path& co
       images.push_back(image);
     }
   }
-  if (images.empty()) ReportProblem(problems, path.string() + ": names no image of the sparse model");
+  if (images.empty()) ReportProblem(problems, phi::AboutFile(path) + ": names no image of the sparse model");
   return images;
 }
 

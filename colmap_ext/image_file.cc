@@ -30,15 +30,15 @@ Bytes ReadAllBytes(const fs::path& path) {
   const std::uintmax_t num_bytes = is_file ? fs::file_size(path, error) : 0;
   std::ifstream file = OpenRegularFile(path);
   if (!is_file || error || !file) {
-    throw phi::InputError(path.string() + ": this image is missing or cannot be opened; restore it");
+    throw phi::InputError(phi::AboutFile(path) + ": this image is missing or cannot be opened; restore it");
   }
   if (num_bytes > kMaxImageBytes) {
-    throw phi::InputError(path.string() + ": the file has " + std::to_string(num_bytes) +
+    throw phi::InputError(phi::AboutFile(path) + ": the file has " + std::to_string(num_bytes) +
                           " bytes, more than any image; copy or undistort it again");
   }
   Bytes bytes(num_bytes);
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(num_bytes));
-  if (!file) throw phi::InputError(path.string() + ": reading the image broke off; check the disk");
+  if (!file) throw phi::InputError(phi::AboutFile(path) + ": reading the image broke off; check the disk");
   return bytes;
 }
 
@@ -104,16 +104,16 @@ cv::Mat Decode(const PhotoFile& photo, int flags, const CheckSize& check_size) {
   const auto& [path, bytes] = photo;
   if (const auto size = AnnouncedSize(bytes); size && check_size) check_size(size->width, size->height);
   if (IsTruncatedJpeg(bytes)) {
-    throw phi::InputError(path.string() + ": this JPEG is cut short; copy or undistort it again");
+    throw phi::InputError(phi::AboutFile(path) + ": this JPEG is cut short; copy or undistort it again");
   }
   cv::Mat image;
   try {
     if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& exception) {
-    throw phi::InputError(path.string() + ": this image cannot be decoded (" + exception.err + ")");
+    throw phi::InputError(phi::AboutFile(path) + ": this image cannot be decoded (" + exception.err + ")");
   }
   if (image.empty()) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           ": this image is damaged or of an unknown format; copy or undistort it again");
   }
   if (check_size) check_size(static_cast<std::size_t>(image.cols), static_cast<std::size_t>(image.rows));
@@ -151,10 +151,10 @@ std::unique_ptr<AtomicFile> Encode(const fs::path& path, const cv::Mat& image, i
   Bytes bytes;
   try {
     if (!cv::imencode(path.extension().string(), image, bytes, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) {
-      throw phi::InputError(path.string() + ": the image cannot be encoded");
+      throw phi::InputError(phi::AboutFile(path) + ": the image cannot be encoded");
     }
   } catch (const cv::Exception&) {
-    throw phi::InputError(path.string() + ": no image format has this extension; use .png or .jpg");
+    throw phi::InputError(phi::AboutFile(path) + ": no image format has this extension; use .png or .jpg");
   }
   auto file = std::make_unique<AtomicFile>(path, durability);
   file->Write(bytes.data(), bytes.size());
@@ -216,7 +216,7 @@ ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
 phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
   const cv::Mat decoded = Decode(ReadPhotoFile(path), cv::IMREAD_UNCHANGED, {});
   if (decoded.type() != CV_16UC1) {
-    throw phi::InputError(path.string() + " is not a 16-bit gray image, as true depths in PNG files are");
+    throw phi::InputError(phi::AboutFile(path) + " is not a 16-bit gray image, as true depths in PNG files are");
   }
   phi::Array2D<std::uint16_t> image(decoded.cols, decoded.rows);
   decoded.copyTo(Wrap(image));

@@ -19,7 +19,7 @@ std::ifstream OpenRegularFile(const std::filesystem::path& path) {
   errno = 0;
   file.open(path, std::ios::binary);
   if (!file && (errno == EMFILE || errno == ENFILE || errno == ENOMEM)) {
-    throw phi::ResourceError(path.string() + ": cannot be opened: " + std::strerror(errno) +
+    throw phi::ResourceError(phi::AboutFile(path) + ": cannot be opened: " + std::strerror(errno) +
                              "; raise the limit of open files (ulimit -n) or end other programs");
   }
   return file;

@@ -54,7 +54,7 @@ class MapReader {
     std::error_code error;
     const std::uintmax_t file_bytes = fs::file_size(path, error);
     if (!file_ || error) {
-      throw phi::InputError(path.string() + ": cannot read this map: " +
+      throw phi::InputError(phi::AboutFile(path) + ": cannot read this map: " +
                             (error ? error.message() : std::string("it cannot be opened")));
     }
     std::array<char, kMaxHeaderBytes> header{};
@@ -62,13 +62,13 @@ class MapReader {
     const std::size_t header_bytes =
         ParseHeader({header.data(), static_cast<std::size_t>(file_.gcount())}, &size_);
     if (header_bytes == 0) {
-      throw phi::InputError(path.string() +
+      throw phi::InputError(phi::AboutFile(path) +
                             ": this is no COLMAP map: it must start with WIDTH&HEIGHT&CHANNELS&; delete it "
                             "and compute it again");
     }
     const std::uint64_t expected = header_bytes + DataBytes(size_);
     if (file_bytes != expected) {
-      throw phi::InputError(path.string() + ": the file has " + std::to_string(file_bytes) +
+      throw phi::InputError(phi::AboutFile(path) + ": the file has " + std::to_string(file_bytes) +
                             " bytes, but its header says " + SizeText(size_) + ", that is " +
                             std::to_string(expected) + " bytes; delete it and compute it again");
     }
@@ -81,13 +81,13 @@ class MapReader {
 
   void ExpectChannels(int channels, const char* kind) const {
     if (size_.channels == channels) return;
-    throw phi::InputError(path_.string() + ": a " + kind + " has " + std::to_string(channels) +
+    throw phi::InputError(phi::AboutFile(path_) + ": a " + kind + " has " + std::to_string(channels) +
                           " channel(s), this file is " + SizeText(size_));
   }
 
   void Read(std::span<float> values) {
     file_.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size_bytes()));
-    if (!file_) throw phi::InputError(path_.string() + ": reading broke off; check the disk");
+    if (!file_) throw phi::InputError(phi::AboutFile(path_) + ": reading broke off; check the disk");
   }
 
   // Rows [y, y + num_rows) of a channel.
@@ -132,7 +132,7 @@ struct PlaneReaders {
     depth.ExpectChannels(1, "depth map");
     normal.ExpectChannels(3, "normal map");
     if (normal.size().width != size.width || normal.size().height != size.height) {
-      throw phi::InputError(normal_path.string() + ": the normal map is " + SizeText(normal.size()) +
+      throw phi::InputError(phi::AboutFile(normal_path) + ": the normal map is " + SizeText(normal.size()) +
                             " but the depth map " + depth_path.string() + " is " + SizeText(size) +
                             "; delete both and compute them again");
     }
@@ -147,7 +147,7 @@ class MapWriter {
   MapWriter(const fs::path& path, const MapSize& size, Durability durability = Durability::kPowerCut)
       : size_(size), file_(std::make_unique<AtomicFile>(path, durability)) {
     if (size.width < 1 || size.height < 1)
-      throw phi::InputError(path.string() + ": the map to write is empty");
+      throw phi::InputError(phi::AboutFile(path) + ": the map to write is empty");
     file_->Write(std::to_string(size.width) + "&" + std::to_string(size.height) + "&" +
                  std::to_string(size.channels) + "&");
     first_value_ = file_->bytes_written();

@@ -10,7 +10,7 @@ namespace colmap_ext {
 phi::Mask ReadMask(const std::filesystem::path& path) {
   phi::Mask mask = ReadGrayImage(path);
   if (std::any_of(mask.begin(), mask.end(), [](std::uint8_t v) { return v != 0 && v != 128 && v != 255; })) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           ": a mask holds 0, 128 and 255 only; delete it and compute it again");
   }
   return mask;

@@ -52,7 +52,7 @@ phi::StateMap ReadStates(const Workspace& workspace, int image, std::string_view
   const fs::path path = workspace.FilledMaskPath(image, kind);
   const phi::Mask mask = ReadMask(path);
   if (mask.width() != width || mask.height() != height) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           ": this mask has not the size of its map; delete it and compute it again");
   }
   auto states = phi::StateMap::Uninitialized(width, height);

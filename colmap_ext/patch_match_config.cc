@@ -46,7 +46,7 @@ class PatchMatchConfigReader {
         result.push_back(std::move(problem));
       }
     }
-    if (lines.empty()) ReportProblem(problems_, path_.string() + ": names no reference image");
+    if (lines.empty()) ReportProblem(problems_, phi::AboutFile(path_) + ": names no reference image");
     return result;
   }
 

@@ -12,9 +12,9 @@ namespace colmap_ext {
 using ProblemList = std::vector<std::string>;
 
 // Null list: throws phi::InputError.
-inline void ReportProblem(ProblemList* problems, const std::string& message) {
+inline void ReportProblem(ProblemList* problems, const phi::Message& message) {
   if (problems == nullptr) throw phi::InputError(message);
-  problems->push_back(message);
+  problems->push_back(message.text);
 }
 
 }  // namespace colmap_ext

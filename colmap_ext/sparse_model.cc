@@ -58,13 +58,13 @@ bool HasAllFiles(const fs::path& folder, const char* extension) {
 }
 
 [[noreturn]] void ThrowNoModel(const fs::path& folder) {
-  std::string message =
-      folder.string() + ": no sparse model here (cameras, images and points3D as .bin or .txt)";
+  phi::Message message =
+      phi::AboutFile(folder) + ": no sparse model here (cameras, images and points3D as .bin or .txt)";
   if (HasAllFiles(folder / "0", ".bin") || HasAllFiles(folder / "0", ".txt")) {
-    message += "; there is one in " + (folder / "0").string() +
+    message.text += "; there is one in " + (folder / "0").string() +
                ", as mapper leaves it: run colmap image_undistorter on it and use its output as workspace";
   } else {
-    message += "; give the folder that colmap image_undistorter wrote";
+    message.text += "; give the folder that colmap image_undistorter wrote";
   }
   throw phi::InputError(message);
 }
@@ -90,8 +90,8 @@ std::string CameraProblem(const SparseCamera& camera) {
 
 }  // namespace
 
-std::string ModelPosition::Text() const {
-  return file->string() + ": " + unit + " " + std::to_string(number) + ": ";
+phi::Message ModelPosition::Text() const {
+  return phi::AboutFile(*file) + ": " + unit + " " + std::to_string(number) + ": ";
 }
 
 std::string CameraModelName(int model_id) {
@@ -111,7 +111,7 @@ std::optional<int> CameraModelIdFromName(std::string_view name) {
   return std::nullopt;
 }
 
-void SparseModelBuilder::Report(const ModelPosition& position, const std::string& message) {
+void SparseModelBuilder::Report(const ModelPosition& position, const phi::Message& message) {
   ReportProblem(problems_, position.Text() + message);
 }
 
@@ -138,7 +138,7 @@ std::string SparseModelBuilder::ImageProblem(const SparseImage& image) const {
 
 void SparseModelBuilder::AddImage(SparseImage image, const ModelPosition& position) {
   if (const std::string problem = ImageProblem(image); !problem.empty()) {
-    Report(position, "image " + std::to_string(image.image_id) + " '" + image.name + "' " + problem +
+    Report(position, "image " + std::to_string(image.image_id) + " '" + phi::AboutImage(image.name) + "' " + problem +
                          "; export or undistort the model again, or take the image out of it");
     dropped_images_.insert(image.image_id);
     return;

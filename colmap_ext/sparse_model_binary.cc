@@ -30,7 +30,7 @@ class BinaryReader {
   explicit BinaryReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
     std::error_code error;
     size_ = fs::file_size(path, error);
-    if (!file_ || error) throw phi::InputError(path.string() + ": cannot be opened for reading");
+    if (!file_ || error) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened for reading");
   }
 
   void ReadBytes(void* data, std::uint64_t num_bytes, const char* what) {
@@ -74,7 +74,7 @@ class BinaryReader {
   bool AtEnd() const { return position_ == size_; }
 
  private:
-  std::string At(std::uint64_t byte) const { return ModelPosition{&path_, "byte", byte}.Text(); }
+  phi::Message At(std::uint64_t byte) const { return ModelPosition{&path_, "byte", byte}.Text(); }
 
   [[noreturn]] void FailTruncated(const char* what) const {
     throw phi::InputError(At(size_) + "the file ends within " + what +

@@ -22,7 +22,7 @@ struct ModelPosition {
   const char* unit = "byte";  // or "line"
   std::uint64_t number = 0;
 
-  std::string Text() const;
+  phi::Message Text() const;
 };
 
 // Number of parameters of COLMAP's camera models; nothing for unknown ones.
@@ -39,7 +39,7 @@ class SparseModelBuilder {
   void AddPoint(SparsePoint point, const ModelPosition& position);
   void ReserveImages(std::size_t count) { model_.images.reserve(count); }
   void ReservePoints(std::size_t count) { model_.points.reserve(count); }
-  void Report(const ModelPosition& position, const std::string& message);
+  void Report(const ModelPosition& position, const phi::Message& message);
 
   // Warns of what was left out without being a problem.
   SparseModel Finish();

@@ -74,7 +74,7 @@ class LineParser {
 class TextReader {
  public:
   explicit TextReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
-    if (!file_) throw phi::InputError(path.string() + ": cannot be opened for reading");
+    if (!file_) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened for reading");
   }
 
   // The next line that holds a record: neither empty nor a comment.
@@ -85,7 +85,7 @@ class TextReader {
       if (line_[first] != '#') return true;
       ParseComment();
     }
-    if (file_.bad()) throw phi::InputError(path_.string() + ": reading broke off; check the disk");
+    if (file_.bad()) throw phi::InputError(phi::AboutFile(path_) + ": reading broke off; check the disk");
     return false;
   }
 

@@ -41,15 +41,15 @@ void CheckOptions(const WorkspaceOptions& options) {
   if (format != "colmap") throw phi::UsageError("--workspace_format " + options.format + ": must be COLMAP");
   if (!fs::is_directory(options.path)) {
     throw phi::InputError(
-        options.path.string() +
+        phi::AboutFile(options.path) +
         ": --workspace_path must be an existing folder, as colmap image_undistorter writes it");
   }
   if (!options.mask_path.empty() && !fs::is_directory(options.mask_path)) {
-    throw phi::InputError("--PhiStereo.mask_path: there is no folder " + options.mask_path.string());
+    throw phi::InputError("--PhiStereo.mask_path: there is no folder " + phi::AboutFile(options.mask_path));
   }
   if (!fs::is_directory(options.path / "sparse")) {
     throw phi::InputError(
-        options.path.string() +
+        phi::AboutFile(options.path) +
         ": has no folder 'sparse'; --workspace_path must be what colmap image_undistorter wrote");
   }
 }
@@ -118,7 +118,7 @@ std::string NameProblem(const std::string& name) {
   return "";
 }
 
-std::set<std::uint32_t> ReportCameras(const SparseModel& model, const std::string& origin,
+std::set<std::uint32_t> ReportCameras(const SparseModel& model, const phi::Message& origin,
                                       ProblemList* problems) {
   std::set<std::uint32_t> refused;
   for (const auto& [id, camera] : model.cameras) {
@@ -161,7 +161,7 @@ fs::path FindWorkspaceFolder(const fs::path& path) {
   const std::vector<fs::path> found = WorkspacesBelow(path);
   if (found.empty()) return path;
   if (found.size() > 1) {
-    throw phi::InputError("--workspace_path " + path.string() + " holds " + std::to_string(found.size()) +
+    throw phi::InputError("--workspace_path " + phi::AboutFile(path) + " holds " + std::to_string(found.size()) +
                           " workspaces, " + found[0].string() + " and " + found[1].string() +
                           " among them: name one of them");
   }
@@ -202,8 +202,8 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
   CheckOptions(options);
   const fs::path sparse = path_ / "sparse";
   model_ = ReadSparseModel(sparse, problems);
-  if (model_.images.empty()) ReportProblem(problems, sparse.string() + ": the sparse model has no images");
-  MakeViews(sparse.string(), options.max_image_size, problems);
+  if (model_.images.empty()) ReportProblem(problems, phi::AboutFile(sparse) + ": the sparse model has no images");
+  MakeViews(phi::AboutFile(sparse), options.max_image_size, problems);
 }
 
 Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max_image_size)
@@ -218,7 +218,7 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
                                  static_cast<std::uint64_t>(picture->height()) == camera.height)) {
         return;
       }
-      throw phi::InputError("image " + views_[i].name + ": its " + what + " is " + std::to_string(picture->width()) + "x" +
+      throw phi::InputError("image " + phi::AboutImage(views_[i].name) + ": its " + what + " is " + std::to_string(picture->width()) + "x" +
                             std::to_string(picture->height()) + " pixels, but its camera " +
                             std::to_string(camera.width) + "x" + std::to_string(camera.height));
     };
@@ -228,17 +228,17 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
   }
 }
 
-void Workspace::MakeViews(const std::string& origin, int max_image_size, ProblemList* problems) {
+void Workspace::MakeViews(const phi::Message& origin, int max_image_size, ProblemList* problems) {
   const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, origin, problems);
   views_.reserve(model_.images.size());
   std::unordered_map<std::string, std::string> name_of_file;
   for (const SparseImage& image : model_.images) {
     if (const std::string problem = NameProblem(image.name); !problem.empty()) {
-      ReportProblem(problems, origin + ": the image name '" + image.name.c_str() + "' " + problem +
+      ReportProblem(problems, origin + ": the image name '" + phi::AboutImage(image.name.c_str()) + "' " + problem +
                                   "; rename it");
     }
     if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
-      ReportProblem(problems, origin + ": two images are named '" + image.name + "'");
+      ReportProblem(problems, origin + ": two images are named '" + phi::AboutImage(image.name) + "'");
     } else if (const auto [same, is_new] =
                    name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
                !is_new) {
@@ -317,7 +317,7 @@ Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
   return decode(photo != nullptr ? *photo : ReadPhotoFile(path), [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
     throw phi::InputError(
-        path.string() + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
+        phi::AboutFile(path) + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
         " pixels but its camera " + std::to_string(camera.camera_id) + " is " + std::to_string(camera.width) +
         "x" + std::to_string(camera.height) +
         "; put back the image that colmap image_undistorter wrote. With --max_image_size it shrinks images but not the cameras of "
@@ -354,7 +354,7 @@ std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const 
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
   const auto check_size = [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
-    throw phi::InputError(path.string() + ": the mask is " + std::to_string(width) + "x" +
+    throw phi::InputError(phi::AboutFile(path) + ": the mask is " + std::to_string(width) + "x" +
                           std::to_string(height) + " pixels but its image is " +
                           std::to_string(camera.width) + "x" + std::to_string(camera.height) +
                           "; make masks of the undistorted images");

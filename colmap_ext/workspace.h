@@ -111,7 +111,7 @@ class Workspace {
   std::shared_ptr<const phi::GrayImage> ReadUnmovedGray(int image, const PhotoFile* photo) const;
 
   // Fills views_ from model_. Names the model's `origin` in errors.
-  void MakeViews(const std::string& origin, int max_image_size, ProblemList* problems);
+  void MakeViews(const phi::Message& origin, int max_image_size, ProblemList* problems);
 
   std::filesystem::path path_, mask_path_;
   std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images

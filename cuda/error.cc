@@ -17,19 +17,19 @@ std::string Megabytes(std::size_t bytes) {
 
 }  // namespace
 
-std::string Task::Describe() const {
-  std::string text = "stage '" + std::string(stage) + "'";
-  if (!image.empty()) text += " of image '" + image + "'";
-  if (width > 0) text += " (" + std::to_string(width) + "x" + std::to_string(height) + ")";
-  return text;
+Message Task::Describe() const {
+  Message message = "stage '" + std::string(stage) + "'";
+  if (!image.empty()) message = message + " of image '" + AboutImage(image) + "'";
+  if (width > 0) message.text += " (" + std::to_string(width) + "x" + std::to_string(height) + ")";
+  return message;
 }
 
 void ThrowCudaError(cudaError_t status, const char* call, const Task& task) {
   cudaGetLastError();  // clears errors that are not sticky, so that the next image can go on
-  std::string message = std::string("CUDA: ") + call + " failed in " + task.Describe() + ": " +
+  Message message = std::string("CUDA: ") + call + " failed in " + task.Describe() + ": " +
                         cudaGetErrorString(status) + " (" + cudaGetErrorName(status) + ")";
   if (status == cudaErrorNoKernelImageForDevice || status == cudaErrorUnsupportedPtxVersion) {
-    message +=
+    message.text +=
         "; this build has no code for this GPU: build with the preset 'package', or with its "
         "CMAKE_CUDA_ARCHITECTURES, or run with --PhiStereo.backend cpu";
   }

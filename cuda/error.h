@@ -17,7 +17,7 @@ struct Task {
   std::string image = {};  // COLMAP's name; empty where no image is concerned
   int width = 0, height = 0;
 
-  std::string Describe() const;  // "stage 'estimation' of image 'a/b.jpg' (3072x2048)"
+  Message Describe() const;  // "stage 'estimation' of image 'a/b.jpg' (3072x2048)"
 };
 
 // The device's memory does not suffice: freeing cached copies may help.

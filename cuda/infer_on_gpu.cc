@@ -34,7 +34,7 @@ void CheckInput(const InferenceInput& input) {
   const MeasurementMap& map = *input.measured;
   const GrayImage& image = *input.reference.image;
   if (image.width() == map.width() && image.height() == map.height()) return;
-  throw InputError("plane inference of image " + input.reference.view->name +
+  throw InputError("plane inference of image " + AboutImage(input.reference.view->name) +
                    ": the depth map's size differs from the image's; run patch_match_stereo again");
 }
 

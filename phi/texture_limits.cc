@@ -1,12 +1,13 @@
 #include "phi/texture_limits.h"
 
 #include <algorithm>
+#include <string>
 
 #include "phi/base/error.h"
 
 namespace phi {
 
-void RequireTextureSize(int width, int height, const TextureLimits& limits, const std::string& task) {
+void RequireTextureSize(int width, int height, const TextureLimits& limits, const Message& task) {
   if (width <= limits.max_width && height <= limits.max_height) return;
   const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
   throw InputError(

@@ -1,7 +1,7 @@
 // The largest image that a GPU reads as a texture.
 #pragma once
 
-#include <string>
+#include "phi/base/message.h"
 
 namespace phi {
 
@@ -12,6 +12,6 @@ struct TextureLimits {
 
 // Throws phi::InputError, which leaves out this image alone, where an image of width x height pixels is larger.
 // `task`: what it was needed for, named first in the message.
-void RequireTextureSize(int width, int height, const TextureLimits& limits, const std::string& task);
+void RequireTextureSize(int width, int height, const TextureLimits& limits, const Message& task);
 
 }  // namespace phi

@@ -102,7 +102,7 @@ std::vector<double> ParseNumbers(const std::string& text, const std::string& opt
 }
 
 void Require(bool condition, const std::string& message) {
-  if (!condition) throw phi::UsageError("evaluate: " + message);
+  if (!condition) throw phi::UsageError(phi::AboutStage("evaluate") + ": " + message);
 }
 
 // Puts the parts together and checks what belongs together.

@@ -113,7 +113,7 @@ std::map<std::string, Inspection> FindMaps(const InspectorOptions& options) {
     if (!options.truth_path.empty()) files.truth = options.truth_path / (*name + ".bin");
   }
   if (found.empty()) {
-    throw phi::InputError(options.input_path.string() + " holds no <image>." + options.map_kind +
+    throw phi::InputError(phi::AboutFile(options.input_path) + " holds no <image>." + options.map_kind +
                           ".bin; choose another folder or --map_kind. Maps in stereo/compact_maps can be had as .bin: "
                           "patch_match_stereo again, with --PhiStereo.compact_maps false");
   }

@@ -177,7 +177,7 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
 OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& path) {
   std::ifstream file = OpenRegularFile(path);
   if (!file) {
-    throw phi::InputError("--project_path: " + path.string() + " is no file that can be read");
+    throw phi::InputError("--project_path: " + phi::AboutFile(path) + " is no file that can be read");
   }
   po::options_description none;
   Values values, chosen;
@@ -186,7 +186,7 @@ OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& 
       values.emplace_back(entry.string_key, entry.value.empty() ? "" : entry.value.front());
     }
   } catch (const po::error&) {  // its what() never returns where the file holds some of its own placeholders
-    throw phi::InputError("--project_path: " + path.string() +
+    throw phi::InputError("--project_path: " + phi::AboutFile(path) +
                           ": a line is neither a [group], nor NAME=VALUE, nor a comment (#)");
   }
   // A key that only COLMAP has gives away who wrote the file.
@@ -225,7 +225,7 @@ std::vector<std::string> OptionParser::AllNames() const {
   return names;
 }
 
-void OptionParser::Assign(const std::string& name, const std::string& value, const std::string& origin) {
+void OptionParser::Assign(const std::string& name, const std::string& value, const phi::Message& origin) {
   set_.insert(name);
   if (IsColmapOnly(name)) return;
   try {
@@ -252,7 +252,7 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   ApplyLogOptions();
   if (!project_path_.empty()) {
     for (const auto& [name, value] : ReadProjectFile(project_path_)) {
-      if (name != "project_path") Assign(name, value, project_path_.string());
+      if (name != "project_path") Assign(name, value, phi::AboutFile(project_path_));
     }
   }
   for (const auto& [name, value] : command_line) Assign(name, value, "");

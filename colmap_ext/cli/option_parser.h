@@ -61,7 +61,7 @@ class OptionParser {
  private:
   Values ReadCommandLine(int argc, const char* const* argv, bool* help, bool* json) const;
   Values ReadProjectFile(const std::filesystem::path& path);
-  void Assign(const std::string& name, const std::string& value, const std::string& origin);
+  void Assign(const std::string& name, const std::string& value, const phi::Message& origin);
   bool IsColmapOnly(const std::string& name) const { return only_colmap_.contains(name); }
   std::vector<std::string> AllNames() const;
   void ApplyPreset();

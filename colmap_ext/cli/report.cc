@@ -38,14 +38,14 @@ int RunReport(int argc, char** argv) {
   if (!o.compare_workspace.empty()) {
     o.compare_workspace = FindWorkspaceFolder(o.compare_workspace);
     if (!std::filesystem::is_directory(o.compare_workspace / "stereo")) {
-      throw phi::InputError("--compare_workspace_path: " + o.compare_workspace.string() +
+      throw phi::InputError("--compare_workspace_path: " + phi::AboutFile(o.compare_workspace) +
                             " holds no stereo folder; name the workspace of the other program's maps");
     }
   }
   o.default_options = DefaultOptions();
   std::istringstream paths(evaluations);
   for (std::string path; std::getline(paths, path, ',');) o.evaluations.emplace_back(path);
-  if (const std::string error = o.Check(); !error.empty()) throw phi::UsageError("report: " + error);
+  if (const std::string error = o.Check(); !error.empty()) throw phi::UsageError(phi::AboutStage("report") + ": " + error);
   WriteReport(o);
   phi::LogInfo("wrote " + o.output.string());
   return 0;

@@ -19,7 +19,7 @@ int RunStatusCommand(int argc, char** argv) {
   const RunRecord record(stereo);
   const RunStatus status = FindStatus(record);
   if (status.num_images == 0)
-    throw phi::InputError(stereo.string() + ": phimvs patch_match_stereo has not run here yet");
+    throw phi::InputError(phi::AboutFile(stereo) + ": phimvs patch_match_stereo has not run here yet");
   std::cout << StatusText(status);
   return static_cast<int>(phi::ExitCode::kOk);
 }

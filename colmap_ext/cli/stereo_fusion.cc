@@ -39,7 +39,7 @@ void LogReport(const SceneFusionReport& report, const CloudOutput& output, doubl
 void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
   std::error_code error;  // the folder need not be there
   if (output.IsFile() || !std::filesystem::equivalent(output.path, workspace.path() / "sparse", error)) return;
-  throw phi::UsageError("--output_path " + output.path.string() +
+  throw phi::UsageError("--output_path " + phi::AboutFile(output.path) +
                         " holds the workspace's own model, which the cloud would replace; choose another folder");
 }
 
@@ -47,7 +47,7 @@ void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
 void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& path, SceneFusionReport* report) {
   const auto num_left_out = static_cast<std::int64_t>(writer.num_left_out());
   if (num_left_out > 0 && num_left_out == report->num_points) {
-    throw phi::InputError(path.string() + ": all " + std::to_string(num_left_out) +
+    throw phi::InputError(phi::AboutFile(path) + ": all " + std::to_string(num_left_out) +
                           " points are farther from the cameras than a LAS file reaches; name the output .ply");
   }
   report->num_points -= num_left_out;

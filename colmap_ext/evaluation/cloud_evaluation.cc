@@ -19,7 +19,7 @@ std::size_t WorkingMemory(const CloudPair& clouds, const CloudEvaluationOptions&
       clouds.truth_views.size() * (sizeof(std::uint8_t) + sizeof(ToleranceClass));
   if (needed >= options.memory) {
     throw phi::ResourceError(
-        "evaluate: the two clouds need " + std::to_string((needed >> 20) + 1) +
+        phi::AboutStage("evaluate") + ": the two clouds need " + std::to_string((needed >> 20) + 1) +
         " MiB before any search, more than --memory allows; raise it or thin the clouds");
   }
   return options.memory - needed;

@@ -15,7 +15,7 @@ namespace {
 
 std::ifstream Open(const std::filesystem::path& path) {
   std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + path.string());
+  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
   return stream;
 }
 
@@ -41,7 +41,7 @@ bool CropVolume::Contains(const Eigen::Vector3d& point) const {
 CropVolume ReadCropVolume(const std::filesystem::path& path) {
   std::ifstream stream = Open(path);
   const auto refuse = [&](const char* why) {
-    throw phi::InputError(path.string() + " is no crop volume (SelectionPolygonVolume): " + why);
+    throw phi::InputError(phi::AboutFile(path) + " is no crop volume (SelectionPolygonVolume): " + why);
   };
   CropVolume volume;
   try {
@@ -59,7 +59,7 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
   } catch (const phi::InputError& error) {
     refuse(error.what());
   }
-  if (volume.polygon.size() < 3) throw phi::InputError(path.string() + ": the polygon has no area");
+  if (volume.polygon.size() < 3) throw phi::InputError(phi::AboutFile(path) + ": the polygon has no area");
   return volume;
 }
 
@@ -74,7 +74,7 @@ Eigen::Matrix4d ReadSimilarity(const std::filesystem::path& path) {
   const bool is_similarity = scale > 0 && (a * a.transpose() / (scale * scale)).isIdentity(1e-3) &&
                              m.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1));
   if (!is_similarity) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           ": these are not four rows of four numbers of a rotation, scale and translation");
   }
   return m;

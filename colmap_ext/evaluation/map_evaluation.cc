@@ -74,7 +74,7 @@ std::optional<FilledMask> ReadFilled(const MapEvaluationOptions& options, const 
   if (!std::filesystem::exists(path)) return FilledMask(width, height);
   FilledMask mask = ReadMask(path);
   if (mask.width() != width || mask.height() != height) {
-    throw phi::InputError(path.string() + " is " + std::to_string(mask.width()) + " x " +
+    throw phi::InputError(phi::AboutFile(path) + " is " + std::to_string(mask.width()) + " x " +
                           std::to_string(mask.height()) + " pixels, but the image's map is " +
                           std::to_string(width) + " x " + std::to_string(height));
   }
@@ -86,7 +86,7 @@ template <typename ScoreFiles>
 MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_files) {
   const auto truth = FindTruthMaps(options.truth);
   if (options.inferred_apart && !std::filesystem::is_directory(FilledMaskFolder(options.maps))) {
-    throw phi::InputError("there is no folder " + FilledMaskFolder(options.maps).string() +
+    throw phi::InputError("there is no folder " + phi::AboutFile(FilledMaskFolder(options.maps)) +
                           ", which --inferred_apart needs: it says which pixels were inferred");
   }
   const std::vector<std::pair<std::string, std::filesystem::path>> files(truth.begin(), truth.end());
@@ -104,7 +104,7 @@ MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_fil
     score.image = files[i].first;
   });
   if (std::none_of(scores.images.begin(), scores.images.end(), [](const MapScore& s) { return s.found; })) {
-    throw phi::InputError(options.maps.string() + " holds no map <image name>." + options.kind +
+    throw phi::InputError(phi::AboutFile(options.maps) + " holds no map <image name>." + options.kind +
                           ".bin for any image of " + options.truth.string());
   }
   return scores;

@@ -62,7 +62,7 @@ void ReadMatrix(std::string_view part, const std::filesystem::path& project, Mes
     for (int column = 0; column < 4; ++column) numbers >> layer->world_from_layer(row, column);
   }
   if (!numbers || !IsRigid(layer->world_from_layer)) {
-    throw phi::InputError(project.string() + ": the matrix of " + layer->path.filename().string() +
+    throw phi::InputError(phi::AboutFile(project) + ": the matrix of " + layer->path.filename().string() +
                           " is not a rotation and a translation");
   }
 }
@@ -71,7 +71,7 @@ void ReadMatrix(std::string_view part, const std::filesystem::path& project, Mes
 
 std::vector<MeshLabLayer> ReadMeshLabProject(const std::filesystem::path& path) {
   std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + path.string());
+  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 
   std::vector<MeshLabLayer> layers;
@@ -87,7 +87,7 @@ std::vector<MeshLabLayer> ReadMeshLabProject(const std::filesystem::path& path) 
     layers.push_back(layer);
   }
   if (layers.empty())
-    throw phi::InputError(path.string() + " names no scan (no <MLMesh filename=...> in it)");
+    throw phi::InputError(phi::AboutFile(path) + " names no scan (no <MLMesh filename=...> in it)");
   return layers;
 }
 

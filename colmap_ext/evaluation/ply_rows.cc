@@ -135,7 +135,7 @@ bool PlyElement::Has(const std::string& property) const {
 }
 
 void PlyRows::EndsEarly() const {
-  throw phi::InputError(path_.string() + " ends before its header says it should; copy or write it again");
+  throw phi::InputError(phi::AboutFile(path_) + " ends before its header says it should; copy or write it again");
 }
 
 // Where an element's rows lie in a binary file.
@@ -191,9 +191,9 @@ class PlyRows::Source {
 
 PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
   std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + path.string());
+  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
   const auto refuse = [&](const std::string& why) {
-    throw phi::InputError(path.string() + " is not a PLY file that can be read: " + why);
+    throw phi::InputError(phi::AboutFile(path) + " is not a PLY file that can be read: " + why);
   };
   std::string text;
   bool has_format = false, has_end = false;

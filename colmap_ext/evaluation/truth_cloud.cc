@@ -37,7 +37,7 @@ Vector3d ChooseOrigin(const Vector3d& point, double voxel_size) {
 void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
   const PlyElement* vertex = rows.Find("vertex");
   if (!vertex || !vertex->Has("x") || !vertex->Has("y") || !vertex->Has("z")) {
-    throw phi::InputError(path.string() + " has no vertices with x, y and z");
+    throw phi::InputError(phi::AboutFile(path) + " has no vertices with x, y and z");
   }
 }
 
@@ -58,7 +58,7 @@ void ForEachPoint(const std::filesystem::path& path, bool needs_views, OnPoint o
   const PlyRows rows(path);
   CheckVertices(rows, path);
   if (needs_views && !rows.Find("vertex")->Has("views")) {
-    throw phi::InputError(path.string() + " has no property 'views', which --min_truth_views needs");
+    throw phi::InputError(phi::AboutFile(path) + " has no property 'views', which --min_truth_views needs");
   }
   const Vector3d offset = OffsetOf(rows, path);
   rows.ForEachRow("vertex", {"x", "y", "z", "views"}, [&](const double* v) {
@@ -72,7 +72,7 @@ std::vector<bool> ReadInferred(const std::filesystem::path& path) {
   const PlyRows rows(path);
   CheckVertices(rows, path);
   if (!rows.Find("vertex")->Has("inferred")) {
-    throw phi::InputError(path.string() +
+    throw phi::InputError(phi::AboutFile(path) +
                           " has no property 'inferred', which --inferred_apart needs: clouds by "
                           "phimvs stereo_fusion in PLY have it");
   }
@@ -96,7 +96,7 @@ void ForEachTriangle(const std::filesystem::path& path, OnTriangle on_triangle) 
     phi::ThrowIfCancelled();
     for (std::int64_t index : face) {
       if (index < 0 || index >= static_cast<std::int64_t>(corners.size())) {
-        throw phi::InputError(path.string() + ": a face names vertex " + std::to_string(index) + " of " +
+        throw phi::InputError(phi::AboutFile(path) + ": a face names vertex " + std::to_string(index) + " of " +
                               std::to_string(corners.size()));
       }
     }
@@ -139,7 +139,7 @@ class Loader {
       }
     }
     if (result_.clouds.truth.empty())
-      throw phi::InputError(truth_.path.string() + " holds no point to compare with");
+      throw phi::InputError(phi::AboutFile(truth_.path) + " holds no point to compare with");
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
     const Eigen::Affine3d truth_from_cloud(
         preparation_.truth_from_cloud.value_or(Eigen::Matrix4d::Identity()));
@@ -172,7 +172,7 @@ class Loader {
   void RequireMemory(double more, const char* what) const {
     const auto num_points = static_cast<double>(result_.clouds.truth.size() + result_.clouds.points.size());
     if ((num_points + more) * sizeof(Vec3f) <= static_cast<double>(truth_.memory)) return;
-    throw phi::ResourceError(truth_.path.string() + ": " + what +
+    throw phi::ResourceError(phi::AboutFile(truth_.path) + ": " + what +
                              " need more than --memory allows; raise it, thin the clouds, or raise "
                              "--mesh_sample_spacing where the truth is a mesh");
   }

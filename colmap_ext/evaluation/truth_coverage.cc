@@ -24,12 +24,12 @@ class PointImages {
   PointImages() = default;
   PointImages(const std::filesystem::path& path, std::size_t num_points) {
     if (!std::filesystem::exists(path)) {
-      throw phi::InputError(path.string() + " is missing, which says what images see each point; stereo_fusion writes it beside its " +
+      throw phi::InputError(phi::AboutFile(path) + " is missing, which says what images see each point; stereo_fusion writes it beside its " +
                             "cloud. Fuse again, or leave out --coverage_by_visibility");
     }
     VisibilityReader reader(path);
     if (reader.num_points() != num_points) {
-      throw phi::InputError(path.string() + " is of " + std::to_string(reader.num_points()) +
+      throw phi::InputError(phi::AboutFile(path) + " is of " + std::to_string(reader.num_points()) +
                             " points, the cloud has " + std::to_string(num_points) +
                             " that are finite; fuse again, or leave out --coverage_by_visibility");
     }
@@ -37,7 +37,7 @@ class PointImages {
     begins_.push_back(0);
     std::vector<std::uint32_t> images;
     for (std::size_t i = 0; i < num_points; ++i) {
-      if (!reader.Next(&images)) throw phi::InputError(path.string() + " is cut short; fuse again");
+      if (!reader.Next(&images)) throw phi::InputError(phi::AboutFile(path) + " is cut short; fuse again");
       images_.insert(images_.end(), images.begin(), images.end());
       begins_.push_back(images_.size());
     }
@@ -110,7 +110,7 @@ std::vector<bool> CoveredByTruth(const std::vector<phi::Vec3f>& points, const Ei
                 ReadTruthDepth(map->second, options.values_per_unit), covered);
   }
   if (!any) {
-    throw phi::InputError("no map in " + options.truth_depth_maps.string() + " has the name of an image of " +
+    throw phi::InputError("no map in " + phi::AboutFile(options.truth_depth_maps) + " has the name of an image of " +
                           options.workspace.string());
   }
   return {covered.begin(), covered.end()};

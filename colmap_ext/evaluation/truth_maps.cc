@@ -17,7 +17,7 @@ std::string WithoutSuffix(const std::string& text, const std::string& suffix) {
 }  // namespace
 
 std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) throw phi::InputError("there is no folder " + folder.string());
+  if (!std::filesystem::is_directory(folder)) throw phi::InputError("there is no folder " + phi::AboutFile(folder));
   std::map<std::string, std::filesystem::path> maps;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string extension = entry.path().extension().string();
@@ -29,7 +29,7 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
     maps[name] = entry.path();
   }
   if (maps.empty())
-    throw phi::InputError(folder.string() + " holds no map (<image name>.png or <image name>.bin)");
+    throw phi::InputError(phi::AboutFile(folder) + " holds no map (<image name>.png or <image name>.bin)");
   return maps;
 }
 

@@ -103,7 +103,7 @@ void CloudOutput::Resolve() {
   if (type == CloudType::kBySuffix) type = by_suffix;
   const bool fits = is_known && (suffix.empty() || type == by_suffix);
   if (IsFile() && !fits) {
-    throw phi::UsageError("--output_path " + path.string() + ": there is no writer of " +
+    throw phi::UsageError("--output_path " + phi::AboutFile(path) + ": there is no writer of " +
                           (is_known ? "that --output_type" : "clouds") + " for '" + suffix +
                           "'; name the file .ply or .las");
   }

@@ -28,8 +28,8 @@ FlagStore::~FlagStore() {
 }
 
 void FlagStore::Fail(const char* action) const {
-  const std::string what =
-      folder_.string() + ": fusion cannot " + action + " its scratch file: " + std::strerror(errno);
+  const phi::Message what =
+      phi::AboutFile(folder_) + ": fusion cannot " + action + " its scratch file: " + std::strerror(errno);
   if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
     throw phi::ResourceError(what + "; free some space");
   if (errno == EMFILE || errno == ENFILE || errno == ENOMEM)

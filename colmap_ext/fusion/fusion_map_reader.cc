@@ -59,7 +59,7 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
 }
 
-phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const std::string& whose) {
+phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose) {
   // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
   const double scale_x = static_cast<double>(width) / image.width;
   const double scale_y = static_cast<double>(height) / image.height;
@@ -75,7 +75,7 @@ phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const
 FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input, HandedMaps* handed)
     : workspace_(workspace), input_(std::move(input)), handed_(handed) {
   if (!input_.mask_path.empty() && !fs::is_directory(input_.mask_path)) {
-    throw phi::InputError("--StereoFusion.mask_path: there is no folder " + input_.mask_path.string());
+    throw phi::InputError("--StereoFusion.mask_path: there is no folder " + phi::AboutFile(input_.mask_path));
   }
 }
 
@@ -96,11 +96,11 @@ MapSize FusionMapReader::ReadSize(int image) const {
   const fs::path normal_path = workspace_.NormalMapPath(image, input_.kind);
   const MapSize size = ReadMapSize(path), normal_size = ReadMapSize(normal_path);
   if (size.channels != 1 || normal_size.channels != 3) {
-    throw phi::InputError((size.channels != 1 ? path : normal_path).string() +
+    throw phi::InputError(phi::AboutFile(size.channels != 1 ? path : normal_path) +
                           ": a depth map has one channel and a normal map three; estimate this image again");
   }
   if (size.width != normal_size.width || size.height != normal_size.height) {
-    throw phi::InputError(path.string() + ": this map is " + SizeText(size.width, size.height) +
+    throw phi::InputError(phi::AboutFile(path) + ": this map is " + SizeText(size.width, size.height) +
                           ", but the image's normal map is " +
                           SizeText(normal_size.width, normal_size.height) + "; estimate this image again");
   }
@@ -111,7 +111,7 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
   const MapSize size = ReadSize(image);
   phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
   const phi::Pinhole of_map = CameraOfMap(camera.pinhole, size.width, size.height,
-                                          workspace_.DepthMapPath(image, input_.kind).string());
+                                          phi::AboutFile(workspace_.DepthMapPath(image, input_.kind)));
   if (!(input_.downsize && size.width > camera.pinhole.width)) camera.pinhole = of_map;
   return camera;
 }

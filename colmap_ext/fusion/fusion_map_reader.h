@@ -38,7 +38,7 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
 
 // The camera of a map of another size than its image. Throws phi::InputError, which begins with `whose`, where the map has
 // not the image's shape.
-phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const std::string& whose);
+phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose);
 
 // From the workspace's files, or from memory.
 class FusionMapReader final : public FusionMapSource {

@@ -72,7 +72,7 @@ class PartFileReader {
   }
 
   [[noreturn]] void Fail() const {
-    throw phi::InputError(path_.string() +
+    throw phi::InputError(phi::AboutFile(path_) +
                           ": this part of the fusion is damaged; remove it and run the command again");
   }
 

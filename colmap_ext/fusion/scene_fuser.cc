@@ -24,6 +24,7 @@
 namespace colmap_ext {
 namespace {
 
+constexpr char kFusionStage[] = "fusion";
 constexpr int kRowsPerBlock = 16;
 // Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
 constexpr double kNegligibleNoise = 0.1;
@@ -44,8 +45,8 @@ std::vector<int> ImagesToFuse(const Workspace& workspace) {
 
 SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
                        const SceneFusionOptions& options)
-    : options_(options), reader_(maps) {
-  FindImages(workspace);
+    : workspace_(workspace), options_(options), reader_(maps) {
+  FindImages();
   flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
                                        IsPaper() ? phi::FusionPixel::kMerged : phi::FusionPixel::kEmitted);
   done_.assign(images_.size(), false);
@@ -123,8 +124,8 @@ SceneFusionReport SceneFuser::MakeReport(const Findings& findings) const {
   return report;
 }
 
-void SceneFuser::FindImages(const Workspace& workspace) {
-  for (const int image : ImagesToFuse(workspace)) {
+void SceneFuser::FindImages() {
+  for (const int image : ImagesToFuse(workspace_)) {
     if (reader_.Exists(image)) {
       images_.push_back(image);
     } else {
@@ -134,7 +135,7 @@ void SceneFuser::FindImages(const Workspace& workspace) {
   known_.num_images = static_cast<int>(images_.size());
   const std::string kind = options_.input.kind;
   if (images_.empty()) {
-    throw phi::InputError("fusion: " + workspace.StereoFolder().string() + " has no " + kind +
+    throw phi::InputError(phi::AboutStage(kFusionStage) + ": " + phi::AboutFile(workspace_.StereoFolder()) + " has no " + kind +
                           " depth and normal maps of the images in fusion.cfg; run patch_match_stereo first" +
                           (kind == kGeometric ? ", or choose --input_type photometric" : ""));
   }
@@ -153,12 +154,12 @@ void SceneFuser::FindImages(const Workspace& workspace) {
 
 void SceneFuser::ReadCameras() {
   std::vector<phi::Camera> cameras(images_.size());
-  std::vector<std::string> problems(images_.size());
+  std::vector<phi::Message> problems(images_.size());
   tbb::parallel_for(std::size_t{0}, images_.size(), [&](std::size_t p) {
     try {
       cameras[p] = reader_.ReadCamera(images_[p]);
     } catch (const phi::InputError& error) {
-      problems[p] = error.what();
+      problems[p] = ProblemOf(images_[p], error);
     }
   });
   std::vector<int> images;
@@ -168,12 +169,17 @@ void SceneFuser::ReadCameras() {
       cameras_.push_back(cameras[p]);
     } else {
       phi::LogError(problems[p]);
-      known_.failures.push_back(problems[p]);
+      known_.failures.push_back(problems[p].text);
     }
   }
-  if (images.empty()) throw phi::InputError("fusion: all maps are damaged: " + problems.front());
+  if (images.empty()) throw phi::InputError(phi::AboutStage(kFusionStage) + ": all maps are damaged: " + problems.front());
   images_ = images;
   known_.num_images = static_cast<int>(images_.size());
+}
+
+phi::Message SceneFuser::ProblemOf(int image, const phi::InputError& error) const {
+  return WithContext(error.message(),
+                     phi::AboutImage(workspace_.views()[Index(image)].name) + phi::AboutStage(kFusionStage));
 }
 
 phi::FusionMap SceneFuser::ReadMap(int position) {
@@ -181,7 +187,8 @@ phi::FusionMap SceneFuser::ReadMap(int position) {
     return reader_.Read(images_[Index(position)]);
   } catch (const phi::InputError& error) {
     std::lock_guard<std::mutex> lock(findings_mutex_);
-    if (findings_.failures.emplace(position, error.what()).second) phi::LogError(error.what());
+    if (findings_.failures.emplace(position, error.what()).second)
+      phi::LogError(ProblemOf(images_[Index(position)], error));
   }
   const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
   return phi::FusionMap(pinhole.width, pinhole.height);

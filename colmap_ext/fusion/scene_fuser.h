@@ -17,6 +17,7 @@
 #include "colmap_ext/fusion/fusion_parts.h"
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/scene_fusion.h"
+#include "phi/base/error.h"
 #include "phi/fusion/image_fusion.h"
 
 namespace colmap_ext {
@@ -69,7 +70,7 @@ class SceneFuser {
   static std::size_t Index(int position) { return static_cast<std::size_t>(position); }
   bool IsPaper() const { return options_.rule.formulas == phi::Formulas::kPaper; }
 
-  void FindImages(const Workspace& workspace);
+  void FindImages();
   // From the maps' headers. Images whose maps are damaged are left out.
   void ReadCameras();
   std::int64_t NumPixels(int position) const;
@@ -92,6 +93,10 @@ class SceneFuser {
   template <typename Compute>
   void WriteBlocks(int height, CloudWriter* writer, const Compute& compute);
 
+  // Of an image whose maps cannot be read.
+  phi::Message ProblemOf(int image, const phi::InputError& error) const;
+
+  const Workspace& workspace_;
   const SceneFusionOptions& options_;
   const FusionMapSource& reader_;
   std::vector<int> images_;

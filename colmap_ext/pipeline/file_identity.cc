@@ -61,7 +61,7 @@ void AddFileSample(const std::filesystem::path& path, ResultKey* key) {
 FileIdentity IdentifyFile(const std::filesystem::path& path) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) {
-    throw phi::InputError(path.string() + ": cannot be read: " + std::generic_category().message(errno));
+    throw phi::InputError(phi::AboutFile(path) + ": cannot be read: " + std::generic_category().message(errno));
   }
   return {static_cast<std::int64_t>(status.st_size), ChangedNs(status), SampleOf(path)};
 }

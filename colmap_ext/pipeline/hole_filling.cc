@@ -64,7 +64,7 @@ void HoleFilling::FindMeasuredMaps() {
   }
   if (std::count(has_map_.begin(), has_map_.end(), 0) == std::ssize(has_map_)) {
     throw phi::InputError(
-        workspace_.StereoFolder().string() +
+        phi::AboutFile(workspace_.StereoFolder()) +
         " holds no .measured.bin or .geometric.bin maps of the images' size; run patch_match_stereo "
         "first, or give the --PatchMatchStereo.max_image_size that it ran with");
   }
@@ -99,7 +99,7 @@ bool HoleFilling::ImportMeasuredMap(int job) {
     return has_measured;
   }
   if (!options_.overwrite) {
-    throw phi::InputError(workspace_.DepthMapPath(image, geometric).string() +
+    throw phi::InputError(phi::AboutFile(workspace_.DepthMapPath(image, geometric)) +
                           " was made by another program, and filling replaces it; add --overwrite true. The "
                           "originals are kept, and --restore true puts them back");
   }

@@ -129,29 +129,29 @@ void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>&
                   workspace.ImageMaskPath(first.image).string());
 }
 
-std::string ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {
-  const std::string& name = workspace.views()[job.image].name;
+phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {
+  const phi::Message image = "image " + phi::AboutImage(workspace.views()[job.image].name);
   if (job.file_is_missing) {
-    return "image " + name + ": the file " + workspace.ImagePath(job.image).string() +
+    return image + ": the file " + phi::AboutFile(workspace.ImagePath(job.image)) +
            " is missing or cannot be reached";
   }
   if (!job.sources.empty()) return "";
   if (workspace.views().size() == 1) {
-    return "image " + name + ": it is the only image of the sparse model, and stereo needs at least two";
+    return image + ": it is the only image of the sparse model, and stereo needs at least two";
   }
   const phi::Pinhole& working = workspace.views()[job.image].camera.pinhole;
   const int longest = std::max(working.width, working.height);
   if (longest < kFewestPixels) {
-    return "image " + name + ": at " + std::to_string(working.width) + "x" + std::to_string(working.height) +
+    return image + ": at " + std::to_string(working.width) + "x" + std::to_string(working.height) +
            " pixels no other image sees the scene from another side; raise --PatchMatchStereo.max_image_size";
   }
   if (formulas == phi::Formulas::kPaper) {
-    return "image " + name +
+    return image +
            ": the paper's Eq. 2 and 3 leave it no source image; they are for images about 3000 pixels wide: "
            "lower "
            "--PhiStereo.min_displacement for smaller ones, or name source images in patch-match.cfg";
   }
-  return "image " + name +
+  return image +
          ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
          "source images there";
 }

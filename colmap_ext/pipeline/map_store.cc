@@ -161,7 +161,7 @@ void MapStore::KeepTransient(int image, const std::string& kind, const StageResu
     try {
       Save(image, kind, {.map = std::static_pointer_cast<const phi::MeasurementMap>(item)});
     } catch (const phi::InputError& error) {
-      throw phi::ResourceError(error.what());  // not the fault of the image whose turn it is
+      throw phi::ResourceError(error.message());  // not the fault of the image whose turn it is
     }
   });
 }

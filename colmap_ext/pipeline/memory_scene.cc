@@ -49,7 +49,7 @@ class MemoryRun {
               kNoLimit),
         maps_(jobs_.size()) {
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
-      if (!jobs_[j].problem.empty()) Fail(static_cast<int>(j), jobs_[j].problem);
+      if (!jobs_[j].problem.empty()) Fail(0, static_cast<int>(j), jobs_[j].problem);
     }
   }
 
@@ -68,7 +68,7 @@ class MemoryRun {
     loop_.Begin(stages_);
     for (auto plan = plan_rest(); HasPending(plan); plan = plan_rest()) {
       for (const JobFailure& failure : loop_.Run(plan, static_cast<int>(plan.size()), keep))
-        Fail(failure.job, failure.message);
+        Fail(failure.stage, failure.job, failure.message);
     }
     loop_.End();
     Finish();
@@ -86,10 +86,11 @@ class MemoryRun {
     maps_[job].inferred = after_inference ? InferredMask(*result.map) : nullptr;
   }
 
-  void Fail(int job, const std::string& message) {
-    phi::LogError(message);
+  void Fail(int stage, int job, const phi::Message& message) {
+    const phi::Message context = phi::AboutImage(workspace_.views()[jobs_[job].image].name) + phi::AboutStage(stages_[stage].result);
     maps_[job] = {};
-    maps_[job].problem = message;
+    maps_[job].problem = WithContext(message, context);
+    phi::LogError(maps_[job].problem);
   }
 
   void Finish() {
@@ -122,7 +123,7 @@ class MemoryMaps final : public FusionMapSource {
   phi::Camera ReadCamera(int image) const override {
     phi::Camera camera = workspace_.views()[image].camera;
     const phi::PlaneMap& map = *maps_[image].map;
-    camera.pinhole = CameraOfMap(camera.pinhole, map.width(), map.height(), "image " + workspace_.views()[image].name);
+    camera.pinhole = CameraOfMap(camera.pinhole, map.width(), map.height(), "image " + phi::AboutImage(workspace_.views()[image].name));
     return camera;
   }
 

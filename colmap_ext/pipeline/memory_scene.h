@@ -13,6 +13,7 @@
 #include "colmap_ext/pipeline/pipeline_options.h"
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
+#include "phi/base/message.h"
 
 namespace colmap_ext {
 
@@ -21,7 +22,7 @@ struct SceneMaps {
   std::shared_ptr<const phi::PlaneMap> map;    // depth <= 0: none
   std::shared_ptr<const phi::CostMap> cost;    // of the last estimation; null where nothing was estimated
   std::shared_ptr<const phi::Mask> inferred;   // 0: measured, or no depth; null: nothing was inferred
-  std::string problem;                         // not empty: why the image could not be done; its map has no depth
+  phi::Message problem;                        // not empty: why the image could not be done; its map has no depth
 };
 
 // Parallel to workspace.views(), of a workspace in memory. sources: as of MakeMemoryJobs. Throws phi::InputError when no

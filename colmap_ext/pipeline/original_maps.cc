@@ -93,7 +93,7 @@ int RestoreOriginalMaps(const Workspace& workspace, const std::vector<ImageJob>&
     ++num_restored;
   }
   if (num_restored == 0) {
-    throw phi::InputError(workspace.StereoFolder().string() +
+    throw phi::InputError(phi::AboutFile(workspace.StereoFolder()) +
                           " holds no maps of another program that hole_filler filled: there is nothing to "
                           "put back. Of phimvs's own maps, --PhiInference.mode off takes the filled depths "
                           "out again");

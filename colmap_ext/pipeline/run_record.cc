@@ -53,7 +53,7 @@ void RunRecord::ReadFile() {
   } catch (const phi::ResourceError&) {
     throw;
   } catch (const std::exception& error) {  // of the parser, or of a stream that cannot be read
-    throw phi::InputError(path_.string() + " is damaged (" + error.what() +
+    throw phi::InputError(phi::AboutFile(path_) + " is damaged (" + error.what() +
                           "); remove it and run again with --overwrite true to make all maps anew");
   }
 }

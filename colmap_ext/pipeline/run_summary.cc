@@ -127,7 +127,7 @@ void LogSummary(const RunSummary& summary) {
   if (num_failed > 0) {
     phi::LogError(FormatText("%zu of %d images failed:", num_failed, summary.num_images));
     for (std::size_t i = 0; i < std::min(num_failed, kMaxListedFailures); ++i) {
-      phi::LogError("  " + summary.failures[i].stage + ": " + summary.failures[i].message);
+      phi::LogError("  " + summary.failures[i].stage + ": " + summary.failures[i].text);
     }
     if (num_failed > kMaxListedFailures)
       phi::LogError(FormatText("  and %zu more, see phimvs.json", num_failed - kMaxListedFailures));

@@ -18,12 +18,6 @@ struct StageSummary {
   std::int64_t num_pixels = 0, num_with_depth = 0;
 };
 
-struct FailedImage {
-  std::string image;
-  std::string stage;
-  std::string message;
-};
-
 struct DeviceSummary {
   std::string name;
   std::int64_t peak_bytes = 0;  // 0: not told
@@ -43,7 +37,7 @@ struct RunSummary {
   std::vector<StageSummary> stages;
   InferenceSummary inference;
   std::vector<DeviceSummary> devices;
-  std::vector<FailedImage> failures;
+  std::vector<phi::Message> failures;  // one for each image that failed, about it and its stage
   int num_images = 0;            // reference images of the job, without those that are left out for want of a file
   int num_images_kept = 0;       // their results were there and up to date
   int num_failed_elsewhere = 0;  // images of a shard that failed in other shards' stages

@@ -160,7 +160,7 @@ void ShardJournals::Open(const ShardProcess& process) {
     const int file = ::open(own_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (file < 0 && (errno == EEXIST || errno == EINTR)) continue;
     if (file < 0) {
-      throw phi::ResourceError("cannot make " + own_.string() + ": " + std::generic_category().message(errno) +
+      throw phi::ResourceError("cannot make " + phi::AboutFile(own_) + ": " + std::generic_category().message(errno) +
                                "; check that the folder can be written, and run the command again");
     }
     ::close(file);

@@ -12,6 +12,7 @@
 
 #include "colmap_ext/pipeline/pipeline_options.h"
 #include "colmap_ext/workspace.h"
+#include "phi/base/message.h"
 #include "phi/matching/cost_aggregation.h"
 
 namespace colmap_ext {
@@ -63,7 +64,7 @@ struct ImageJob {
   std::string input_key;         // hash of cameras, image files and sparse points: of the image and the sources to match
   std::string witness_key;       // hash of cameras and image files of the others
   bool file_is_missing = false;
-  std::string problem;  // not empty: the job cannot run, for this reason
+  phi::Message problem;  // not empty: the job cannot run, for this reason
   bool keeps_measured = false;  // its measured map is another program's: inference fills holes alone
 
   std::size_t NumMatched() const { return std::min(sources.size(), static_cast<std::size_t>(max_matched)); }

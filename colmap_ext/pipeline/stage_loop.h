@@ -20,7 +20,7 @@ namespace colmap_ext {
 
 struct JobFailure {
   int stage = 0, job = 0;
-  std::string message;
+  phi::Message message;
 };
 
 struct TaskOutcome {

@@ -119,13 +119,13 @@ void StageRunner::RecordFailure(const JobFailure& failure, const std::string& ke
   TaskRecord record;
   record.state = "failed";
   record.key = key;
-  record.warnings = {failure.message};
+  record.warnings = {failure.message.text};
   record_.Finish(TaskOf(failure.stage, failure.job), record);
 }
 
-void StageRunner::Fail(int job, const std::string& stage, const std::string& message) {
-  phi::LogError(message);
-  summary_.failures.push_back({NameOf(job), stage, message});
+void StageRunner::Fail(int job, const std::string& stage, const phi::Message& message) {
+  summary_.failures.push_back(WithContext(message, phi::AboutImage(NameOf(job)) + phi::AboutStage(stage)));
+  phi::LogError(summary_.failures.back());
 }
 
 void StageRunner::End() {

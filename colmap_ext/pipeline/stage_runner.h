@@ -35,7 +35,7 @@ class StageRunner {
   // done. Log, summary and record tell of failures already. Throws as RunTasks.
   void Run(const std::vector<StagePlan>& plan);
   // A job that cannot be done, at any time: log and summary.
-  void Fail(int job, const std::string& stage, const std::string& message);
+  void Fail(int job, const std::string& stage, const phi::Message& message);
   // After the last Run: writes what waits, and ends the progress line.
   void End();
   // The summary, into the record.

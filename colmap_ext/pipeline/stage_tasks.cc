@@ -88,7 +88,7 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
   input.sources = ReadSources(job, job.NumMatched(), used, warnings);
   if (input.sources.empty()) {
-    throw phi::InputError("image " + input.reference.view->name + ": none of its source images can be read");
+    throw phi::InputError("image " + phi::AboutImage(input.reference.view->name) + ": none of its source images can be read");
   }
   phi::SparseDepth sparse = sparse_depth_(job.image);
   input.sparse = std::move(sparse.points);

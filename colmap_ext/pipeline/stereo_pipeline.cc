@@ -228,7 +228,7 @@ void StereoPipeline::ReportImpossibleJobs() {
     if (!IsShard() || !scope_.Owns(0, j)) continue;
     const RunRecord::Task task{NameOf(j), stages_[0].result};  // for `status`, which plans nothing
     runner_.record().Begin({task}, {""});
-    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem}});
+    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem.text}});
   }
 }
 
@@ -238,7 +238,7 @@ void StereoPipeline::RequirePossibleJob() {
   const auto is_possible = [](const ImageJob& job) { return job.problem.empty(); };
   if (std::any_of(jobs_.begin(), jobs_.end(), is_possible)) return;
   if (IsShard()) runner_.record().Compact();  // else `status` would take it for one at work
-  throw phi::InputError("no image can be done: " + jobs_.front().problem);
+  throw phi::InputError("no image can be done: " + WithContext(jobs_.front().problem, phi::AboutStage(stages_[0].result)));
 }
 
 void StereoPipeline::CheckFiles() {
@@ -263,7 +263,7 @@ FoundFiles StereoPipeline::Inspect(int stage, int job) const {
 void StereoPipeline::RefuseForeignFile(const std::filesystem::path& path) const {
   if (path.empty()) return;
   throw phi::InputError(
-      path.string() +
+      phi::AboutFile(path) +
       " was not made by phimvs patch_match_stereo; add --overwrite true to replace it and all "
       "others like it, or move it and the others away" +
       (runner_.record().Shards().empty()

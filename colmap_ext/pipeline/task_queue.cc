@@ -81,7 +81,7 @@ class Queue {
     });
   }
 
-  void Fail(int task, Device* device, const std::string& message) {
+  void Fail(int task, Device* device, const phi::Message& message) {
     Finish(task, device, [&] {
       --num_left_;
       failures_.emplace(task, message);
@@ -170,7 +170,7 @@ class Queue {
   std::map<int, std::set<int>, std::greater<>> ready_;  // by kind, the highest first
   std::vector<std::size_t> num_needed_;                 // by task: of what it needs, not done yet
   std::vector<std::vector<int>> readers_;               // by task: those that need it
-  std::map<int, std::string> failures_;                 // by task
+  std::map<int, phi::Message> failures_;                // by task
   std::set<int> left_out_;
   std::exception_ptr error_;
 };
@@ -182,7 +182,7 @@ void Work(const TaskFunction& run, Queue* queue, Device* device) {
       run(*task, *device->backend);
       queue->Done(*task, device);
     } catch (const phi::InputError& error) {
-      queue->Fail(*task, device, error.what());
+      queue->Fail(*task, device, error.message());
     } catch (const phi::DeviceError& error) {
       if (!queue->GiveBack(*task, device)) continue;
       phi::LogWarning(device->backend->Name() +

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/base/message.h"
 
 namespace colmap_ext {
 
@@ -17,7 +18,7 @@ struct QueuedTask {
 
 struct TaskFailure {
   int task = 0;  // place in the list
-  std::string message;
+  phi::Message message;
 };
 
 struct QueueOutcome {

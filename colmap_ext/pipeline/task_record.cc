@@ -105,7 +105,7 @@ void AppendLine(const std::filesystem::path& path, const std::string& line) {
     is_whole = false;
   }
   if (!is_whole) {
-    throw phi::ResourceError("cannot write " + path.string() + ": " + std::generic_category().message(error) +
+    throw phi::ResourceError("cannot write " + phi::AboutFile(path) + ": " + std::generic_category().message(error) +
                              "; free some space and run the command again");
   }
 }

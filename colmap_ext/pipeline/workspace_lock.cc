@@ -19,13 +19,13 @@ WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
   std::error_code error;
   fs::create_directories(stereo_folder, error);
   if (error)
-    throw phi::InputError("cannot make the folder " + stereo_folder.string() + ": " + error.message());
+    throw phi::InputError("cannot make the folder " + phi::AboutFile(stereo_folder) + ": " + error.message());
   descriptor_ = open(stereo_folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // Some network file systems have no locks: then the user is trusted.
   const int kind = sharing == Sharing::kAlone ? LOCK_EX : LOCK_SH;
   if (descriptor_ >= 0 && flock(descriptor_, kind | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor_);
-    throw phi::InputError(stereo_folder.string() +
+    throw phi::InputError(phi::AboutFile(stereo_folder) +
                           ": another phimvs is at work in this workspace; wait for it or stop it");
   }
 }

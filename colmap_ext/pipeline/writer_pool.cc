@@ -61,7 +61,7 @@ void WriterPool::Work() {
       num_bytes = job();
     } catch (const phi::InputError& failure) {
       // A result that cannot be written is not one image's fault: it ends the run.
-      error = std::make_exception_ptr(phi::ResourceError(failure.what()));
+      error = std::make_exception_ptr(phi::ResourceError(failure.message()));
     } catch (...) {
       error = std::current_exception();
     }

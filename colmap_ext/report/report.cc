@@ -24,13 +24,13 @@ using Json = nlohmann::ordered_json;
 
 Json ReadJson(const std::filesystem::path& path) {
   std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + path.string());
+  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
   try {
     return ParseJson(stream);
   } catch (const Json::exception&) {
-    throw phi::InputError(path.string() + " is not JSON");
+    throw phi::InputError(phi::AboutFile(path) + " is not JSON");
   } catch (const phi::InputError& error) {
-    throw phi::InputError(path.string() + ": " + error.what());
+    throw phi::InputError(phi::AboutFile(path) + ": " + error.what());
   }
 }
 
@@ -112,7 +112,7 @@ void RequireContent(const Workspace& workspace, const std::vector<ReportImage>& 
     return image.photometric >= 0 || image.measured >= 0 || image.geometric >= 0;
   });
   if (has_maps || report.contains("cloud")) return;
-  throw phi::InputError(workspace.StereoFolder().string() +
+  throw phi::InputError(phi::AboutFile(workspace.StereoFolder()) +
                         " holds no depth map of the sparse model's images that can be read, and there is no "
                         "cloud: nothing to report; run phimvs patch_match_stereo first");
 }
@@ -131,7 +131,7 @@ void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& repor
   for (const auto& path : paths) {
     const Json scores = ReadJson(path);
     if (!scores.contains("tolerances")) {
-      throw phi::InputError(path.string() +
+      throw phi::InputError(phi::AboutFile(path) +
                             " holds no scores of a cloud; write it with phimvs evaluate --cloud_path");
     }
     report["evaluations"].push_back({{"name", path.stem().string()},

@@ -139,7 +139,7 @@ bool TruthAt(const phi::SceneView& view, const phi::Array2D<float>& truth, const
 CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
   const PlyRows rows(ply);
   const PlyElement* vertex = rows.Find("vertex");
-  if (!vertex) throw phi::InputError(ply.string() + " has no vertices");
+  if (!vertex) throw phi::InputError(phi::AboutFile(ply) + " has no vertices");
   CloudSample sample;
   sample.num_points = vertex->count;
   sample.offset = rows.offset();

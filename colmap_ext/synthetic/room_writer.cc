@@ -20,7 +20,7 @@ constexpr int kMaxAutomaticSources = 20;  // what undistorters write
 
 void RefuseExisting(const fs::path& folder) {
   if (!fs::exists(folder)) return;
-  throw phi::InputError(folder.string() + " exists; choose another --output_path or remove that folder");
+  throw phi::InputError(phi::AboutFile(folder) + " exists; choose another --output_path or remove that folder");
 }
 
 void WriteWorkspace(const SyntheticRoom& room, const fs::path& dense) {

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <stdexcept>
-#include <string>
+#include <utility>
+
+#include "phi/base/message.h"
 
 namespace phi {
 
@@ -18,25 +21,29 @@ inline ExitCode CodeOfFailures(std::size_t num_failed, std::size_t num_all) {
 
 class Error : public std::runtime_error {
  public:
-  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  Error(ExitCode code, Message message)
+      : std::runtime_error(message.text), code_(code), message_(std::make_shared<const Message>(std::move(message))) {}
   ExitCode code() const { return code_; }
+  // what(), and the file, the image and the stage that it is about.
+  const Message& message() const { return *message_; }
 
  private:
   ExitCode code_;
+  std::shared_ptr<const Message> message_;  // shared: copies of an error must not throw
 };
 
 struct UsageError : Error {
-  explicit UsageError(const std::string& message) : Error(ExitCode::kUsage, message) {}
+  explicit UsageError(Message message) : Error(ExitCode::kUsage, std::move(message)) {}
 };
 struct InputError : Error {
-  explicit InputError(const std::string& message) : Error(ExitCode::kBadInput, message) {}
+  explicit InputError(Message message) : Error(ExitCode::kBadInput, std::move(message)) {}
 };
 struct ResourceError : Error {
-  explicit ResourceError(const std::string& message) : Error(ExitCode::kOutOfResources, message) {}
+  explicit ResourceError(Message message) : Error(ExitCode::kOutOfResources, std::move(message)) {}
 };
 // There is no device of the kind that was asked for.
 struct NoDeviceError : Error {
-  explicit NoDeviceError(const std::string& message) : Error(ExitCode::kNoDevice, message) {}
+  explicit NoDeviceError(Message message) : Error(ExitCode::kNoDevice, std::move(message)) {}
 };
 
 }  // namespace phi

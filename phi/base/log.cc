@@ -58,13 +58,13 @@ void SetLogLevel(LogLevel level) { Level() = static_cast<int>(level); }
 
 LogLevel GetLogLevel() { return static_cast<LogLevel>(Level().load()); }
 
-void Log(LogLevel level, const std::string& message) {
+void Log(LogLevel level, const Message& message) {
   if (static_cast<int>(level) > Level()) return;
   std::lock_guard<std::mutex> lock(SinkMutex());
   if (Sink()) {
     Sink()(level, message);
   } else {
-    std::fprintf(stderr, "%s\n", LogLine(level, message).c_str());
+    std::fprintf(stderr, "%s\n", LogLine(level, message.text).c_str());
   }
 }
 

@@ -5,11 +5,14 @@
 #include <functional>
 #include <string>
 
+#include "phi/base/message.h"
+
 namespace phi {
 
 enum class LogLevel { kError = 0, kWarning = 1, kInfo = 2, kDebug = 3 };
 
-using LogSink = std::function<void(LogLevel, const std::string&)>;
+// One that takes a std::string gets the sentences alone.
+using LogSink = std::function<void(LogLevel, const Message&)>;
 
 // Replaces the sink; thread-safe, as logging is. An empty sink restores the default (stderr).
 void SetLogSink(LogSink sink);
@@ -21,10 +24,10 @@ void SetLogTimestamps(bool on);
 // The line as the default sink prints it: time of day if wanted, "warning: " or "error: ", the message.
 std::string LogLine(LogLevel level, const std::string& message);
 
-void Log(LogLevel level, const std::string& message);
-inline void LogError(const std::string& m) { Log(LogLevel::kError, m); }
-inline void LogWarning(const std::string& m) { Log(LogLevel::kWarning, m); }
-inline void LogInfo(const std::string& m) { Log(LogLevel::kInfo, m); }
-inline void LogDebug(const std::string& m) { Log(LogLevel::kDebug, m); }
+void Log(LogLevel level, const Message& message);
+inline void LogError(const Message& m) { Log(LogLevel::kError, m); }
+inline void LogWarning(const Message& m) { Log(LogLevel::kWarning, m); }
+inline void LogInfo(const Message& m) { Log(LogLevel::kInfo, m); }
+inline void LogDebug(const Message& m) { Log(LogLevel::kDebug, m); }
 
 }  // namespace phi

@@ -81,7 +81,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
         std::min(gates_.min_normal_cosine, CosineOfDegrees(options.max_normal_error_in_holes));
   }
   if (neighbors.size() > kMaxFusionNeighbors) {
-    throw UsageError("fusion: an image has " + std::to_string(neighbors.size()) + " neighbours, at most " +
+    throw UsageError(AboutStage("fusion") + ": an image has " + std::to_string(neighbors.size()) + " neighbours, at most " +
                      std::to_string(kMaxFusionNeighbors) +
                      " are possible; lower --StereoFusion.check_num_images");
   }
@@ -90,7 +90,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       if (image.earlier != earlier) continue;
       const Pinhole& k = image.camera.pinhole;
       if (image.map->size() > kMaxFusionPixels) {
-        throw ResourceError("fusion: a depth map of " + std::to_string(k.width) + "x" +
+        throw ResourceError(AboutStage("fusion") + ": a depth map of " + std::to_string(k.width) + "x" +
                             std::to_string(k.height) + " is too large; lower --StereoFusion.max_image_size");
       }
       neighbors_.push_back({image.index, earlier && options.rules.IsOn(Rule::kCover),

@@ -93,7 +93,7 @@ void CheckInput(const InferenceInput& input) {
   if (!image || !input.measured || input.reference.view == nullptr ||
       image->width() != input.measured->width() || image->height() != input.measured->height()) {
     throw InputError("plane inference of image " +
-                     (input.reference.view != nullptr ? input.reference.view->name : std::string("?")) +
+                     (input.reference.view != nullptr ? AboutImage(input.reference.view->name) : Message("?")) +
                      ": the depth map's size differs from the image's; run patch_match_stereo again");
   }
 }

@@ -45,7 +45,7 @@ int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
 }  // namespace
 
 void CheckEstimationInput(const EstimationInput& input) {
-  const std::string image = "image '" + input.reference.view->name + "', estimation: ";
+  const Message image = "image '" + AboutImage(input.reference.view->name) + "', estimation: ";
   if (input.sources.empty()) {
     throw InputError(image +
                      "no source view; list some in stereo/patch-match.cfg or add images that overlap");

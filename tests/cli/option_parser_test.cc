@@ -9,6 +9,7 @@
 
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -158,6 +159,7 @@ TEST_F(OptionParserTest, UnknownIniKeysWarnOnceAndBadIniValuesNameTheFile) {
   EXPECT_THAT(warnings_[0], HasSubstr(ini));
   const std::string bad = WriteIni("[PatchMatchStereo]\nnum_iterations=many\n");
   EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", bad}), HasSubstr("project.ini"));
+  EXPECT_EQ(test_support::WholeMessageOf<phi::InputError>([&] { Parse({"--project_path", bad}); }).file, bad);
   EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", WriteIni("[broken\n=\n")}),
               HasSubstr("project.ini"));
   // Boost's own sentence of this file has no end.

@@ -154,6 +154,29 @@ TEST(SceneFusion, LeavesOutImagesWithDamagedFilesAndNamesThem) {
   EXPECT_THAT(InputErrorOf([&] { Fuse(folder.path()); }), HasSubstr("all maps are damaged"));
 }
 
+TEST(SceneFusion, TellsOfADamagedFileWithImageAndStage) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  const fs::path photo = folder / "images" / MapWorkspaceImageName(3);
+  test_support::WriteBytes(photo, "no picture");
+  std::vector<phi::Message> errors;
+  phi::SetLogSink([&](phi::LogLevel level, const phi::Message& message) {
+    if (level == phi::LogLevel::kError) errors.push_back(message);
+  });
+  Fuse(folder.path());
+  phi::SetLogSink({});
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_EQ(errors[0].image, MapWorkspaceImageName(3));
+  EXPECT_EQ(errors[0].file, photo.string());
+  EXPECT_EQ(errors[0].stage, "fusion");
+
+  for (int view = 0; view < 5; ++view) fs::resize_file(MapPath(folder.path(), "depth_maps", view), 9);
+  const phi::Message all = test_support::WholeMessageOf<phi::InputError>([&] { Fuse(folder.path()); });
+  EXPECT_EQ(all.image, MapWorkspaceImageName(0));
+  EXPECT_EQ(all.file, MapPath(folder.path(), "depth_maps", 0).string());
+  EXPECT_EQ(all.stage, "fusion");
+}
+
 TEST(SceneFusion, LeavesOutImagesWithoutMaps) {
   const TemporaryFolder folder;
   WriteMapWorkspace(PlaneScene(), folder.path());

@@ -29,9 +29,10 @@ TEST(TextureLimits, OnePixelMoreOfEitherSideIsTheImagesFault) {
 
 // The size that --PatchMatchStereo.max_image_size limits is the longer side, which must fit either way round.
 TEST(TextureLimits, TheMessageNamesTaskSizesAndWhatToDo) {
-  const std::string message = test_support::InputErrorOf(
-      [] { RequireTextureSize(40000, 70000, kLimits, "stage 'estimation' of image 'a.jpg'"); });
-  EXPECT_THAT(message, AllOf(HasSubstr("stage 'estimation' of image 'a.jpg': "), HasSubstr("40000x70000"),
+  const Message message = test_support::WholeMessageOf<InputError>(
+      [] { RequireTextureSize(40000, 70000, kLimits, "stage 'estimation' of image '" + AboutImage("a.jpg") + "'"); });
+  EXPECT_EQ(message.image, "a.jpg");
+  EXPECT_THAT(message.text, AllOf(HasSubstr("stage 'estimation' of image 'a.jpg': "), HasSubstr("40000x70000"),
                              HasSubstr("131072x65000"), HasSubstr("max_image_size to 65000"),
                              HasSubstr("--PhiStereo.backend cpu")));
 }

@@ -7,16 +7,21 @@
 
 namespace test_support {
 
-// The message of the Error (phi::InputError, ...) that the action throws; "nothing was thrown" when it does
-// not.
+// The message of the Error (phi::InputError, ...) that the action throws, with what it is about; "nothing was thrown" when it
+// does not.
 template <typename Error, typename Action>
-std::string MessageOf(const Action& action) {
+phi::Message WholeMessageOf(const Action& action) {
   try {
     action();
   } catch (const Error& error) {
-    return error.what();
+    return error.message();
   }
   return "nothing was thrown";
+}
+
+template <typename Error, typename Action>
+std::string MessageOf(const Action& action) {
+  return WholeMessageOf<Error>(action).text;
 }
 
 template <typename Action>

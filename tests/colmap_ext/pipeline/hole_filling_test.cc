@@ -119,7 +119,9 @@ TEST_F(HoleFillingTest, AnImageThatFailsLeavesTheOthersDone) {
     const RunSummary summary = Fill();
     ASSERT_THAT(summary.failures, SizeIs(1));
     EXPECT_EQ(summary.failures[0].image, names_[1]);
-    EXPECT_THAT(summary.failures[0].message, HasSubstr("no luck"));
+    EXPECT_THAT(summary.failures[0].text, HasSubstr("no luck"));
+    EXPECT_EQ(summary.failures[0].stage, stage == "infer" ? "inferred" : "geometric");
+    EXPECT_EQ(summary.failures[0].file, "");
     EXPECT_EQ(summary.stages.back().num_made, kNumImages - 1);
     for (int i = 0; i < kNumImages; ++i) {
       const auto filled = folder_ / "stereo/filled_masks" / (names_[i] + ".png");

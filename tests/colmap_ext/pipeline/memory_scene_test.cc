@@ -81,7 +81,7 @@ TEST_F(MemorySceneTest, RunsEachStageOverEachImage) {
   EXPECT_EQ(calls_.inferences, n);
   ASSERT_EQ(maps.size(), names_.size());
   for (const SceneMaps& map : maps) {
-    EXPECT_EQ(map.problem, "");
+    EXPECT_EQ(map.problem.text, "");
     ASSERT_NE(map.inferred, nullptr);
     std::int64_t num_inferred = 0;
     for (std::size_t i = 0; i < map.map->size(); ++i) {
@@ -147,10 +147,12 @@ TEST_F(MemorySceneTest, AnImageThatCannotBeDoneIsToldAndTheOthersGoOn) {
   };
   const Workspace workspace = InMemory();
   const std::vector<SceneMaps> maps = EstimateScene(workspace, Sources(), options_, backends_);
-  EXPECT_THAT(maps[1].problem, HasSubstr("no luck with " + names_[1]));
+  EXPECT_EQ(maps[1].problem.text, "no luck with " + names_[1]);
+  EXPECT_EQ(maps[1].problem.image, names_[1]);
+  EXPECT_EQ(maps[1].problem.stage, "measured");
   EXPECT_EQ(maps[1].inferred, nullptr);
   for (const phi::PlaneHypothesis& h : *maps[1].map) EXPECT_EQ(h.depth, 0);
-  EXPECT_EQ(maps[0].problem, "");
+  EXPECT_EQ(maps[0].problem.text, "");
   EXPECT_EQ(calls_.inferences, static_cast<int>(names_.size()) - 1);
 }
 

@@ -533,7 +533,8 @@ TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
   const RunSummary summary = Run();
   ASSERT_THAT(summary.failures, SizeIs(1));
   EXPECT_EQ(summary.failures[0].image, names_[1]);
-  EXPECT_THAT(summary.failures[0].message, HasSubstr(image.string()));
+  EXPECT_EQ(summary.failures[0].file, image.string());
+  EXPECT_EQ(summary.failures[0].stage, "photometric");
   EXPECT_EQ(summary.num_images_kept, 0);
   EXPECT_THAT(SummaryLine(summary), testing::Not(HasSubstr("kept from before")));
   const std::string record = test_support::ReadBytes(folder_ / "stereo/phimvs.json");
@@ -564,6 +565,8 @@ TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
   const RunSummary first = Run();
   ASSERT_THAT(first.failures, SizeIs(1));
   EXPECT_EQ(first.failures[0].image, names_[1]);
+  EXPECT_EQ(first.failures[0].stage, "photometric");
+  EXPECT_EQ(first.failures[0].file, (folder_ / "images" / names_[1]).string());
   EXPECT_TRUE(std::filesystem::exists(DepthPath(0, "geometric")));
   calls_.estimates = calls_.filters = 0;
   EXPECT_THAT(Run().failures, SizeIs(1));
@@ -594,9 +597,12 @@ TEST_F(StereoPipelineTest, NothingDoneIsBadInput) {
   std::filesystem::remove_all(folder_ / "images");
   for (const bool allow_missing_files : {false, true}) {
     options_.allow_missing_files = allow_missing_files;
-    EXPECT_THAT(test_support::InputErrorOf([&] { Run(); }),
-                HasSubstr("no image can be done: image " + names_[0] + ": the file " +
-                          (folder_ / "images" / names_[0]).string() + " is missing"));
+    const std::string path = (folder_ / "images" / names_[0]).string();
+    const phi::Message message = test_support::WholeMessageOf<phi::InputError>([&] { Run(); });
+    EXPECT_THAT(message.text, HasSubstr("no image can be done: image " + names_[0] + ": the file " + path + " is missing"));
+    EXPECT_EQ(message.image, names_[0]);
+    EXPECT_EQ(message.file, path);
+    EXPECT_EQ(message.stage, "photometric");
   }
 }
 

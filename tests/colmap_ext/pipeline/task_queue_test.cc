@@ -65,7 +65,7 @@ TEST_F(TaskQueueTest, BadInputFailsItsTaskAlone) {
   EXPECT_EQ(num_run, 4);
   ASSERT_EQ(failures.size(), 2u);
   EXPECT_EQ(failures[0].task, 1);
-  EXPECT_EQ(failures[1].message, "image 3");
+  EXPECT_EQ(failures[1].message.text, "image 3");
 }
 
 TEST_F(TaskQueueTest, OtherErrorsAndCancellationStopTheQueue) {
