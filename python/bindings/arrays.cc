@@ -197,7 +197,7 @@ nb::list ToPython(std::vector<MapArrays> maps) {
                                MakeOutput(std::move(m.normal), {height, width, 3}),
                                MakeOutput(std::move(m.inferred), {height, width}),
                                MakeOutput(std::move(m.confidence), {height, width}),
-                               nb::make_tuple(k.fx, k.fy, k.cx, k.cy), m.problem));
+                               nb::make_tuple(k.fx, k.fy, k.cx, k.cy), TextOf(m.problem)));
   }
   return list;
 }

@@ -15,9 +15,9 @@ namespace phimvs_python {
 namespace {
 
 // The class of phimvs/errors.py for an error, raised with its message.
-void Raise(const char* class_name, const std::string& message) {
+void Raise(const char* class_name, const phi::Message& message) {
   const nb::object type = nb::module_::import_("phimvs.errors").attr(class_name);
-  PyErr_SetString(type.ptr(), message.c_str());
+  PyErr_SetObject(type.ptr(), type(*TupleOf(message)).ptr());
 }
 
 const char* ClassOf(phi::ExitCode code) {
@@ -33,9 +33,11 @@ const char* ClassOf(phi::ExitCode code) {
   }
 }
 
-bool IsOutOfResources(const std::system_error& error) {
+const char* ClassOf(const std::system_error& error) {
   const int code = error.code().value();
-  return code == ENOSPC || code == EDQUOT || code == ENOMEM || code == EMFILE || code == ENFILE || code == EAGAIN;
+  const bool is_out_of_resources =
+      code == ENOSPC || code == EDQUOT || code == ENOMEM || code == EMFILE || code == ENFILE || code == EAGAIN;
+  return is_out_of_resources ? "ResourceError" : "InputError";
 }
 
 void Translate(const std::exception_ptr& pointer, void*) {
@@ -44,15 +46,28 @@ void Translate(const std::exception_ptr& pointer, void*) {
   } catch (const phi::Cancelled&) {
     Raise("Cancelled", "cancelled; finished maps are kept, and the same call goes on where this one stopped");
   } catch (const phi::Error& error) {
-    Raise(ClassOf(error.code()), error.what());
+    Raise(ClassOf(error.code()), error.message());
   } catch (const std::bad_alloc&) {
     Raise("ResourceError", "out of memory; lower PatchMatchStereo.cache_size or PatchMatchStereo.max_image_size");
+  } catch (const std::filesystem::filesystem_error& error) {
+    Raise(ClassOf(error), WithContext(error.what(), phi::AboutFile(error.path1())));
   } catch (const std::system_error& error) {
-    Raise(IsOutOfResources(error) ? "ResourceError" : "InputError", error.what());
+    Raise(ClassOf(error), error.what());
   }
 }
 
 }  // namespace
+
+nb::str TextOf(const std::string& text) {
+  PyObject* decoded = PyUnicode_DecodeFSDefaultAndSize(text.data(), static_cast<Py_ssize_t>(text.size()));
+  if (decoded == nullptr) nb::raise_python_error();
+  return nb::steal<nb::str>(decoded);
+}
+
+nb::tuple TupleOf(const phi::Message& message) {
+  return nb::make_tuple(TextOf(message.text), TextOf(message.file), TextOf(message.image), TextOf(message.stage));
+}
+
 }  // namespace phimvs_python
 
 NB_MODULE(_core, module) {

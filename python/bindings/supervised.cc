@@ -17,6 +17,7 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
+#include "python/bindings/module.h"
 
 namespace nb = nanobind;
 
@@ -27,7 +28,7 @@ constexpr std::chrono::milliseconds kSignalInterval{100};
 
 struct LogEvent {
   phi::LogLevel level;
-  std::string message;
+  phi::Message message;
 };
 
 // What the work has told and Python has not heard yet.
@@ -74,7 +75,7 @@ class ProcessState {
   ProcessState(Mailbox* mailbox, bool debug) : level_(phi::GetLogLevel()) {
     phi::CancellationFlag() = false;
     phi::SetLogLevel(debug ? phi::LogLevel::kDebug : phi::LogLevel::kInfo);
-    phi::SetLogSink([mailbox](phi::LogLevel level, const std::string& message) { mailbox->Post({level, message}); });
+    phi::SetLogSink([mailbox](phi::LogLevel level, const phi::Message& message) { mailbox->Post({level, message}); });
     colmap_ext::SetProgressSink([mailbox](const colmap_ext::ProgressState& state) { mailbox->Post(state); });
   }
   ~ProcessState() {
@@ -91,7 +92,7 @@ class ProcessState {
 };
 
 void Deliver(const Listeners& listeners, const Mailbox::Content& content) {
-  for (const LogEvent& event : content.log) listeners.log(static_cast<int>(event.level), event.message);
+  for (const LogEvent& event : content.log) listeners.log(static_cast<int>(event.level), *TupleOf(event.message));
   if (!content.progress || listeners.progress.is_none()) return;
   const colmap_ext::ProgressState& s = *content.progress;
   listeners.progress(s.stage, s.num_done, s.num_tasks, s.fraction, s.seconds, s.seconds_left);

@@ -8,8 +8,8 @@
 
 namespace phimvs_python {
 
-// Where a run tells what it does. `log`: called with (level of phi::LogLevel, message). `progress`: None, or called with
-// (stage, done, total, fraction, seconds, seconds_left).
+// Where a run tells what it does. `log`: called with (level of phi::LogLevel, text, file, image, stage), '' for what is not
+// named. `progress`: None, or called with (stage, done, total, fraction, seconds, seconds_left).
 struct Listeners {
   nanobind::callable log;
   nanobind::object progress;

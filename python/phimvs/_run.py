@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from . import _core
-from .errors import UsageError
+from .errors import InputError, UsageError
 
 logger = logging.getLogger("phimvs")
 _LEVELS = (logging.ERROR, logging.WARNING, logging.INFO, logging.DEBUG)
@@ -37,7 +37,7 @@ class Run:
     """The listeners of one call; keeps the errors and warnings that were logged, and whether it was a shard's."""
 
     def __init__(self, progress: ProgressCallable | None) -> None:
-        self.errors: list[str] = []
+        self.errors: list[InputError] = []
         self.warnings: list[str] = []
         self.is_shard = False
         self._progress = progress
@@ -48,9 +48,14 @@ class Run:
         tell = None if self._progress is None else self._tell
         return _core.Listeners(self._log, tell, logger.isEnabledFor(logging.DEBUG))
 
-    def _log(self, level: int, message: str) -> None:
+    @property
+    def image_errors(self) -> list[str]:
+        """A sentence for each image that could not be done, without those that sum up."""
+        return [str(error) for error in self.errors if error.image]
+
+    def _log(self, level: int, message: str, file: str, image: str, stage: str) -> None:
         if level == 0:
-            self.errors.append(message)
+            self.errors.append(InputError(message, file, image, stage))
         elif level == 1:
             self.warnings.append(message)
         elif _SHARD_AT_WORK.search(message):

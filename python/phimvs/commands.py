@@ -24,7 +24,7 @@ def _call(name: str, arguments: dict[str, Any], options: Any, progress: Progress
         waiting = [warning for warning in run.warnings if warning.endswith("again later")]
         raise RetryLater(waiting[-1] if waiting else f"{name} waits for other shards; run this shard again later")
     if code not in (0, _SOME_IMAGES_FAILED):
-        raise InputError(run.errors[0] if run.errors else f"{name} failed")
+        raise run.errors[0] if run.errors else InputError(f"{name} failed")
     return run, printed
 
 
@@ -38,13 +38,13 @@ def _workspace(path: Any) -> Path:
 
 def _stereo_result(path: Any, run: Run) -> dict[str, Any]:
     if run.is_shard:  # what is recorded is of an earlier run of all images
-        return {"errors": run.errors}
+        return {"errors": run.image_errors}
     record = json.loads((_workspace(path) / "stereo" / "phimvs.json").read_text())
-    return {**(record["runs"][-1] if record["runs"] else {}), "errors": run.errors}
+    return {**(record["runs"][-1] if record["runs"] else {}), "errors": run.image_errors}
 
 
 def _cloud_result(path: Any, run: Run) -> dict[str, Any]:
-    return {**json.loads(Path(f"{os.fspath(path)}.json").read_text()), "path": os.fspath(path), "errors": run.errors}
+    return {**json.loads(Path(f"{os.fspath(path)}.json").read_text()), "path": os.fspath(path), "errors": run.image_errors}
 
 
 def patch_match_stereo(
@@ -84,7 +84,7 @@ def stereo_fusion(
     run, _ = _call("stereo_fusion", arguments, options, progress)
     if not run.is_shard and Path(f"{os.fspath(output_path)}.json").exists():
         return _cloud_result(output_path, run)
-    return {"path": os.fspath(output_path), "errors": run.errors}
+    return {"path": os.fspath(output_path), "errors": run.image_errors}
 
 
 def dense(

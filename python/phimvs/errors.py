@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import re
-
 
 class Error(RuntimeError):
-    """Of phimvs. `image`, `file` and `stage` are what the message names, or None."""
+    """Of phimvs. What it is about, or None: `file`, with its folder as it was given, `image`, and `stage`, as phimvs.json has it, or
+    "fusion", "evaluate" or "report"."""
 
-    def __init__(self, message: str = "") -> None:
+    def __init__(self, message: str = "", file: str | None = None, image: str | None = None, stage: str | None = None) -> None:
         super().__init__(message)
-        found = re.search(r"\bimage (\S+?): ", message)
-        self.image: str | None = found.group(1) if found else None
-        found = re.search(r"(/[^:\n]*): ", message)
-        self.file: str | None = found.group(1) if found else None
-        found = re.match(r"(fusion|plane inference|estimation|filter|evaluate|report)\b", message)
-        self.stage: str | None = found.group(1) if found else None
+        self.file = file or None
+        self.image = image or None
+        self.stage = stage or None
 
 
 class UsageError(Error, ValueError):

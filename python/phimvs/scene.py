@@ -83,7 +83,8 @@ def from_reconstruction(reconstruction: Any) -> dict[str, Any]:
         camera = reconstruction.cameras[image.camera_id]
         model = getattr(camera.model, "name", str(camera.model))
         if model not in ("SIMPLE_PINHOLE", "PINHOLE"):
-            raise UsageError(f"image {image.name}: its camera is {model}, but must be PINHOLE; undistort the images first")
+            message = f"image {image.name}: its camera is {model}, but must be PINHOLE; undistort the images first"
+            raise UsageError(message, image=image.name)
         parameters = list(camera.params)
         cameras.append([parameters[0], *parameters] if model == "SIMPLE_PINHOLE" else parameters)
         pose = image.cam_from_world

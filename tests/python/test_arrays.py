@@ -254,7 +254,7 @@ def test_a_lonely_photo_is_an_input_error(scene):
     one = {k: v[:1] for k, v in scene.items() if k != "points"}
     with pytest.raises(phimvs.InputError, match="stereo needs at least two") as caught:
         phimvs.estimate(**one, options=CPU)
-    assert caught.value.image == scene["names"][0]
+    assert (caught.value.image, caught.value.file, caught.value.stage) == (scene["names"][0], None, "photometric")
 
 
 def test_pycolmap_reconstructions_are_taken(done, scene):

@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import pickle
 import shutil
 import signal
 import subprocess
@@ -66,14 +67,71 @@ def test_errors_name_their_cause(workspace, tmp_path):
     photo.write_bytes(b"no photo")
     result = phimvs.patch_match_stereo(workspace, QUICK)
     assert result["images_failed"] == 1 and photo.name in result["errors"][0]
+    assert len(result["errors"]) == 1  # without the log's summary
     for photo in (workspace / "images").rglob("*.png"):
         photo.unlink()
     with pytest.raises(phimvs.InputError, match="is missing") as caught:
         phimvs.patch_match_stereo(workspace, QUICK)
-    assert caught.value.image
+    assert caught.value.image and caught.value.file == str(workspace / "images" / caught.value.image)
+    assert caught.value.stage == "photometric"
     if not shutil.which("nvidia-smi"):
         with pytest.raises(phimvs.NoDeviceError):
             phimvs.dense(workspace, options={"PhiStereo.backend": "cuda"})
+
+
+def error_of(call, *arguments):
+    with pytest.raises(phimvs.Error) as caught:
+        call(*arguments)
+    return caught.value
+
+
+def test_errors_name_files_as_they_were_given(workspace, tmp_path, monkeypatch):
+    (tmp_path / "beside").mkdir()
+    monkeypatch.chdir(tmp_path / "beside")
+    for folder in ("nowhere", "no where", "../nowhere", "../no: where"):
+        assert error_of(phimvs.dense, folder).file == folder
+    assert error_of(phimvs.read_map, "no map.bin").file == "no map.bin"
+    assert error_of(phimvs.stereo_fusion, "../dense", "a b.xyz").file == "a b.xyz"
+    assert error_of(phimvs.evaluate, {"cloud_path": "my cloud", "truth_path": "my truth"}).file == "my truth"
+    without_maps = error_of(phimvs.stereo_fusion, "../dense", "a b.ply")
+    assert (without_maps.file, without_maps.image, without_maps.stage) == ("../dense/stereo", None, "fusion")
+
+
+def test_errors_name_images_whose_names_hold_blanks(workspace, tmp_path, monkeypatch):
+    names = {p.name: f"view: {p.stem} of '1'.png" for p in (workspace / "images").iterdir()}
+    for old, new in names.items():
+        (workspace / "images" / old).rename(workspace / "images" / new)
+    for file in [*(workspace / "sparse").glob("images.*"), *(workspace / "stereo").glob("*.cfg")]:
+        content = file.read_bytes()
+        for old, new in names.items():
+            content = content.replace(old.encode(), new.encode())
+        file.write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    for name in names.values():
+        (workspace / "images" / name).write_bytes(b"no photo")
+    damaged = error_of(phimvs.patch_match_stereo, "dense", QUICK)
+    assert damaged.image in names.values() and damaged.stage == "photometric"
+    assert damaged.file == f"dense/images/{damaged.image}"
+
+
+def test_errors_about_nothing_that_has_a_name(workspace):
+    error = error_of(phimvs.patch_match_stereo, workspace, {"PhiStereo.mask_path": "", "PatchMatchStereo.window_radius": 99})
+    assert isinstance(error, phimvs.UsageError) and "PatchMatchStereo.window_radius" in str(error)
+    assert (error.file, error.image, error.stage) == (None, None, None)
+
+
+def test_names_that_are_no_text_are_as_the_system_has_them(tmp_path):
+    name = b"\xff.bin"
+    (tmp_path / os.fsdecode(name)).write_bytes(b"no map")
+    (tmp_path / os.fsdecode(b"\xff.geometric.bin")).write_bytes(b"no map")
+    error = error_of(phimvs.evaluate, {"depth_maps": tmp_path, "truth_depth_maps": tmp_path})
+    assert os.fsencode(error.file).startswith(os.fsencode(tmp_path / "")) and b"\xff" in os.fsencode(error.file)
+    assert open(error.file, "rb").read() == b"no map"
+
+
+def test_errors_travel_between_processes():
+    error = pickle.loads(pickle.dumps(phimvs.InputError("a b.bin: damaged", file="a b.bin", stage="fusion")))
+    assert (str(error), error.file, error.image, error.stage) == ("a b.bin: damaged", "a b.bin", None, "fusion")
 
 
 def test_a_shard_that_waits_is_to_be_run_again(workspace, done, tmp_path, monkeypatch):
