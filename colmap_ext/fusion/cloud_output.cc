@@ -1,12 +1,12 @@
 #include "colmap_ext/fusion/cloud_output.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <cctype>
 #include <iterator>
-#include <unordered_map>
-#include <vector>
 
 #include "colmap_ext/format_text.h"
+#include "colmap_ext/fusion/cloud_coordinates.h"
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
@@ -14,45 +14,6 @@
 
 namespace colmap_ext {
 namespace {
-
-double Percentile(std::vector<double>* values, double share) {
-  const auto place = values->begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size() - 1));
-  std::nth_element(values->begin(), place, values->end());
-  return *place;
-}
-
-// Between neighbouring points of the cloud: what a pixel spans at the sparse points. 0: there are none.
-double PointSpacing(const Workspace& workspace) {
-  std::unordered_map<std::uint32_t, const phi::Camera*> cameras;
-  for (const phi::SceneView& view : workspace.views()) cameras[view.image_id] = &view.camera;
-  std::vector<double> spacings;
-  for (const SparsePoint& point : workspace.model().points) {
-    if (point.track.empty()) continue;
-    const auto camera = cameras.find(point.track.front().image_id);
-    if (camera == cameras.end() || !(camera->second->pinhole.fx > 0)) continue;
-    spacings.push_back((point.xyz - camera->second->pose.Center()).norm() / camera->second->pinhole.fx);
-  }
-  return spacings.empty() ? 0 : Percentile(&spacings, 0.5);
-}
-
-// The largest coordinate, from the offset, of the cameras and of nearly all points.
-double LargestCoordinate(const Workspace& workspace, const Eigen::Vector3d& offset) {
-  constexpr double kWithoutOutliers = 0.99;
-  double largest = 0;
-  for (const phi::SceneView& view : workspace.views())
-    largest = std::max(largest, (view.camera.pose.Center() - offset).cwiseAbs().maxCoeff());
-  std::vector<double> of_points;
-  for (const SparsePoint& point : workspace.model().points)
-    of_points.push_back((point.xyz - offset).cwiseAbs().maxCoeff());
-  return of_points.empty() ? largest : std::max(largest, Percentile(&of_points, kWithoutOutliers));
-}
-
-Eigen::Vector3d MeanCenter(const Workspace& workspace) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const phi::SceneView& view : workspace.views())
-    mean += view.camera.pose.Center() / static_cast<double>(workspace.views().size());
-  return mean;
-}
 
 std::string ReadCrs(const std::string& text) {
   std::string wkt = text;
@@ -110,27 +71,6 @@ void CloudOutput::Resolve() {
   if (!crs.empty() && type != CloudType::kLas) phi::LogWarning("--crs has no effect: only LAS files hold it");
   if (!crs.empty()) crs = ReadCrs(crs);
   if (tile_size > 0 && !IsFile()) throw phi::UsageError("--tile_size is for PLY and LAS alone");
-}
-
-CloudCoordinates ChooseCoordinates(const Workspace& workspace) {
-  constexpr double kSinglePrecision = 1.0 / (1 << 24), kShareOfSpacing = 0.1;
-  constexpr double kMillimetre = 0.001, kUnitsPerSpacing = 100;
-  // Where no point tells the spacing: at so many world units a step of single precision nears a tenth of a millimetre.
-  constexpr double kFarWithoutSpacing = 1000;
-  CloudCoordinates coordinates;
-  const double spacing = PointSpacing(workspace);
-  const double coarsest = spacing > 0 ? kShareOfSpacing * spacing : kFarWithoutSpacing * kSinglePrecision;
-  if (LargestCoordinate(workspace, Eigen::Vector3d::Zero()) * kSinglePrecision > coarsest) {
-    const Eigen::Vector3d mean = MeanCenter(workspace);
-    coordinates.offset = {std::round(mean.x()), std::round(mean.y()), std::round(mean.z())};
-    const Eigen::Vector3d offset(coordinates.offset.data());
-    coordinates.in_doubles = LargestCoordinate(workspace, offset) * kSinglePrecision > coarsest;
-  }
-  if (spacing > 0) {
-    coordinates.las_scale =
-        std::min(kMillimetre, std::pow(10.0, std::floor(std::log10(spacing / kUnitsPerSpacing))));
-  }
-  return coordinates;
 }
 
 std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output) {

@@ -1,7 +1,6 @@
 // The file or files that a cloud goes to: format, coordinates, tiles.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -26,15 +25,6 @@ struct CloudOutput {
   void Resolve();
   bool IsFile() const { return type == CloudType::kPly || type == CloudType::kLas; }
 };
-
-// How a file states positions, so that each keeps at least a tenth of the distance between neighbouring points; where the model has
-// no points that tell it, a tenth of a millimetre if the world's unit is the metre.
-struct CloudCoordinates {
-  std::array<double, 3> offset{0, 0, 0};  // world units
-  bool in_doubles = false;                // of PLY: even from the offset single precision is too coarse
-  double las_scale = 0.001;               // world units: a power of ten, a millimetre at most and a hundredth of the distance
-};
-CloudCoordinates ChooseCoordinates(const Workspace& workspace);
 
 // `output` is resolved. Throws phi::InputError where the place cannot be written.
 std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output);

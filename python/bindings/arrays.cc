@@ -9,6 +9,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -21,6 +22,7 @@
 #include "colmap_ext/cli/fusion_options.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/fusion/cloud_coordinates.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
@@ -341,6 +343,18 @@ void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& norma
   writer->Commit();
 }
 
+// stereo_fusion's rule for a cloud of which `points` are some: the offset, and whether positions are doubles.
+std::pair<std::array<double, 3>, bool> Coordinates(double spacing, const std::array<double, 3>& middle, const Doubles& points) {
+  const auto largest = [&](const Eigen::Vector3d& offset) {
+    std::vector<double> coordinates(points.shape(0));
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+      coordinates[i] = (Eigen::Map<const Eigen::Vector3d>(points.data() + 3 * i) - offset).cwiseAbs().maxCoeff();
+    return colmap_ext::LargestWithoutOutliers(std::move(coordinates));
+  };
+  const auto coordinates = colmap_ext::ChooseCoordinates(spacing, Eigen::Vector3d(middle.data()), largest);
+  return {coordinates.offset, coordinates.in_doubles};
+}
+
 // Names, ids, sizes, cameras, poses, points, observations and the photos' paths of a workspace, at full size.
 nb::tuple ReadScene(const std::string& path) {
   const colmap_ext::Workspace workspace({.path = colmap_ext::FindWorkspaceFolder(path)});
@@ -399,6 +413,7 @@ void BindArrays(nb::module_& module) {
   module.def("infer_planes", &InferPlanes);
   module.def("fuse", &Fuse);
   module.def("write_cloud", &WriteCloud);
+  module.def("cloud_coordinates", &Coordinates);
   module.def("read_scene", &ReadScene);
 }
 

@@ -18,12 +18,8 @@ _PER_POINT = {
 }  # fmt: skip
 _WHOLE_NUMBERS = ("colors", "inferred", "num_views", "views")
 
-
 _MOST_SEARCHED = 200_000  # points among which neighbours are searched
 _NUM_ASKED = 200  # points whose neighbours are searched
-_WITHOUT_OUTLIERS = 0.99
-_SINGLE_PRECISION = 2.0**-24
-_SHARE_OF_SPACING = 0.1
 
 
 def _nearest(points: np.ndarray, point: np.ndarray) -> float:
@@ -60,19 +56,10 @@ def point_spacing(xyz: np.ndarray) -> float:
 
 
 def _coordinates(xyz: np.ndarray) -> tuple[list[float], bool]:
-    """The offset, and whether positions are doubles: stereo_fusion's rule, which asks the cameras for both distances."""
-    some, offset, spacing = _sample(xyz), np.zeros(3), point_spacing(xyz)
-
-    def is_too_coarse(offset: np.ndarray) -> bool:
-        largest = np.quantile(np.abs(some - offset).max(axis=1), _WITHOUT_OUTLIERS, method="lower")
-        return bool(largest * _SINGLE_PRECISION > _SHARE_OF_SPACING * spacing)
-
-    if spacing <= 0:  # nothing says what would be too coarse
-        return offset.tolist(), len(some) > 0
-    if not is_too_coarse(offset):
-        return offset.tolist(), False
-    offset = np.median(some, axis=0).round() + 0.0  # no -0
-    return offset.tolist(), is_too_coarse(offset)
+    """The offset, and whether positions are doubles: by stereo_fusion's rule, which asks cameras and sparse points for the same."""
+    some = _sample(xyz)
+    middle = np.median(some, axis=0) if len(some) else np.zeros(3)
+    return _core.cloud_coordinates(point_spacing(xyz), middle.tolist(), some)
 
 
 def _starts(counts: np.ndarray) -> np.ndarray:
@@ -104,8 +91,8 @@ class Cloud:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes PATH (.ply) and PATH.vis as stereo_fusion does. Where single precision is coarser than a tenth of the distance
-        between neighbouring points, x, y and z count from a whole offset in their middle, which the line `comment offset X Y Z`
-        tells, and are doubles where that is not enough."""
+        between neighbouring points (than a tenth of a millimetre where all are in one place), x, y and z count from a whole offset
+        in their middle, which the line `comment offset X Y Z` tells, and are doubles where that is not enough."""
         a = self._checked()
         offset, in_doubles = _coordinates(a["xyz"])
         _core.write_cloud(

@@ -1,4 +1,4 @@
-#include "colmap_ext/fusion/cloud_output.h"
+#include "colmap_ext/fusion/cloud_coordinates.h"
 #include "colmap_ext/fusion/scene_fusion.h"
 
 #include <gmock/gmock.h>

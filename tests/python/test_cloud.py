@@ -160,9 +160,19 @@ def test_few_points_far_away_do_not_count(tmp_path):
     xyz[1] = np.nan
     kind, offset, _ = write_and_read(xyz, tmp_path / "outliers.ply")
     assert kind == np.float32 and not offset.any()
-    for few in (xyz[:0], np.array([[500000.123, 5600000.456, 100.789]]), np.full((3, 3), 5600000.456)):
-        _, _, read = write_and_read(few, tmp_path / "few.ply")
-        assert np.allclose(read, few, rtol=0, atol=1e-8)
+
+
+def test_points_in_one_place_keep_a_tenth_of_a_millimetre(tmp_path):
+    """As stereo_fusion's do where no sparse point tells the distance of neighbours."""
+    for few, middle in (
+        (np.zeros((0, 3)), (0, 0, 0)),
+        (np.array([[0.123, -999.456, 7]]), (0, 0, 0)),
+        (np.array([[500000.123, 5600000.456, 100.789]]), (500000, 5600000, 101)),
+        (np.full((3, 3), 5600000.456), (5600000,) * 3),
+    ):
+        kind, offset, read = write_and_read(few, tmp_path / "few.ply")
+        assert kind == np.float32 and offset.tolist() == list(middle)
+        assert np.allclose(read, few, rtol=0, atol=1e-4)
 
 
 def test_the_distance_between_neighbours(monkeypatch):

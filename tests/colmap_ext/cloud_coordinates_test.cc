@@ -1,10 +1,13 @@
-#include "colmap_ext/fusion/cloud_output.h"
+#include "colmap_ext/fusion/cloud_coordinates.h"
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/workspace.h"
@@ -67,6 +70,28 @@ TEST(ChooseCoordinates, FollowDistanceAndSpacing) {
     EXPECT_EQ(coordinates.in_doubles, world.in_doubles) << world.name;
     EXPECT_DOUBLE_EQ(coordinates.las_scale, world.las_scale) << world.name;
   }
+}
+
+// Headers name the offset: "-0" would be read as another.
+TEST(ChooseCoordinates, OffsetsAreWholeAndOfNoNegativeZero) {
+  std::vector<double> asked;
+  const CloudCoordinates coordinates = ChooseCoordinates(0.02, {499999.6, -0.4, -7.6}, [&](const Eigen::Vector3d& offset) {
+    asked.push_back(offset.x());
+    return offset.x() == 0 ? 500000.0 : 10.0;
+  });
+  EXPECT_EQ(coordinates.offset, (std::array<double, 3>{500000, 0, -8}));
+  EXPECT_FALSE(std::signbit(coordinates.offset[1]));
+  EXPECT_FALSE(coordinates.in_doubles);
+  EXPECT_EQ(asked, (std::vector<double>{0, 500000})) << "precision is asked for from the offset that is written";
+}
+
+TEST(ChooseCoordinates, AHundredthOfTheCoordinatesMayBeOutliers) {
+  std::vector<double> coordinates(200, 3);
+  coordinates[7] = coordinates[90] = 1e9;
+  EXPECT_EQ(LargestWithoutOutliers(coordinates), 3);
+  coordinates[150] = 1e9;
+  EXPECT_EQ(LargestWithoutOutliers(coordinates), 1e9);
+  EXPECT_EQ(LargestWithoutOutliers({}), 0);
 }
 
 }  // namespace
