@@ -18,7 +18,8 @@
 namespace colmap_ext {
 namespace {
 
-void LogReport(const SceneFusionReport& report, const CloudOutput& output, double seconds) {
+// num_files: that the points went to.
+void LogReport(const SceneFusionReport& report, const CloudOutput& output, std::size_t num_files, double seconds) {
   const std::string smoothing = DescribeSmoothing(report);
   if (!smoothing.empty()) phi::LogInfo(smoothing);
   phi::LogDebug(std::to_string(report.num_map_reads) + " maps were read");
@@ -30,7 +31,7 @@ void LogReport(const SceneFusionReport& report, const CloudOutput& output, doubl
     phi::LogWarning("fusion: few pixels gave points; " + histogram + "\nlikely cause: " + explanation);
   }
   const bool is_tiled = output.tile_size > 0;
-  const std::string tiles = is_tiled ? " in " + std::to_string(ListedTiles(output.path).size()) + " tiles" : "";
+  const std::string tiles = is_tiled ? " in " + std::to_string(num_files) + " tiles" : "";
   phi::LogInfo((is_tiled ? TileListPath(output.path) : output.path).string() + ": " + std::to_string(report.num_points) + " points" +
                tiles + " from " + std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
 }
@@ -51,6 +52,10 @@ void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& pat
                           " points are farther from the cameras than a LAS file reaches; name the output .ply");
   }
   report->num_points -= num_left_out;
+  if (num_left_out > 0) {
+    phi::LogWarning(phi::AboutFile(path) + ": " + std::to_string(num_left_out) +
+                    " points are farther from the scene than its coordinates reach, and were left out");
+  }
 }
 
 }  // namespace
@@ -71,10 +76,11 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
                                        : FuseScene(workspace, &handed, options.fusion, writer.get());
   SubtractLeftOut(*writer, output.path, &report);
   writer->Commit();
+  RemoveOtherForm(output);
   if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
-  LogReport(report, output, elapsed.count());
+  LogReport(report, output, writer->num_files(), elapsed.count());
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +

@@ -1,6 +1,7 @@
 // Names of the files that a cloud is parted into, and how those of an earlier cloud go.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -9,8 +10,19 @@ namespace colmap_ext {
 // NAME.ply with an addition: NAME_2.ply.
 std::filesystem::path PartOfCloud(const std::filesystem::path& cloud, const std::string& addition);
 
-// Removes a part that an earlier cloud left, its .vis first: what names the part is there as long as any of it. Folders stay; what
-// cannot be removed is a warning.
+// Of the files that a cloud goes on in, number: from 1 on, which is NAME.ply itself.
+std::filesystem::path NumberedPart(const std::filesystem::path& cloud, std::size_t number);
+// A comment in the headers of those after the first: tells them from clouds that were given such a name.
+std::string NumberedPartComment(const std::filesystem::path& cloud);
+
+// What follows removes files of an earlier cloud, each with its .vis; that one first: what names a file is there as long as any of it.
+// Folders stay; what cannot be removed is a warning.
+
+// The numbered files from `first` on, the last one first: a process that is killed leaves none that the next one does not find.
+void RemoveNumberedParts(const std::filesystem::path& cloud, std::size_t first);
+// A part, and the numbered files that it went on in.
 void RemoveEarlierPart(const std::filesystem::path& part);
+// The same of a cloud in one file, where it is one of ours: not everything of such a name is.
+void RemoveEarlierCloud(const std::filesystem::path& cloud);
 
 }  // namespace colmap_ext

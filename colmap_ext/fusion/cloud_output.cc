@@ -7,6 +7,7 @@
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion/cloud_coordinates.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
@@ -71,6 +72,15 @@ void CloudOutput::Resolve() {
   if (!crs.empty() && type != CloudType::kLas) phi::LogWarning("--crs has no effect: only LAS files hold it");
   if (!crs.empty()) crs = ReadCrs(crs);
   if (tile_size > 0 && !IsFile()) throw phi::UsageError("--tile_size is for PLY and LAS alone");
+}
+
+void RemoveOtherForm(const CloudOutput& output) {
+  if (!output.IsFile()) return;
+  if (output.tile_size > 0) {
+    RemoveEarlierCloud(output.path);
+  } else {
+    RemoveListedTiles(output.path);
+  }
 }
 
 std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output) {

@@ -26,6 +26,10 @@ struct CloudOutput {
   bool IsFile() const { return type == CloudType::kPly || type == CloudType::kLas; }
 };
 
+// Removes what an earlier run left of a cloud of this name in the other form: tiles where there is one file now, that file where there
+// are tiles. After the writer's Commit: until then the earlier cloud is the only one.
+void RemoveOtherForm(const CloudOutput& output);
+
 // `output` is resolved. Throws phi::InputError where the place cannot be written.
 std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const CloudOutput& output);
 

@@ -25,8 +25,10 @@ class CloudWriter {
   virtual std::function<void()> Prepare(phi::FusedBlock block) {
     return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
   }
-  // Of the points so far those that the format cannot hold.
-  virtual std::uint64_t num_left_out() const { return 0; }
+  // Whether the format can hold the point; else it is left out.
+  virtual bool CanHold(const phi::FusedPoint&) const { return true; }
+  virtual std::uint64_t num_left_out() const { return 0; }  // of the points so far
+  virtual std::size_t num_files() const { return 1; }       // that hold the points so far
   virtual void Commit() = 0;
 };
 
@@ -54,7 +56,7 @@ struct LasCloudOptions {
 inline constexpr std::size_t kMaxCrsBytes = 65534;  // of a LAS record, but for its final zero
 
 // LAS 1.4, point format 7: position, colour in 16 bits, extra bytes `views` (16 bits, saturating) and `inferred`. Points that
-// 32 bits do not reach are left out, and a warning says how many.
+// 32 bits do not reach are left out.
 std::unique_ptr<CloudWriter> MakeLasCloudWriter(const LasCloudOptions& options);
 
 enum class SparseFormat { kBinary, kText };
@@ -70,8 +72,8 @@ struct TileOptions {
   std::array<double, 2> origin{0, 0};  // a corner of the tile 0, 0; world units
 };
 
-// A file for each square of x and y that has points, made by `make_writer(path)`, and NAME.tiles.json, which lists them with
-// their bounds and numbers of points. Throws phi::InputError for more tiles than files that can be open.
+// A file for each square of x and y that has points which its format can hold, made by `make_writer(path)`, and NAME.tiles.json, which
+// lists them with their bounds and numbers of points. Throws phi::InputError for more tiles than files that can be open.
 std::unique_ptr<CloudWriter> MakeTiledCloudWriter(
     const TileOptions& options,
     std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer);

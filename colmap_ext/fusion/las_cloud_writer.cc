@@ -5,12 +5,12 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
-#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -88,30 +88,34 @@ class LasCloudWriter : public CloudWriter {
     file_.Write(rows_.data(), rows_.size());
   }
 
+  bool CanHold(const phi::FusedPoint& point) const override { return InUnits(point).has_value(); }
   std::uint64_t num_left_out() const override { return num_beyond_; }
 
   void Commit() override {
-    if (num_beyond_ > 0) {
-      phi::LogWarning(options_.path.string() + ": " + std::to_string(num_beyond_) +
-                      " points are farther from the scene than its coordinates reach, and were left out");
-    }
     file_.WriteAt(0, Header());
     file_.Commit();
   }
 
  private:
-  void AddPoint(const phi::FusedPoint& point, std::uint32_t num_views) {
-    std::int32_t units[3];
+  // Its position in whole multiples of the scale from the offset; none where 32 bits do not reach.
+  std::optional<std::array<std::int32_t, 3>> InUnits(const phi::FusedPoint& point) const {
+    std::array<std::int32_t, 3> units;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double value = std::round((point.xyz[axis] - options_.offset[axis]) / options_.scale);
-      if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max())) {
-        ++num_beyond_;
-        return;
-      }
+      if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max())) return std::nullopt;
       units[axis] = static_cast<std::int32_t>(value);
     }
+    return units;
+  }
+
+  void AddPoint(const phi::FusedPoint& point, std::uint32_t num_views) {
+    const auto units = InUnits(point);
+    if (!units) {
+      ++num_beyond_;
+      return;
+    }
     char row[kPointBytes] = {};
-    std::memcpy(row, units, sizeof(units));
+    std::memcpy(row, units->data(), sizeof(*units));
     row[14] = static_cast<char>(kOnlyReturn);
     row[16] = static_cast<char>(kUnclassified);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -123,8 +127,8 @@ class LasCloudWriter : public CloudWriter {
     row[kFormatBytes + 2] = static_cast<char>(point.inferred);
     rows_.insert(rows_.end(), row, row + kPointBytes);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      least_[axis] = std::min(least_[axis], units[axis]);
-      most_[axis] = std::max(most_[axis], units[axis]);
+      least_[axis] = std::min(least_[axis], (*units)[axis]);
+      most_[axis] = std::max(most_[axis], (*units)[axis]);
     }
     ++num_points_;
   }

@@ -2,10 +2,8 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,7 +14,6 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
-#include "colmap_ext/input_file.h"
 #include "colmap_ext/ply_writer.h"
 
 namespace colmap_ext {
@@ -25,24 +22,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBytesAfterPosition = 3 * sizeof(float) + 5;
-constexpr int kMaxHeaderLines = 100;
 
 std::vector<PlyVertexProperty> Properties(bool in_doubles) {
   const std::string_view position = in_doubles ? "double" : "float";
   return {{position, "x"},   {position, "y"},    {position, "z"},     {"float", "nx"},
           {"float", "ny"},   {"float", "nz"},    {"uchar", "red"},    {"uchar", "green"},
           {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"}};
-}
-
-// Whether a PLY file is there whose header has this comment.
-bool HasComment(const fs::path& path, const std::string& comment) {
-  std::ifstream file = OpenRegularFile(path);
-  std::string line;
-  for (int i = 0; i < kMaxHeaderLines && std::getline(file, line) && line != "end_header"; ++i) {
-    if (i == 0 && line != "ply") return false;
-    if (line == "comment " + comment) return true;
-  }
-  return false;
 }
 
 // The .vis file: its count, too, is completed at the end.
@@ -72,6 +57,8 @@ class PlyCloudWriter : public CloudWriter {
     return [this, packed = std::make_shared<const Packed>(Pack(block))] { Put(*packed); };
   }
 
+  std::size_t num_files() const override { return files_.size(); }
+
   void Commit() override {
     for (File& file : files_) {
       file.cloud->Complete();
@@ -81,7 +68,7 @@ class PlyCloudWriter : public CloudWriter {
       file.visibility->Commit();
       file.cloud->Commit();
     }
-    RemoveFollowing();
+    RemoveNumberedParts(options_.path, files_.size() + 1);
   }
 
  private:
@@ -96,31 +83,10 @@ class PlyCloudWriter : public CloudWriter {
     std::vector<std::uint32_t> words;  // of each point its number of views and the views
   };
 
-  // number: from 1 on.
-  fs::path PathOf(std::size_t number) const {
-    return number == 1 ? options_.path : PartOfCloud(options_.path, "_" + std::to_string(number));
-  }
-
-  // Of numbered files alone: tells them from clouds that were given such a name.
-  std::string Continues() const {
-    std::string line = "continues " + options_.path.filename().string();
-    std::replace_if(line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');
-    return line;
-  }
-
-  // Numbered files of an earlier cloud of this name that had more of them, the last one first: a process that is killed leaves none
-  // that the next one does not find.
-  void RemoveFollowing() const {
-    std::vector<fs::path> paths;
-    while (HasComment(PathOf(files_.size() + paths.size() + 1), Continues()))
-      paths.push_back(PathOf(files_.size() + paths.size() + 1));
-    for (auto path = paths.rbegin(); path != paths.rend(); ++path) RemoveEarlierPart(*path);
-  }
-
   void OpenFile() {
-    const fs::path path = PathOf(files_.size() + 1);
+    const fs::path path = NumberedPart(options_.path, files_.size() + 1);
     std::vector<std::string> comments;
-    if (!files_.empty()) comments.push_back(Continues());
+    if (!files_.empty()) comments.push_back(NumberedPartComment(options_.path));
     const auto& offset = options_.offset;
     if (offset != std::array<double, 3>{0, 0, 0}) {
       std::ostringstream line;

@@ -42,4 +42,11 @@ std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& clou
   return {};
 }
 
+void RemoveListedTiles(const std::filesystem::path& cloud) {
+  const std::vector<std::filesystem::path> tiles = ListedTiles(cloud);
+  if (tiles.empty()) return;
+  for (const std::filesystem::path& tile : tiles) RemoveEarlierPart(tile);
+  RemoveEarlierPart(TileListPath(cloud));
+}
+
 }  // namespace colmap_ext

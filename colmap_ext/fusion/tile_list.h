@@ -13,6 +13,10 @@ std::filesystem::path TileListPath(const std::filesystem::path& cloud);
 // cloud's suffix, in its folder: a list may have been edited, and who asks may remove what it names.
 std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud);
 
+// Removes these and then their list, by which a run that is stopped in between is made up for. A list that names none stays: it is
+// another cloud's.
+void RemoveListedTiles(const std::filesystem::path& cloud);
+
 // NAME_COLUMN_ROW with the cloud's suffix.
 std::filesystem::path TilePath(const std::filesystem::path& cloud, std::int64_t column, std::int64_t row);
 

@@ -28,7 +28,7 @@ struct Tile {
   std::filesystem::path path;
   std::unique_ptr<CloudWriter> writer;
   phi::FusedBlock block;  // of the block that is being written
-  std::uint64_t num_points = 0;
+  std::uint64_t num_points = 0;  // so far; none: all that fell on it were left out
   double least[3], most[3];
 };
 
@@ -50,13 +50,13 @@ class TiledCloudWriter : public CloudWriter {
     }
   }
 
-  std::uint64_t num_left_out() const override {
-    std::uint64_t sum = 0;
-    for (const auto& [index, tile] : tiles_) sum += tile.writer->num_left_out();
-    return sum;
+  std::uint64_t num_left_out() const override { return num_left_out_; }
+  std::size_t num_files() const override {
+    return tiles_.size() - static_cast<std::size_t>(std::count_if(tiles_.begin(), tiles_.end(), IsEmpty));
   }
 
   void Commit() override {
+    std::erase_if(tiles_, IsEmpty);
     const std::vector<std::filesystem::path> earlier = ListedTiles(options_.path);
     for (auto& [index, tile] : tiles_) tile.writer->Commit();
     RemoveOthers(earlier);  // before their list is replaced: who is stopped in between finds them the next time
@@ -65,7 +65,7 @@ class TiledCloudWriter : public CloudWriter {
       list.push_back({{"file", tile.path.filename().string()},
                       {"column", index.column},
                       {"row", index.row},
-                      {"points", tile.num_points - tile.writer->num_left_out()},
+                      {"points", tile.num_points},
                       {"min", tile.least},
                       {"max", tile.most}});
     }
@@ -107,7 +107,13 @@ class TiledCloudWriter : public CloudWriter {
                           "; ask for larger tiles, or for the part in --bbox_path alone");
   }
 
-  static void Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views, Tile* tile) {
+  static bool IsEmpty(const std::pair<const TileIndex, Tile>& tile) { return tile.second.num_points == 0; }
+
+  void Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views, Tile* tile) {
+    if (!tile->writer->CanHold(point)) {
+      ++num_left_out_;
+      return;
+    }
     tile->block.points.push_back(point);
     tile->block.view_counts.push_back(num_views);
     tile->block.views.insert(tile->block.views.end(), views, views + num_views);
@@ -121,6 +127,7 @@ class TiledCloudWriter : public CloudWriter {
   const TileOptions options_;
   const std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer_;
   std::map<TileIndex, Tile> tiles_;
+  std::uint64_t num_left_out_ = 0;
 };
 
 }  // namespace

@@ -94,12 +94,11 @@ TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
 
 TEST(LasCloud, LeavesOutWhatItsIntegersDoNotReach) {
   const TemporaryFolder folder;
-  const test_support::LogCapture log;
   const auto writer = MakeLasCloudWriter({.path = folder / "c.las", .scale = 1e-4});
   writer->Write(MakeBlock({{1, 2, 3}, {0, 3e5, 0}}));
+  EXPECT_EQ(writer->num_left_out(), 1u);
   writer->Commit();
   EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder / "c.las"), 247), 1u);
-  EXPECT_THAT(log.messages(), testing::Contains(HasSubstr("1 points are farther")));
 }
 
 TEST(PlyCloud, HoldsDoublesWhereFloatsAreTooCoarse) {
@@ -202,6 +201,27 @@ TEST(TiledCloud, ASizeThatNoCoordinateCanTellApartIsRefused) {
   }
 }
 
+// 32 bits at this scale reach 2147 km. Of the first tile one point is beyond them, of the second the only one.
+TEST(TiledCloud, WhatAFormatCannotHoldIsInNoBoundsAndMakesNoTile) {
+  const TemporaryFolder folder;
+  const auto writer = MakeTiledCloudWriter({.path = folder / "t.las", .size = 100}, [](const fs::path& path) {
+    return MakeLasCloudWriter({.path = path});
+  });
+  writer->Write(MakeBlock({{1, 2, 3}, {4, 5, 6}, {7, 8, 3e6}, {150, 1, -3e6}}));
+  EXPECT_EQ(writer->num_left_out(), 2u);
+  EXPECT_EQ(writer->num_files(), 1u);
+  writer->Commit();
+  const auto list = nlohmann::json::parse(ReadBytes(folder / "t.tiles.json"));
+  ASSERT_EQ(list["tiles"].size(), 1u);
+  const auto& tile = list["tiles"][0];
+  EXPECT_EQ(tile["file"], "t_0_0.las");
+  EXPECT_EQ(tile["points"], 2);
+  EXPECT_EQ(tile["min"], (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(tile["max"], (std::vector<double>{4, 5, 6}));
+  const auto is_las = [](const fs::directory_entry& entry) { return entry.path().extension() == ".las"; };
+  EXPECT_EQ(std::count_if(fs::directory_iterator(folder.path()), fs::directory_iterator(), is_las), 1);
+}
+
 class CloudFormats : public testing::Test {
  protected:
   CloudFormats() {
@@ -244,11 +264,16 @@ TEST_F(CloudsBeyondLas, PointsThatAreLeftOutAreNotCounted) {
   EXPECT_GT(num_written, 0u);
   EXPECT_THAT(result.errors, HasSubstr("c.las: " + std::to_string(num_written) + " points from 5 images"));
   EXPECT_EQ(nlohmann::json::parse(ReadBytes(folder_ / "c.las.json"))["points"], num_written);
-  ASSERT_EQ(Fuse(folder_ / "t.las", {"--tile_size", "1e6"}).exit_code, 0);
+  const auto tiled = Fuse(folder_ / "t.las", {"--tile_size", "1e6"});
+  ASSERT_EQ(tiled.exit_code, 0);
   std::uint64_t num_in_tiles = 0;
   const auto index = nlohmann::json::parse(ReadBytes(folder_ / "t.tiles.json"));
   for (const auto& tile : index["tiles"]) num_in_tiles += tile["points"].get<std::uint64_t>();
   EXPECT_EQ(num_in_tiles, num_written);
+  EXPECT_THAT(tiled.errors, HasSubstr(" in " + std::to_string(index["tiles"].size()) + " tiles from "));
+  const std::size_t warning = tiled.errors.find("points are farther");
+  ASSERT_NE(warning, std::string::npos);
+  EXPECT_EQ(tiled.errors.find("points are farther", warning + 1), std::string::npos) << "once for all tiles";
 }
 
 TEST_F(CloudsBeyondLas, ToLoseAllPointsIsAnError) {
@@ -290,6 +315,43 @@ TEST_F(CloudFormats, TheSuffixChooses) {
   EXPECT_THAT(tiled.errors, HasSubstr("f.tiles.json: "));
   EXPECT_THAT(tiled.errors, HasSubstr(" points in " + std::to_string(list["tiles"].size()) + " tiles from "));
   EXPECT_THAT(tiled.errors, testing::Not(HasSubstr("f.ply:"))) << "there is no such file";
+}
+
+// One file and tiles of the same name are one cloud each: the earlier one would be taken for a part of the later.
+TEST_F(CloudFormats, TilesTakeThePlaceOfOneFileAndOneFileThatOfTiles) {
+  const auto names = [&] {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder_ / "out")) found.push_back(entry.path().filename());
+    return found;
+  };
+  fs::create_directory(folder_ / "out");
+  for (const std::string suffix : {".ply", ".las"}) {
+    const fs::path cloud = folder_ / "out" / ("c" + suffix);
+    const std::vector<std::string> tiled{"--tile_size", "1000"};
+    ASSERT_EQ(Fuse(cloud).exit_code, 0);
+    ASSERT_EQ(Fuse(cloud, tiled).exit_code, 0);
+    EXPECT_THAT(names(), testing::Not(testing::Contains("c" + suffix)));
+    EXPECT_THAT(names(), testing::Not(testing::Contains("c" + suffix + ".vis")));
+    EXPECT_THAT(names(), testing::IsSupersetOf({std::string("c.tiles.json"), "c_500_5300" + suffix}));
+    ASSERT_EQ(Fuse(cloud).exit_code, 0);
+    std::vector<std::string> whole{"c" + suffix, "c" + suffix + ".json"};
+    if (suffix == ".ply") whole.push_back("c.ply.vis");
+    EXPECT_THAT(names(), testing::UnorderedElementsAreArray(whole));
+    for (const std::string& name : whole) fs::remove(folder_ / "out" / name);
+  }
+}
+
+TEST_F(CloudFormats, TilesLeaveFilesOfOthersAndOfOtherFormats) {
+  const std::string scan = "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n";
+  test_support::WriteBytes(folder_ / "scan.ply", scan);
+  test_support::WriteBytes(folder_ / "scan.las", "LASF of somebody");
+  for (const char* name : {"scan.ply", "scan.las"}) ASSERT_EQ(Fuse(folder_ / name, {"--tile_size", "1000"}).exit_code, 0);
+  EXPECT_EQ(ReadBytes(folder_ / "scan.ply"), scan);
+  EXPECT_EQ(ReadBytes(folder_ / "scan.las"), "LASF of somebody");
+  // The last list names tiles in LAS.
+  ASSERT_EQ(Fuse(folder_ / "scan.ply").exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "scan_500_5300.las"));
+  EXPECT_TRUE(fs::exists(folder_ / "scan.tiles.json"));
 }
 
 // Points of the plane, and of another program's reading of the file.

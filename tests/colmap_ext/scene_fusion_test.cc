@@ -1,4 +1,5 @@
 #include "colmap_ext/fusion/cloud_coordinates.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/scene_fusion.h"
 
 #include <gmock/gmock.h>
@@ -389,6 +390,10 @@ TEST(SceneFusion, ASmallerCloudLeavesNoNumberedFileOfALargerOne) {
   for (const char* name : {"c_3.ply", "c_3.ply.vis", "c_4.ply", "c_4.ply.vis"}) EXPECT_FALSE(exist({name})) << name;
   Fuse(folder.path(), {}, "c.ply");
   for (const char* name : {"c_2.ply", "c_2.ply.vis"}) EXPECT_FALSE(exist({name})) << name;
+
+  Fuse(folder.path(), {}, "c.ply", {.path = {}, .max_points_per_file = 6000});
+  RemoveEarlierCloud(folder / "c.ply");
+  for (const char* name : {"c.ply", "c.ply.vis", "c_2.ply", "c_4.ply.vis"}) EXPECT_FALSE(exist({name})) << name;
 
   // Clouds of their own, whoever named them so.
   Fuse(folder.path(), {}, "c_2.ply");
