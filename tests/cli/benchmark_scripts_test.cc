@@ -318,6 +318,14 @@ class Benchmark : public testing::Test {
   TemporaryFolder folder_;
 };
 
+// Another archive may be unpacked into the same folder meanwhile.
+TEST_F(Benchmark, UnpackingLeavesWhatIsOfNoSetOfTheArchive) {
+  WriteBytes(folder_ / "data/absent/truth.code", "half");
+  MakeData();
+  EXPECT_EQ(ReadBytes(folder_ / "data/absent/truth.code"), "half");
+  EXPECT_TRUE(fs::exists(folder_ / "data/tiny/truth.ply"));
+}
+
 TEST_F(Benchmark, PackedCloudsAreTheSameWithinASixthOfAVoxel) {
   MakeData();
   for (const std::string set : {"tiny", "tiny_every2"}) {
