@@ -1,7 +1,9 @@
 // phimvs dense: from an undistorted workspace to a cloud and a report, in one command.
 #include <algorithm>
 #include <filesystem>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/command.h"
@@ -9,6 +11,7 @@
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/pipeline/map_removal.h"
+#include "colmap_ext/pipeline/stage_graph.h"
 #include "colmap_ext/report/report.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -48,15 +51,19 @@ struct DenseCommandOptions {
   }
 };
 
-// Without geometric consistency there are photometric maps alone; geometric ones would be another run's.
-void FuseWhatIsMade(const OptionParser& parser, const StereoCommandOptions& stereo, FusionCommandOptions* fusion) {
-  if (stereo.pipeline.geom_consistency || fusion->fusion.input.kind != kGeometric) return;
+// Maps of a kind that these options do not make would be another run's.
+void FuseWhatIsMade(const OptionParser& parser, const PipelineOptions& stereo, std::string* kind) {
+  const std::vector<Stage> stages = BuildStages(stereo);
+  const auto makes_it = [&](const Stage& stage) { return stage.is_output && stage.result == *kind; };
+  if (std::any_of(stages.begin(), stages.end(), makes_it)) return;
+  const std::string made = stages.back().result;
+  const std::string cause = stereo.geom_consistency ? "--PatchMatchStereo.filter" : "--PatchMatchStereo.geom_consistency";
   if (parser.IsSet("input_type")) {
-    throw phi::UsageError("--input_type geometric: with --PatchMatchStereo.geom_consistency false no geometric maps are made; "
-                          "leave one of the two out");
+    throw phi::UsageError("--input_type " + *kind + ": with " + cause + " false no " + *kind + " maps are made; leave one of the two out, or fuse the " +
+                          made + " ones");
   }
-  fusion->fusion.input.kind = kPhotometric;
-  phi::LogInfo("the photometric maps are fused, since --PatchMatchStereo.geom_consistency is false");
+  *kind = made;
+  phi::LogInfo("the " + made + " maps are fused, since " + cause + " is false");
 }
 
 }  // namespace
@@ -83,7 +90,7 @@ int RunDense(int argc, char** argv) {
   // Who keeps stereo off the GPU means all of the command.
   if (stereo.backend.kind == BackendKind::kCpu && fusion.fusion.backend == FusionBackend::kAuto) fusion.fusion.backend = FusionBackend::kCpu;
   fusion.fusion.gpu = FirstGpu(stereo.backend);
-  FuseWhatIsMade(parser, stereo, &fusion);
+  FuseWhatIsMade(parser, stereo.pipeline, &fusion.fusion.input.kind);
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
   const std::filesystem::path workspace = stereo.workspace.path;

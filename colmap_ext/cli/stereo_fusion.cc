@@ -96,6 +96,7 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   options.fusion.scratch_folder = parts;
   Workspace workspace(options.workspace);
   workspace.DropObservations();
+  RefuseItsOwnModel(workspace, output);  // not only when all parts are made
   std::filesystem::create_directories(parts);
   const ShardFusionReport report = FuseShard(workspace, options.fusion, parts, shard);
   phi::LogInfo("shard " + shard.Name() + ": " + std::to_string(report.num_made) + " of " +

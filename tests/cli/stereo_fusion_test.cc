@@ -90,9 +90,13 @@ TEST_F(StereoFusionCommand, NeverReplacesTheWorkspacesOwnModel) {
     return bytes;
   };
   const std::string before = model();
-  const ProgramResult result = Fuse({"--output_type", "BIN"}, "sparse");
-  EXPECT_EQ(result.exit_code, 1) << result.errors;
-  EXPECT_THAT(result.errors, HasSubstr("the workspace's own model"));
+  for (const std::vector<std::string>& shard : {std::vector<std::string>{}, {"--shard", "0/2"}}) {
+    std::vector<std::string> options{"--output_type", "BIN"};
+    options.insert(options.end(), shard.begin(), shard.end());
+    const ProgramResult result = Fuse(options, "sparse");
+    EXPECT_EQ(result.exit_code, 1) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr("the workspace's own model"));
+  }
   EXPECT_TRUE(model() == before);
   EXPECT_EQ(Fuse({"--output_type", "BIN"}, "sparse_dense").exit_code, 0);
 }
