@@ -65,7 +65,7 @@ phi::ExitCode RunSummary::Code() const {
 
 int RunSummary::NumMade() const {
   // One that fails may have had its last map: max.
-  return std::max(0, num_images - num_images_kept - num_failed_elsewhere - static_cast<int>(failures.size()));
+  return std::max(0, num_images - num_images_kept - num_images_waiting - num_failed_elsewhere - static_cast<int>(failures.size()));
 }
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
@@ -159,6 +159,7 @@ std::string SummaryJson(const RunSummary& summary, const std::string& finished) 
                {"seconds", summary.seconds},
                {"images", summary.num_images},
                {"images_kept", summary.num_images_kept},
+               {"images_made", summary.NumMade()},
                {"images_failed", summary.failures.size()},
                {"images_per_second", summary.seconds > 0 ? summary.NumMade() / summary.seconds : 0.0},
                {"stages", stages},

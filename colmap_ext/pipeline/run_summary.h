@@ -41,6 +41,7 @@ struct RunSummary {
   int num_images = 0;            // reference images of the job, without those that are left out for want of a file
   int num_images_kept = 0;       // their results were there and up to date
   int num_failed_elsewhere = 0;  // images of a shard that failed in other shards' stages
+  int num_images_waiting = 0;    // images of a shard whose last maps cannot be made yet
   int num_waiting = 0;           // tasks of a shard that need maps which others have not made yet
   double seconds = 0;            // wall time of the whole run
   std::int64_t peak_host_bytes = 0;

@@ -128,14 +128,14 @@ HandedMaps StereoPipeline::HandOver() {
 
 void StereoPipeline::RunStages() {
   std::vector<StagePlan> plan = Plan();
-  const StagePlan& last =
-      plan[static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1];
-  CountKept(last);
+  const std::size_t last = static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1;
+  CountKept(plan[last]);
   LogPlan(plan);
   for (; HasPending(plan); plan = Plan()) {
     runner_.Run(plan);
     if (IsShard()) runner_.record().Refresh();
   }
+  runner_.summary().num_images_waiting = static_cast<int>(plan[last].waiting.size());
   ReportWaiting(plan);
 }
 

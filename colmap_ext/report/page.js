@@ -101,7 +101,7 @@ function showRuns(runs) {
     for (const d of r.devices) {
       for (const s of d.stages) row(r.finished, `${s.stage}, device time of ${d.name}`, s.images, s.seconds, s.samples_per_second);
     }
-    row(r.finished, 'all', Math.max(0, r.images - r.images_kept - r.images_failed), r.seconds);
+    row(r.finished, 'all', r.images_made, r.seconds);
   }
   fillTable(byId('run-table'), rows);
   const last = runs[runs.length - 1];

@@ -64,7 +64,7 @@ void WriteWorkspace(const std::filesystem::path& dense, const std::vector<std::s
   WriteBytes(dense / "stereo/phimvs.json",
              R"({"version": "1.2.3", "options": {"PhiStereo.quality": "fast", "tile_size": "50",
              "crs": "", "output_path": "elsewhere.ply"}, "options_hash": "h",
-             "runs": [{"finished": "2025-01-02T03:04:05Z", "seconds": 3.5, "images": 1, "images_kept": 0, "images_failed": 0,
+             "runs": [{"finished": "2025-01-02T03:04:05Z", "seconds": 3.5, "images": 1, "images_kept": 0, "images_made": 1, "images_failed": 0,
               "images_per_second": 0.286, "stages": [{"stage": "photometric", "images": 1, "seconds": 2.25}],
               "devices": [{"name": "cuda:0 Card", "peak_memory_bytes": 1250000000,
                            "stages": [{"stage": "estimation", "images": 1, "seconds": 2, "samples_per_second": 9.1e11}]}],

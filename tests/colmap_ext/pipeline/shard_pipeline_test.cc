@@ -122,7 +122,9 @@ TEST_F(ShardPipelineTest, AnyShardsInAnyOrderStoppedAnywhereEndInTheMapsOfOneRun
 
 TEST_F(ShardPipelineTest, SaysForWhichMapItWaits) {
   const test_support::LogCapture log;
-  EXPECT_EQ(RunShard(1, 3), kRetryLater);
+  const RunSummary summary = Run(folder_.path(), {.index = 1, .count = 3, .only_stage = {}});
+  EXPECT_EQ(summary.Code(), kRetryLater);
+  EXPECT_EQ(summary.NumMade(), 0) << "both images wait";
   EXPECT_EQ(calls_.estimates, 2);
   EXPECT_EQ(calls_.filters, 0);
   EXPECT_THAT(

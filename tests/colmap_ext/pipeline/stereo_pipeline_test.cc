@@ -540,6 +540,7 @@ TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
   const std::string record = test_support::ReadBytes(folder_ / "stereo/phimvs.json");
   const auto run = nlohmann::json::parse(record)["runs"][0];
   EXPECT_EQ(run["images_kept"], 0);
+  EXPECT_EQ(run["images_made"], kNumImages - 1);
   EXPECT_NEAR(run["images_per_second"].get<double>() * run["seconds"].get<double>(), kNumImages - 1, 1e-9);
   EXPECT_THAT(SummaryLine(Run()), HasSubstr("4 of them kept from before, 1 of them failed"));
   EXPECT_EQ(test_support::ReadBytes(folder_ / "stereo/phimvs.json"), record) << "no run worth a line";
