@@ -47,8 +47,10 @@ RunSummary HoleFilling::Run() {
 void HoleFilling::FindMeasuredMaps() {
   for (std::size_t j = 0; j < jobs_.size(); ++j) {
     const int job = static_cast<int>(j);
-    if (!jobs_[j].problem.empty()) {
-      phi::LogWarning(jobs_[j].problem);
+    if (jobs_[j].file_is_missing && !options_.allow_missing_files) {
+      runner_.Fail(job, std::string(kMeasured), jobs_[j].problem);
+    } else if (!jobs_[j].problem.empty()) {
+      LeaveOut(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
       has_map_[j] = 1;
       jobs_[j].keeps_measured = !MapsAreOurs(job, kMeasured);
@@ -59,15 +61,23 @@ void HoleFilling::FindMeasuredMaps() {
               ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
               "already; run patch_match_stereo, which makes both again");
     } else {
-      phi::LogWarning("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
+      LeaveOut("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }
   }
+  const auto is_impossible = [](const ImageJob& job) { return !job.problem.empty(); };
+  if (std::all_of(jobs_.begin(), jobs_.end(), is_impossible))
+    throw phi::InputError("no image can be done: " + jobs_.front().problem);
   if (std::count(has_map_.begin(), has_map_.end(), 0) == std::ssize(has_map_)) {
     throw phi::InputError(
         phi::AboutFile(workspace_.StereoFolder()) +
         " holds no .measured.bin or .geometric.bin maps of the images' size; run patch_match_stereo "
         "first, or give the --PatchMatchStereo.max_image_size that it ran with");
   }
+}
+
+void HoleFilling::LeaveOut(const phi::Message& why) {
+  phi::LogWarning(why);
+  --runner_.summary().num_images;
 }
 
 bool HoleFilling::MapsAreOurs(int job, std::string_view kind) const {

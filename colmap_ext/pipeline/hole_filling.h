@@ -21,11 +21,13 @@ class HoleFilling {
 
   // Writes <image>.geometric.bin and the filled masks. Throws phi::InputError when no image has maps, or when another
   // program's would be replaced without --overwrite; images that
-  // cannot be done are in the summary, and all others are done.
+  // fail are in the summary, those without maps are left out, and all others are done.
   RunSummary Run();
 
  private:
   void FindMeasuredMaps();
+  // With a warning, and not counted.
+  void LeaveOut(const phi::Message& why);
   bool MapsAreOurs(int job, std::string_view kind) const;
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);

@@ -38,7 +38,7 @@ struct RunSummary {
   InferenceSummary inference;
   std::vector<DeviceSummary> devices;
   std::vector<phi::Message> failures;  // one for each image that failed, about it and its stage
-  int num_images = 0;            // reference images of the job, without those that are left out for want of a file
+  int num_images = 0;            // reference images of the job, without those that are left out, which a warning names
   int num_images_kept = 0;       // their results were there and up to date
   int num_failed_elsewhere = 0;  // images of a shard that failed in other shards' stages
   int num_images_waiting = 0;    // images of a shard whose last maps cannot be made yet

@@ -15,6 +15,7 @@
 #include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
+#include "tests/support/error_message.h"
 #include "tests/support/fake_backend.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/run_pipeline.h"
@@ -128,6 +129,34 @@ TEST_F(HoleFillingTest, AnImageThatFailsLeavesTheOthersDone) {
       EXPECT_EQ(std::filesystem::exists(filled), i != 1) << stage << " " << filled;
     }
   }
+}
+
+TEST_F(HoleFillingTest, AnImageWithoutAFileFailsOrIsLeftOutWhereThatIsAllowed) {
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  const RunSummary failed = Fill();
+  EXPECT_EQ(failed.Code(), phi::ExitCode::kSomeImagesFailed);
+  ASSERT_THAT(failed.failures, SizeIs(1));
+  EXPECT_THAT(failed.failures[0].text, HasSubstr(names_[1] + " is missing"));
+  EXPECT_EQ(failed.NumMade(), kNumImages - 1);
+  options_.allow_missing_files = true;
+  const RunSummary left_out = Fill();
+  EXPECT_EQ(left_out.Code(), phi::ExitCode::kOk);
+  EXPECT_EQ(left_out.num_images, kNumImages - 1);
+  EXPECT_EQ(left_out.NumMade(), kNumImages - 1);
+  std::filesystem::remove_all(folder_ / "images");
+  EXPECT_THAT(test_support::InputErrorOf([&] { Fill(); }), HasSubstr("no image can be done: image " + names_[0]));
+}
+
+// Of another program's maps, which had not come to it.
+TEST_F(HoleFillingTest, AnImageWithoutMapsIsNotCounted) {
+  std::filesystem::remove(folder_ / "stereo/phimvs.json");
+  options_.overwrite = true;
+  for (const char* kind : {"measured", "geometric"})
+    std::filesystem::remove(folder_ / "stereo/depth_maps" / (names_[1] + "." + kind + ".bin"));
+  std::filesystem::remove(folder_ / "stereo/filled_masks" / (names_[1] + ".png"));
+  const RunSummary summary = Fill();
+  EXPECT_TRUE(summary.failures.empty());
+  EXPECT_EQ(summary.num_images, kNumImages - 1);
 }
 
 TEST_F(HoleFillingTest, StopsWhenAskedToAndGoesOn) {
