@@ -21,6 +21,7 @@ void StereoCommandOptions::RegisterFilling(OptionParser* parser) {
               {"overwrite", "PatchMatchStereo.allow_missing_files", "PatchMatchStereo.cache_size"});
   list.Append(pipeline.stereo.List(), {"PhiStereo.formulas", "PhiStereo.rules",
                                        "PatchMatchStereo.window_radius", "PatchMatchStereo.window_step"});
+  list.Append(pipeline.EstimationList());  // the range of depths bounds what is filled, too
   list.Append(pipeline.view_selection.List());
   list.Append(pipeline.filter.List());
   list.Append(pipeline.inference.List());
