@@ -1,6 +1,5 @@
 // The stages on arrays: nothing is read or written. phimvs/scene.py checks what comes in and says what goes out.
 #include <nanobind/nanobind.h>
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
@@ -9,9 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,8 +19,6 @@
 #include "colmap_ext/cli/fusion_options.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/stereo_options.h"
-#include "colmap_ext/fusion/cloud_coordinates.h"
-#include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/memory_scene.h"
@@ -323,38 +318,6 @@ nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std
                         MakeOutput(std::move(arrays.view_counts), {n}), MakeOutput(std::move(arrays.views), {num_views}));
 }
 
-// The .ply and .vis files that stereo_fusion writes.
-void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& normals, const Bytes& colors,
-                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views,
-                const std::array<double, 3>& offset, bool in_doubles) {
-  phi::FusedBlock block;
-  block.points.resize(xyz.shape(0));
-  for (std::size_t i = 0; i < block.points.size(); ++i) {
-    phi::FusedPoint& point = block.points[i];
-    std::copy_n(xyz.data() + 3 * i, 3, point.xyz);
-    std::copy_n(normals.data() + 3 * i, 3, point.normal);
-    std::copy_n(colors.data() + 3 * i, 3, point.rgb);
-    point.inferred = inferred.data()[i];
-  }
-  block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
-  block.views.assign(views.data(), views.data() + views.size());
-  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path, .offset = offset, .in_doubles = in_doubles});
-  writer->Write(std::move(block));
-  writer->Commit();
-}
-
-// stereo_fusion's rule for a cloud of which `points` are some: the offset, and whether positions are doubles.
-std::pair<std::array<double, 3>, bool> Coordinates(double spacing, const std::array<double, 3>& middle, const Doubles& points) {
-  const auto largest = [&](const Eigen::Vector3d& offset) {
-    std::vector<double> coordinates(points.shape(0));
-    for (std::size_t i = 0; i < coordinates.size(); ++i)
-      coordinates[i] = (Eigen::Map<const Eigen::Vector3d>(points.data() + 3 * i) - offset).cwiseAbs().maxCoeff();
-    return colmap_ext::LargestWithoutOutliers(std::move(coordinates));
-  };
-  const auto coordinates = colmap_ext::ChooseCoordinates(spacing, Eigen::Vector3d(middle.data()), largest);
-  return {coordinates.offset, coordinates.in_doubles};
-}
-
 // Names, ids, sizes, cameras, poses, points, observations and the photos' paths of a workspace, at full size.
 nb::tuple ReadScene(const std::string& path) {
   const colmap_ext::Workspace workspace({.path = colmap_ext::FindWorkspaceFolder(path)});
@@ -412,8 +375,6 @@ void BindArrays(nb::module_& module) {
   module.def("estimate", &Estimate);
   module.def("infer_planes", &InferPlanes);
   module.def("fuse", &Fuse);
-  module.def("write_cloud", &WriteCloud);
-  module.def("cloud_coordinates", &Coordinates);
   module.def("read_scene", &ReadScene);
 }
 

@@ -75,6 +75,7 @@ NB_MODULE(_core, module) {
   module.attr("__version__") = PHIMVS_VERSION;
   nb::register_exception_translator(phimvs_python::Translate);
   phimvs_python::BindArrays(module);
+  phimvs_python::BindCloudFile(module);
   phimvs_python::BindCommands(module);
   phimvs_python::BindMaps(module);
 }

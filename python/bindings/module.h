@@ -15,6 +15,7 @@ nanobind::str TextOf(const std::string& text);
 nanobind::tuple TupleOf(const phi::Message& message);
 
 void BindArrays(nanobind::module_& module);
+void BindCloudFile(nanobind::module_& module);
 void BindCommands(nanobind::module_& module);
 void BindMaps(nanobind::module_& module);
 

@@ -1,0 +1,69 @@
+// A cloud's files, as phimvs/cloud.py has them written.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "colmap_ext/fusion/cloud_coordinates.h"
+#include "colmap_ext/fusion/cloud_writer.h"
+#include "python/bindings/module.h"
+#include "python/bindings/numpy_arrays.h"
+
+namespace nb = nanobind;
+
+namespace phimvs_python {
+namespace {
+
+using Bytes = Input<std::uint8_t>;
+using Floats = Input<float>;
+using Doubles = Input<double>;
+
+// The .ply and .vis files that stereo_fusion writes.
+void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& normals, const Bytes& colors,
+                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views,
+                const std::array<double, 3>& offset, bool in_doubles) {
+  phi::FusedBlock block;
+  block.points.resize(xyz.shape(0));
+  for (std::size_t i = 0; i < block.points.size(); ++i) {
+    phi::FusedPoint& point = block.points[i];
+    std::copy_n(xyz.data() + 3 * i, 3, point.xyz);
+    std::copy_n(normals.data() + 3 * i, 3, point.normal);
+    std::copy_n(colors.data() + 3 * i, 3, point.rgb);
+    point.inferred = inferred.data()[i];
+  }
+  block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
+  block.views.assign(views.data(), views.data() + views.size());
+  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path, .offset = offset, .in_doubles = in_doubles});
+  writer->Write(std::move(block));
+  writer->Commit();
+}
+
+// stereo_fusion's rule for a cloud of which `points` are some: the offset, and whether positions are doubles.
+std::pair<std::array<double, 3>, bool> Coordinates(double spacing, const std::array<double, 3>& middle, const Doubles& points) {
+  const auto largest = [&](const Eigen::Vector3d& offset) {
+    std::vector<double> coordinates(points.shape(0));
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+      coordinates[i] = (Eigen::Map<const Eigen::Vector3d>(points.data() + 3 * i) - offset).cwiseAbs().maxCoeff();
+    return colmap_ext::LargestWithoutOutliers(std::move(coordinates));
+  };
+  const auto coordinates = colmap_ext::ChooseCoordinates(spacing, Eigen::Vector3d(middle.data()), largest);
+  return {coordinates.offset, coordinates.in_doubles};
+}
+
+}  // namespace
+
+void BindCloudFile(nb::module_& module) {
+  module.def("write_cloud", &WriteCloud);
+  module.def("cloud_coordinates", &Coordinates);
+}
+
+}  // namespace phimvs_python
