@@ -1,6 +1,8 @@
 #include "colmap_ext/pipeline/stale_maps.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <set>
 
@@ -22,6 +24,18 @@ struct Images {
   }
 };
 
+// Those of which the last run could not make these maps, or what they are made of: a shard notes nothing of the stages after that.
+std::set<std::string> FailedImages(const RunRecord& record, std::string_view kind) {
+  constexpr std::string_view kChain[] = {kRaw, kPhotometric, kMeasured, kGeometric};
+  const auto end = std::find(std::begin(kChain), std::end(kChain), kind);
+  std::set<std::string> images;
+  for (const auto& [task, known] : record.Tasks()) {
+    const bool matters = task.second == kind || std::find(std::begin(kChain), end, task.second) != end;
+    if (matters && known.state == "failed" && known.options_hash == record.options_hash()) images.insert(task.first);
+  }
+  return images;
+}
+
 }  // namespace
 
 std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind) {
@@ -32,12 +46,8 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
     return {std::string("whether one run made all the maps is not known: ") + error.what()};
   }
   const RunRecord& record = *known;
-  const auto tasks = record.Tasks();
-  if (tasks.empty()) return {};
-  std::set<std::string> failed_images;  // whose later stages wait
-  for (const auto& [task, known_of_it] : tasks) {
-    if (known_of_it.state == "failed") failed_images.insert(task.first);
-  }
+  if (record.Tasks().empty()) return {};
+  const std::set<std::string> failed_images = FailedImages(record, kind);
   Images foreign, failed, unfinished, older;
   int num_maps = 0;
   for (std::size_t i = 0; i < workspace.views().size(); ++i) {
@@ -50,8 +60,10 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
     const auto task = record.Find(name, std::string(kind));
     if (!task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
       foreign.Add(name);
+    } else if (failed_images.contains(name)) {
+      failed.Add(name);
     } else if (task->state != "done") {
-      (failed_images.contains(name) ? failed : unfinished).Add(name);
+      unfinished.Add(name);
     } else if (!task->options_hash.empty() && task->options_hash != record.options_hash()) {
       older.Add(name);
     }

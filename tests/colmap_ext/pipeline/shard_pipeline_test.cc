@@ -236,6 +236,34 @@ TEST_F(ShardPipelineTest, MapsOfEarlierOptionsAreNamedWhereOnlyShardsHaveRun) {
                                                             " the first, were made with other options")));
 }
 
+// Its shard never comes to the later stages, which note nothing; its measured map is older too, its estimates are not there.
+TEST_F(ShardPipelineTest, MapsOfAnImageThatFailedSinceAreNamed) {
+  const auto run_all = [&] {
+    for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
+      for (const int shard : {0, 1}) RunShard(shard, 2, stage);
+    }
+  };
+  const auto described = [&](std::string_view kind) { return DescribeStaleMaps(Workspace({.path = folder_.path()}), kind); };
+  run_all();
+  test_support::WriteBytes(folder_ / "images" / names_[0], test_support::ReadBytes(folder_ / "images" / names_[1]));
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "estimate" && image == names_[0]) throw phi::InputError("image " + image + ": damaged");
+  };
+  run_all();
+  for (const std::string_view kind : {kMeasured, kGeometric}) {
+    EXPECT_THAT(described(kind), ::testing::ElementsAre(HasSubstr("1 of 6 " + std::string(kind) + " maps, " + names_[0] +
+                                                                  " the first, are of an earlier run, since their images failed")));
+  }
+  // What fails after a map says nothing of it.
+  fs::remove_all(folder_ / "stereo");
+  test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "filter" && image == names_[0]) throw phi::InputError("image " + image + ": no luck");
+  };
+  run_all();
+  EXPECT_THAT(described(kPhotometric), ::testing::IsEmpty());
+}
+
 TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {
   RunShard(0, 3, "photometric");
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
