@@ -65,7 +65,7 @@ phi::ExitCode RunSummary::Code() const {
 
 int RunSummary::NumMade() const {
   // One that fails may have had its last map: max.
-  return std::max(0, num_images - num_images_kept - num_images_waiting - num_failed_elsewhere - static_cast<int>(failures.size()));
+  return std::max(0, num_images - num_images_kept - num_images_waiting - num_failed_earlier - static_cast<int>(failures.size()));
 }
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
@@ -83,8 +83,8 @@ std::string SummaryLine(const RunSummary& summary) {
   text += " done in " + FormatDuration(summary.seconds);
   if (summary.num_images_kept > 0) text += FormatText(", %d of them kept from before", summary.num_images_kept);
   if (num_failed > 0) text += FormatText(", %d of them failed", num_failed);
-  if (summary.num_failed_elsewhere > 0)
-    text += FormatText(", %d of them failed in other shards", summary.num_failed_elsewhere);
+  if (summary.num_failed_earlier > 0)
+    text += FormatText(", %d of them failed in earlier stages", summary.num_failed_earlier);
   if (summary.num_waiting > 0) text += FormatText(", %d tasks wait for other shards", summary.num_waiting);
   const StageSummary& last = summary.stages.back();
   if (last.num_pixels > 0) {

@@ -40,7 +40,7 @@ struct RunSummary {
   std::vector<phi::Message> failures;  // one for each image that failed, about it and its stage
   int num_images = 0;            // reference images of the job, without those that are left out, which a warning names
   int num_images_kept = 0;       // their results were there and up to date
-  int num_failed_elsewhere = 0;  // images of a shard that failed in other shards' stages
+  int num_failed_earlier = 0;    // images of a run of one stage (--stage) that failed in a stage before it
   int num_images_waiting = 0;    // images of a shard whose last maps cannot be made yet
   int num_waiting = 0;           // tasks of a shard that need maps which others have not made yet
   double seconds = 0;            // wall time of the whole run

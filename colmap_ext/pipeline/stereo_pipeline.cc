@@ -147,7 +147,7 @@ void StereoPipeline::CountKept(const StagePlan& last) {
   const auto num_without_problem =
       std::count_if(own_.begin(), own_.end(), [&](int job) { return jobs_[job].problem.empty(); });
   summary.num_images_kept = static_cast<int>(num_possible - std::ssize(last.pending) - std::ssize(last.waiting));
-  summary.num_failed_elsewhere = static_cast<int>(num_without_problem - num_possible);
+  summary.num_failed_earlier = static_cast<int>(num_without_problem - num_possible);
 }
 
 // The first stage's that has any: those after it wait for the same.
