@@ -125,21 +125,26 @@ TEST(HoleFillerCommand, FillsMapsOfAnotherProgramAndRepeatsItself) {
 
 // The plane goes through the distance of 4 within the hole.
 TEST(HoleFillerCommand, KeepsToTheDepthsThatAreGiven) {
-  const ForeignWorkspace workspace;
-  const ProgramResult result = workspace.Run(
-      {"--overwrite", "true", "--PatchMatchStereo.depth_min", "1", "--PatchMatchStereo.depth_max", "4"});
-  ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const phi::Array2D<float> depth = workspace.Depth(0, "geometric");
-  int num_filled = 0, num_beyond = 0;
-  for (int y = 45; y < 75; ++y) {
-    for (int x = 60; x < 100; ++x) {
-      num_filled += depth(x, y) > 0;
-      num_beyond += workspace.truth(0)(x, y).depth > 4;
-      EXPECT_LE(depth(x, y), 4);
+  struct Range {
+    std::string nearest, farthest;
+  };
+  for (const Range& range : {Range{"1", "4"}, Range{"4", "10"}}) {
+    const ForeignWorkspace workspace;
+    const ProgramResult result = workspace.Run(
+        {"--overwrite", "true", "--PatchMatchStereo.depth_min", range.nearest, "--PatchMatchStereo.depth_max", range.farthest});
+    ASSERT_EQ(result.exit_code, 0) << result.errors;
+    const phi::Array2D<float> depth = workspace.Depth(0, "geometric");
+    int num_inside = 0, num_beyond = 0;  // of the hole's pixels that have depth
+    for (int y = 45; y < 75; ++y) {
+      for (int x = 60; x < 100; ++x) {
+        if (!(depth(x, y) > 0)) continue;
+        const bool is_inside = depth(x, y) >= std::stof(range.nearest) && depth(x, y) <= std::stof(range.farthest);
+        ++(is_inside ? num_inside : num_beyond);
+      }
     }
+    EXPECT_GT(num_inside, 100) << range.nearest;
+    EXPECT_EQ(num_beyond, 0) << range.nearest;
   }
-  EXPECT_GT(num_filled, 100);
-  EXPECT_GT(num_beyond, 100);
 }
 
 // The hole's depth is given as 0 and as -4: the same maps come out.
