@@ -262,6 +262,17 @@ TEST_F(ShardPipelineTest, MapsOfAnImageThatFailedSinceAreNamed) {
   };
   run_all();
   EXPECT_THAT(described(kPhotometric), ::testing::IsEmpty());
+  // Nor does what failed with other options.
+  options_.geom_consistency = false;
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "estimate" && image == names_[0]) throw phi::InputError("image " + image + ": damaged");
+  };
+  for (const int shard : {0, 1}) RunShard(shard, 2, "raw");
+  options_.geom_consistency = true;
+  calls_.on_call = nullptr;
+  options_.filter.min_num_consistent = 2;  // so that the filter that failed is tried again
+  run_all();
+  EXPECT_THAT(described(kGeometric), ::testing::IsEmpty());
 }
 
 TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {
