@@ -123,6 +123,10 @@ void SyncFileSystems(const std::set<fs::path>& folders) {
   std::set<dev_t> synced;
   for (const fs::path& folder : folders) {
     const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0 && errno == EACCES) {  // a folder that may be written but not read: all file systems
+      ::sync();
+      continue;
+    }
     struct stat status = {};
     const bool is_known = descriptor >= 0 && ::fstat(descriptor, &status) == 0;
     const bool is_synced = is_known && (!synced.insert(status.st_dev).second || ::syncfs(descriptor) == 0);

@@ -188,6 +188,25 @@ TEST(AtomicFileTest, RemovesWhatAKilledProcessOfTheSameNumberLeft) {
   }
 }
 
+// Maps may be put there, and their disk must not be asked for by a folder that nobody may open.
+TEST(AtomicFileTest, FoldersThatMayBeWrittenButNotReadAreSynced) {
+  constexpr ::uid_t kNobody = 65534;
+  TemporaryFolder folder;
+  const fs::path closed = folder / "closed";
+  fs::create_directory(closed);
+  EXPECT_EQ(RunInChild([&] {
+              const bool is_root = ::geteuid() == 0;
+              if (is_root && (::chown(folder.path().c_str(), kNobody, kNobody) != 0 || ::chown(closed.c_str(), kNobody, kNobody) != 0 ||
+                              ::setuid(kNobody) != 0))
+                return kNotPermitted;
+              fs::permissions(closed, fs::perms::owner_write | fs::perms::owner_exec);
+              const std::string message = MessageOf<phi::Error>([&] { SyncFileSystems({folder.path(), closed}); });
+              fs::permissions(closed, fs::perms::owner_all);
+              return message == "nothing was thrown" ? kAsExpected : kWrongMessage;
+            }),
+            kAsExpected);
+}
+
 TEST(AtomicFileTest, ReportsAFileSizeLimitAndCleansUp) {
   TemporaryFolder folder;
   EXPECT_EQ(RunInChild([&] {
