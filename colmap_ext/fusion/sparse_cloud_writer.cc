@@ -1,9 +1,12 @@
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "phi/base/log.h"
+#include "phi/base/message.h"
 
 namespace colmap_ext {
 namespace {
@@ -68,6 +71,9 @@ class SparseCloudWriter : public CloudWriter {
       WriteSparseModelText(empty, folder_);
     }
     points_.Commit();
+    if (!binary && std::filesystem::exists(folder_ / "points3D.bin")) {
+      phi::LogWarning(phi::AboutFile(folder_) + " holds a model in .bin files too, which programs read rather than this one in .txt; remove those");
+    }
   }
 
  private:

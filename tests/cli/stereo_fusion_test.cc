@@ -141,6 +141,16 @@ TEST_F(StereoFusionCommand, DelaunayMesherTakesTheCloudAndItsVisibility) {
   EXPECT_GT(fs::file_size(folder_ / "delaunay.ply"), 1000u);
 }
 
+// Programs read the binary model, of an earlier cloud.
+TEST_F(StereoFusionCommand, TellsOfABinaryModelBesideTheTextOne) {
+  const std::string sentence = "sparse_dense holds a model in .bin files too";
+  EXPECT_THAT(Fuse({"--output_type", "TXT"}, "sparse_dense").errors, testing::Not(HasSubstr(sentence)));
+  EXPECT_THAT(Fuse({"--output_type", "BIN"}, "sparse_dense").errors, testing::Not(HasSubstr(sentence)));
+  const ProgramResult result = Fuse({"--output_type", "TXT"}, "sparse_dense");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.errors, HasSubstr(sentence));
+}
+
 // Of no point, since the points are others.
 TEST_F(StereoFusionCommand, SparseModelsHoldTheObservations) {
   const SparseModel before = ReadSparseModel(folder_ / "sparse");
