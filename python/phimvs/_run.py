@@ -12,6 +12,7 @@ from . import _core
 from .errors import InputError, UsageError
 
 logger = logging.getLogger("phimvs")
+_LOGGING_DECIDES = ("log_level", "log_timestamps")  # options of the command line
 _LEVELS = (logging.ERROR, logging.WARNING, logging.INFO, logging.DEBUG)
 
 
@@ -91,5 +92,7 @@ def words_of(options: Any) -> list[str]:
         )
     words: list[str] = []
     for name, value in options.items():
+        if name in _LOGGING_DECIDES:
+            raise UsageError(f"{name} is for the command line; here logging.getLogger('phimvs') decides what is told")
         words += [f"--{name}", text_of(value)]
     return words

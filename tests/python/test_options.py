@@ -69,6 +69,11 @@ def test_scalars_of_numpy_are_taken():
         options.PatchMatchStereo.num_iterations = np.array([3])
 
 
+def test_the_log_is_left_to_logging():
+    with pytest.raises(phimvs.UsageError, match="logging.getLogger"):
+        phimvs.report("nowhere", "page.html", options={"log_level": 1})
+
+
 def test_documented():
     option = phimvs.options.PatchMatchStereoOptions_PatchMatchStereo.window_radius
     assert "[pixels]" in option.__doc__
