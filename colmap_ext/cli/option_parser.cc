@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "colmap_ext/cli/suggestion.h"
-#include "colmap_ext/input_file.h"
+#include "colmap_ext/config_lines.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/terminal.h"
 #include "phi/base/error.h"
@@ -26,6 +24,8 @@ namespace po = boost::program_options;
 constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
 constexpr char kJsonWord[] = "help_json";
+// As COLMAP calls it in versions up to 3.
+constexpr char kSeedName[] = "default_random_seed", kFormerSeedName[] = "random_seed";
 
 JsonHelp*& HelpOfThread() {
   thread_local JsonHelp* help = nullptr;
@@ -64,6 +64,8 @@ bool SameValue(const std::string& a, const std::string& b) {
   if (ta.empty() || tb.empty() || *end_a != 0 || *end_b != 0) return false;
   return std::abs(va - vb) <= 1e-6 * std::max(std::abs(va), std::abs(vb));
 }
+
+std::string CurrentName(const std::string& name) { return name == kFormerSeedName ? kSeedName : name; }
 
 std::string GroupOf(const std::string& name) {
   const std::size_t dot = name.find('.');
@@ -107,10 +109,9 @@ OptionParser::OptionParser(std::string command, std::string summary)
       .ColmapDefault("0")
       .ColmapDefault("2");
   Add("log_timestamps", &log_timestamps_, "Begin each line of the log with the time of day (UTC)");
-  Add("default_random_seed", &random_seed_,
-      "Seed of all random numbers; the same seed gives the same maps, byte by byte")
+  Add(kSeedName, &random_seed_,
+      "Seed of all random numbers, --random_seed in COLMAP 3; the same seed gives the same maps, byte by byte")
       .ColmapDefault("0");
-  AddColmapOnly("random_seed", "0", "newer versions of COLMAP and phimvs call it --default_random_seed");
   AddColmapOnly("log_to_stderr", "0", "the log always goes to stderr");
   AddColmapOnly("log_target", "stderr_and_file", "the log always goes to stderr");
   AddColmapOnly("log_severity", "0", "--log_level says what is logged");
@@ -161,7 +162,11 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
     *help = parsed.count("help") > 0;
     *json = parsed.count(kJsonWord) > 0;
     for (const auto& [name, value] : parsed) {
-      if (name != "help" && name != kJsonWord) values.emplace_back(name, value.as<std::string>());
+      if (name != "help" && name != kJsonWord) values.emplace_back(CurrentName(name), value.as<std::string>());
+    }
+    if (parsed.count(kSeedName) > 0 && parsed.count(kFormerSeedName) > 0) {
+      throw phi::UsageError(std::string("--") + kFormerSeedName + " and --" + kSeedName +
+                            " are the same option; leave one of them out");
     }
   } catch (const po::unknown_option& error) {
     std::string word = error.get_option_name();
@@ -174,36 +179,24 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
   return values;
 }
 
-OptionParser::Values OptionParser::ReadProjectFile(const std::filesystem::path& path) {
-  std::ifstream file = OpenRegularFile(path);
-  if (!file) {
-    throw phi::InputError("--project_path: " + phi::AboutFile(path) + " is no file that can be read");
-  }
-  po::options_description none;
-  Values values, chosen;
-  try {
-    for (const auto& entry : po::parse_config_file(file, none, true).options) {
-      values.emplace_back(entry.string_key, entry.value.empty() ? "" : entry.value.front());
-    }
-  } catch (const po::error&) {  // its what() never returns where the file holds some of its own placeholders
-    throw phi::InputError("--project_path: " + phi::AboutFile(path) +
-                          ": a line is neither a [group], nor NAME=VALUE, nor a comment (#)");
-  }
+std::vector<ProjectEntry> OptionParser::ChosenEntries(const std::filesystem::path& path) const {
+  std::vector<ProjectEntry> entries = ReadProjectFile(path), chosen;
+  for (ProjectEntry& entry : entries) entry.name = CurrentName(entry.name);
   // A key that only COLMAP has gives away who wrote the file.
   const bool by_colmap =
-      std::any_of(values.begin(), values.end(), [&](const auto& entry) { return IsColmapOnly(entry.first); });
+      std::any_of(entries.begin(), entries.end(), [&](const ProjectEntry& entry) { return IsColmapOnly(entry.name); });
   std::vector<std::string> unknown, unset;
-  for (auto& [key, value] : values) {
-    const phi::Option* option = options_.Find(key);
-    const auto is_value = [&, v = value](const std::string& other) { return SameValue(v, other); };
-    if (IsColmapOnly(key)) {
-      if (!is_value(only_colmap_.at(key).colmap_default)) chosen.emplace_back(key, value);
+  for (ProjectEntry& entry : entries) {
+    const phi::Option* option = options_.Find(entry.name);
+    const auto is_value = [&](const std::string& other) { return SameValue(entry.value, other); };
+    if (IsColmapOnly(entry.name)) {
+      if (!is_value(only_colmap_.at(entry.name).colmap_default)) chosen.push_back(std::move(entry));
     } else if (option == nullptr) {
-      unknown.push_back(key);
+      unknown.push_back(entry.name);
     } else if (by_colmap && std::any_of(option->colmap_defaults().begin(), option->colmap_defaults().end(), is_value)) {
-      unset.push_back(key);
+      unset.push_back(entry.name);
     } else {
-      chosen.emplace_back(key, value);
+      chosen.push_back(std::move(entry));
     }
   }
   if (!unknown.empty()) {
@@ -222,18 +215,29 @@ std::vector<std::string> OptionParser::AllNames() const {
   std::vector<std::string> names;
   for (const phi::Option& option : options_) names.push_back(option.name());
   for (const auto& [name, colmap] : only_colmap_) names.push_back(name);
+  names.emplace_back(kFormerSeedName);
   return names;
 }
 
 void OptionParser::Assign(const std::string& name, const std::string& value, const phi::Message& origin) {
-  set_.insert(name);
+  origins_[name] = origin;
   if (IsColmapOnly(name)) return;
   try {
     options_.Find(name)->Assign(value);
   } catch (const std::invalid_argument& rule) {
     const std::string message = "--" + name + " is '" + value + "', but must be " + rule.what();
     if (origin.empty()) throw phi::UsageError(message);
-    throw phi::InputError(origin + ": " + message);
+    throw phi::InputError(origin + message);
+  }
+}
+
+void OptionParser::CheckRanges() const {
+  for (const phi::Option& option : options_) {
+    const std::string problem = option.Check();
+    if (problem.empty()) continue;
+    const auto origin = origins_.find(option.name());
+    if (origin == origins_.end() || origin->second.empty()) throw phi::UsageError(problem);
+    throw phi::InputError(origin->second + problem);
   }
 }
 
@@ -251,15 +255,15 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   }
   ApplyLogOptions();
   if (!project_path_.empty()) {
-    for (const auto& [name, value] : ReadProjectFile(project_path_)) {
-      if (name != "project_path") Assign(name, value, phi::AboutFile(project_path_));
+    for (const ProjectEntry& entry : ChosenEntries(project_path_)) {
+      if (entry.name != "project_path") Assign(entry.name, entry.value, LineText(project_path_, entry.line));
     }
   }
   for (const auto& [name, value] : command_line) Assign(name, value, "");
   ApplyLogOptions();
   ApplyPreset();
   if (!json) CheckRequired();
-  if (const std::string problem = options_.Check(); !problem.empty()) throw phi::UsageError(problem);
+  CheckRanges();
   if (json) {
     PrintJson();
     return false;

@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/cli/project_file.h"
 #include "phi/base/log.h"
 #include "phi/base/option.h"
 
@@ -50,17 +50,19 @@ class OptionParser {
   bool Parse(int argc, const char* const* argv);
 
   // Whether the command line or the project file gave the option a value; a preset does not count.
-  bool IsSet(const std::string& name) const { return set_.count(name) > 0; }
+  bool IsSet(const std::string& name) const { return origins_.count(name) > 0; }
   // Warns of those of the options that are set, since `why` leaves them without effect.
   void WarnWithoutEffect(const std::vector<std::string>& names, const std::string& why) const;
-  // --default_random_seed, which every command accepts as COLMAP's do.
+  // --default_random_seed, which every command accepts as COLMAP's do, under its former name too.
   std::uint32_t random_seed() const { return random_seed_; }
   // Every option with an effect and its value, as it could be written on a command line.
   std::map<std::string, std::string> EffectiveValues() const;
 
  private:
   Values ReadCommandLine(int argc, const char* const* argv, bool* help, bool* json) const;
-  Values ReadProjectFile(const std::filesystem::path& path);
+  // Those of a project file that somebody chose.
+  std::vector<ProjectEntry> ChosenEntries(const std::filesystem::path& path) const;
+  // origin: what errors begin with, "FILE: line N: "; empty for the command line.
   void Assign(const std::string& name, const std::string& value, const phi::Message& origin);
   bool IsColmapOnly(const std::string& name) const { return only_colmap_.contains(name); }
   std::vector<std::string> AllNames() const;
@@ -69,13 +71,14 @@ class OptionParser {
   void TellUnlessDescribing(phi::LogLevel level, const std::string& message) const;
   void WarnColmapOnly() const;
   void CheckRequired() const;
+  void CheckRanges() const;
   void LogEffectiveValues() const;
   void PrintHelp() const;
   void PrintJson() const;
 
   std::string command_, summary_;
   phi::OptionList options_;
-  std::set<std::string> set_;
+  std::map<std::string, phi::Message> origins_;  // of the options that are set; see Assign
   // Accepted, without effect, a warning when set: the value that COLMAP gives it, and why.
   struct ColmapOnly {
     std::string colmap_default, why;

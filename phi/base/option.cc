@@ -1,8 +1,10 @@
 #include "phi/base/option.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <type_traits>
 
@@ -29,13 +31,22 @@ std::string PrintNumber(T value) {
   return std::string(buffer, result.ptr);
 }
 
+// The words that COLMAP takes. The first two are what errors name.
 bool ParseBool(const std::string& text) {
-  if (text == "true" || text == "1") return true;
-  if (text == "false" || text == "0") return false;
+  const auto is_text = [&](const char* word) { return SameWord(text, word); };
+  constexpr const char* kTrue[] = {"true", "1", "yes", "on"};
+  constexpr const char* kFalse[] = {"false", "0", "no", "off"};
+  if (std::any_of(std::begin(kTrue), std::end(kTrue), is_text)) return true;
+  if (std::any_of(std::begin(kFalse), std::end(kFalse), is_text)) return false;
   throw std::invalid_argument("true, false, 1 or 0");
 }
 
 }  // namespace
+
+bool SameWord(std::string_view a, std::string_view b) {
+  const auto same_letter = [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_letter);
+}
 
 std::string JoinNames(const std::vector<std::string>& names) {
   std::string text;

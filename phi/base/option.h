@@ -15,6 +15,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -118,6 +119,8 @@ class OptionList {
   std::deque<Option> options_;
 };
 
+// Whether they differ in capitals at most.
+bool SameWord(std::string_view a, std::string_view b);
 // "a, b, c"
 std::string JoinNames(const std::vector<std::string>& names);
 // Throws std::invalid_argument("one of a, b, c").
@@ -130,7 +133,7 @@ Option& OptionList::AddChoice(const std::string& name, Value* value,
   for (const auto& choice : choices) names.push_back(choice.first);
   const auto assign = [value, choices, names](const std::string& text) {
     for (const auto& [choice, meaning] : choices) {
-      if (choice != text) continue;
+      if (!SameWord(choice, text)) continue;
       *value = meaning;
       return;
     }

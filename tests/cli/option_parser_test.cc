@@ -63,7 +63,7 @@ class OptionParserTest : public ::testing::Test {
   test_support::TemporaryFolder folder_;
   OptionParser parser_{"command", "a command"};
   std::string path_ = "here";
-  int iterations_ = 8;
+  int iterations_ = 8, radius_ = 7;
   bool filter_ = true;
   double depth_error_ = 0.02;
   Speed speed_ = Speed::kSlow;
@@ -83,13 +83,34 @@ TEST_F(OptionParserTest, ReadsColmapsSpellings) {
   EXPECT_THAT(warnings_, IsEmpty());
 }
 
-TEST_F(OptionParserTest, BooleansAreTrueFalseOneZero) {
-  for (const auto& [text, value] : {std::pair{"true", true}, {"1", true}, {"false", false}, {"0", false}}) {
+// Those that COLMAP takes: Python writes True.
+TEST_F(OptionParserTest, BooleansAreColmaps) {
+  for (const auto& [text, value] : {std::pair{"true", true}, {"1", true}, {"True", true}, {"YES", true}, {"on", true},
+                                    {"false", false}, {"0", false}, {"False", false}, {"no", false}, {"Off", false}}) {
     filter_ = !value;
-    Parse({"--PatchMatchStereo.filter", text});
+    EXPECT_EQ(MessageOf<phi::UsageError>({"--PatchMatchStereo.filter", text}), "no error") << text;
     EXPECT_EQ(filter_, value) << text;
   }
-  EXPECT_THAT(MessageOf<phi::UsageError>({"--PatchMatchStereo.filter", "yes"}), HasSubstr("'yes'"));
+  EXPECT_THAT(MessageOf<phi::UsageError>({"--PatchMatchStereo.filter", "y"}), HasSubstr("'y'"));
+}
+
+// As COLMAP's --input_type and --output_type.
+TEST_F(OptionParserTest, ChoicesMayHaveCapitals) {
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--PhiStereo.speed", "Fast"}), "no error");
+  EXPECT_EQ(speed_, Speed::kFast);
+  EXPECT_EQ(parser_.EffectiveValues().at("PhiStereo.speed"), "fast");
+}
+
+TEST_F(OptionParserTest, TheSeedGoesByItsFormerNameToo) {
+  Parse({"--random_seed", "7"});
+  EXPECT_EQ(parser_.random_seed(), 7u);
+  EXPECT_THAT(warnings_, IsEmpty());
+  Parse({"--project_path", WriteIni("random_seed=8\n")});
+  EXPECT_EQ(parser_.random_seed(), 8u);
+  Parse({"--project_path", WriteIni("random_seed=8\n"), "--default_random_seed", "9"});
+  EXPECT_EQ(parser_.random_seed(), 9u);
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--random_seed", "7", "--default_random_seed", "9"}),
+            "--random_seed and --default_random_seed are the same option; leave one of them out");
 }
 
 TEST_F(OptionParserTest, BadValuesNameOptionValueAndRule) {
@@ -160,11 +181,31 @@ TEST_F(OptionParserTest, UnknownIniKeysWarnOnceAndBadIniValuesNameTheFile) {
   const std::string bad = WriteIni("[PatchMatchStereo]\nnum_iterations=many\n");
   EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", bad}), HasSubstr("project.ini"));
   EXPECT_EQ(test_support::WholeMessageOf<phi::InputError>([&] { Parse({"--project_path", bad}); }).file, bad);
-  EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", WriteIni("[broken\n=\n")}),
-              HasSubstr("project.ini"));
-  // Boost's own sentence of this file has no end.
-  const std::string endless = WriteIni("x%invalid_line%y\n");
-  EXPECT_THAT(MessageOf<phi::InputError>({"--project_path", endless}), HasSubstr("a line is neither"));
+}
+
+TEST_F(OptionParserTest, ErrorsOfAProjectFileNameTheLine) {
+  const std::string path = (folder_ / "project.ini").string();
+  const std::string no_entry = "neither a [group], nor NAME=VALUE, nor a comment (#)";
+  for (const auto& [text, line] : {std::pair{"# first\n\n[broken\n", 3}, {"workspace_path=x\r\n=y\r\n", 2}, {"word", 1}}) {
+    EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni(text)}),
+              "--project_path: " + path + ": line " + std::to_string(line) + ": " + no_entry);
+  }
+  const std::string group = "# first\n[PatchMatchStereo]\n\n";
+  EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni(group + "num_iterations = many # a lot\n")}),
+            path + ": line 4: --PatchMatchStereo.num_iterations is 'many', but must be a whole number");
+  parser_.Add("PatchMatchStereo.window_radius", &radius_, "Window").Between(1, 32);
+  EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni(group + "window_radius=0\n")}),
+            path + ": line 4: --PatchMatchStereo.window_radius is 0, but must be between 1 and 32");
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--project_path", WriteIni(group + "window_radius=0\n"),
+                                        "--PatchMatchStereo.window_radius", "33"}),
+            "--PatchMatchStereo.window_radius is 33, but must be between 1 and 32");
+}
+
+TEST_F(OptionParserTest, AProjectFileMayBeginWithAByteOrderMark) {
+  Parse({"--project_path", WriteIni("\xEF\xBB\xBF[ PatchMatchStereo ] # of an editor\nnum_iterations = 4\n[]\nworkspace_path=w\n")});
+  EXPECT_EQ(iterations_, 4);
+  EXPECT_EQ(path_, "w");
+  EXPECT_THAT(warnings_, IsEmpty());
 }
 
 TEST_F(OptionParserTest, ColmapsDefaultsInAFileOfColmapsCountAsUnset) {

@@ -62,6 +62,7 @@ TEST(OptionList, RefusesWhatIsNoValue) {
   Sample sample;
   OptionList list = sample.List();
   EXPECT_EQ(Rule(list.Find("flag"), "maybe"), "true, false, 1 or 0");
+  EXPECT_EQ(Rule(list.Find("flag"), ""), "true, false, 1 or 0");
   EXPECT_EQ(Rule(list.Find("Group.count"), "7x"), "a whole number");
   EXPECT_EQ(Rule(list.Find("Group.count"), "99999999999"), "a whole number");
   EXPECT_EQ(Rule(list.Find("share"), "nan"), "a number");
