@@ -4,6 +4,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/pipeline/run_status.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
@@ -16,11 +17,12 @@ int RunStatusCommand(int argc, char** argv) {
   parser.Add("workspace_path", &path, "The undistorted workspace").Required();
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   const std::filesystem::path stereo = FindWorkspaceFolder(path) / "stereo";
+  const LockUse use = FindLockUse(stereo);  // first: a run that ends meanwhile would be missed as killed
   const RunRecord record(stereo);
   const RunStatus status = FindStatus(record);
   if (status.num_images == 0)
     throw phi::InputError(phi::AboutFile(stereo) + ": phimvs patch_match_stereo has not run here yet");
-  std::cout << StatusText(status);
+  std::cout << StatusText(status, use);
   return static_cast<int>(phi::ExitCode::kOk);
 }
 

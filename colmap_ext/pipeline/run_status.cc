@@ -69,6 +69,23 @@ double SecondsLeft(const RunStatus& status) {
   return status.num_workers > 0 ? seconds / status.num_workers : -1;
 }
 
+// Who is at work, and how to go on where nobody is.
+std::string WorkText(const std::vector<std::string>& open_shards, LockUse use, bool has_waiting) {
+  std::string text;
+  if (!open_shards.empty()) {
+    text += use == LockUse::kFree ? "shards at work on other computers" : "shards at work";
+    text += ", or killed and not started again:";
+    for (const std::string& shard : open_shards) text += " " + shard;
+    text += "\n";
+  }
+  if (use == LockUse::kHeld) return text + "a run is at work on this computer\n";
+  if (!has_waiting || (use == LockUse::kFree && !open_shards.empty())) return text;
+  if (use == LockUse::kUnknown) {
+    return text + "whether a run is at work cannot be told: this file system has no locks\n";
+  }
+  return text + "no run is at work on this computer; the same command goes on where the last one stopped\n";
+}
+
 }  // namespace
 
 RunStatus FindStatus(const RunRecord& record) {
@@ -100,7 +117,7 @@ RunStatus FindStatus(const RunRecord& record) {
   return status;
 }
 
-std::string StatusText(const RunStatus& status) {
+std::string StatusText(const RunStatus& status, LockUse use) {
   char line[256];
   std::snprintf(line, sizeof(line), "%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting",
                 "s/image");
@@ -112,12 +129,8 @@ std::string StatusText(const RunStatus& status) {
     text += line;
     num_waiting += stage.num_waiting;
   }
-  if (!status.open_shards.empty()) {
-    text += "shards at work, or killed and not started again:";
-    for (const std::string& shard : status.open_shards) text += " " + shard;
-    text += "\n";
-  }
-  if (num_waiting > 0) {
+  text += WorkText(status.open_shards, use, num_waiting > 0);
+  if (num_waiting > 0 && (use != LockUse::kFree || !status.open_shards.empty())) {
     text += "time left: " +
             (status.seconds_left < 0 ? "not known yet" : "about " + FormatDuration(status.seconds_left)) +
             "\n";

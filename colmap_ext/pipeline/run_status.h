@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
 
 namespace colmap_ext {
 
@@ -31,6 +32,6 @@ struct RunStatus {
 RunStatus FindStatus(const RunRecord& record);
 
 // A table, what is at work, the time left and the failures.
-std::string StatusText(const RunStatus& status);
+std::string StatusText(const RunStatus& status, LockUse use);
 
 }  // namespace colmap_ext

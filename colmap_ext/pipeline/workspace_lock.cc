@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
@@ -15,15 +17,32 @@ namespace colmap_ext {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// Refused for as long as FindLockUse may hold it, and then some.
+bool IsRefused(int folder, int kind) {
+  constexpr int kTries = 5;
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  for (int i = 0; i < kTries; ++i) {
+    if (i > 0) std::this_thread::sleep_for(kPause);
+    if (flock(folder, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK) return false;
+  }
+  return true;
+}
+
+int OpenFolder(const fs::path& folder) { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }
+
+}  // namespace
+
 WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
   std::error_code error;
   fs::create_directories(stereo_folder, error);
   if (error)
     throw phi::InputError("cannot make the folder " + phi::AboutFile(stereo_folder) + ": " + error.message());
-  descriptor_ = open(stereo_folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  descriptor_ = OpenFolder(stereo_folder);
   // Some network file systems have no locks: then the user is trusted.
   const int kind = sharing == Sharing::kAlone ? LOCK_EX : LOCK_SH;
-  if (descriptor_ >= 0 && flock(descriptor_, kind | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (descriptor_ >= 0 && IsRefused(descriptor_, kind)) {
     close(descriptor_);
     throw phi::InputError(phi::AboutFile(stereo_folder) +
                           ": another phimvs is at work in this workspace; wait for it or stop it");
@@ -32,6 +51,15 @@ WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
 
 WorkspaceLock::~WorkspaceLock() {
   if (descriptor_ >= 0) close(descriptor_);
+}
+
+LockUse FindLockUse(const fs::path& stereo_folder) {
+  const int folder = OpenFolder(stereo_folder);
+  if (folder < 0) return LockUse::kUnknown;
+  const bool is_free = flock(folder, LOCK_EX | LOCK_NB) == 0;
+  const bool is_held = !is_free && errno == EWOULDBLOCK;
+  close(folder);
+  return is_free ? LockUse::kFree : is_held ? LockUse::kHeld : LockUse::kUnknown;
 }
 
 void RemoveTemporaryFiles(const fs::path& stereo_folder) {

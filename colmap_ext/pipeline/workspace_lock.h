@@ -20,6 +20,10 @@ class WorkspaceLock {
   int descriptor_ = -1;
 };
 
+// Whether some process of this computer holds the lock. Takes it for a moment, for which WorkspaceLock waits.
+enum class LockUse { kFree, kHeld, kUnknown };  // kUnknown: the file system has no locks
+LockUse FindLockUse(const std::filesystem::path& stereo_folder);
+
 // Removes what a killed process left half-written. Call with the lock held alone.
 void RemoveTemporaryFiles(const std::filesystem::path& stereo_folder);
 

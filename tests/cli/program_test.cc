@@ -17,6 +17,7 @@ namespace {
 using test_support::TemporaryFolder;
 using test_support::WatchedResult;
 using test_support::WatchOptions;
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
@@ -278,6 +279,26 @@ TEST_F(InterruptionTest, SecondProcessInTheSameWorkspaceIsRefused) {
   ASSERT_TRUE(tried);
   EXPECT_EQ(second.exit_code, 2);
   EXPECT_THAT(second.err, HasSubstr("another phimvs is at work"));
+}
+
+// Killed outright, a run leaves its record as it was at work.
+TEST_F(InterruptionTest, StatusTellsWhetherSomebodyIsAtWork) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), kOptions);
+  const std::vector<std::string> status = {"status", "--workspace_path", folder.path().string()};
+  std::string while_running;
+  RunStereo(folder.path(), {}, {.while_running = [&](pid_t pid) {
+              if (!while_running.empty() || CountMaps(folder.path(), "photometric") < 1) return;
+              kill(pid, SIGSTOP);
+              while_running = RunPhimvs(status).out;
+              kill(pid, SIGKILL);
+            }});
+  const std::string go_on = "no run is at work on this computer; the same command goes on where the last one stopped\n";
+  EXPECT_THAT(while_running, AllOf(HasSubstr("\na run is at work on this computer\n"), HasSubstr("time left: "),
+                                   Not(HasSubstr(go_on))));
+  EXPECT_THAT(RunPhimvs(status).out, AllOf(HasSubstr(go_on), Not(HasSubstr("a run is at")), Not(HasSubstr("time left"))));
+  ASSERT_EQ(RunStereo(folder.path()).exit_code, 0);
+  EXPECT_THAT(RunPhimvs(status).out, Not(HasSubstr("at work")));
 }
 
 }  // namespace
