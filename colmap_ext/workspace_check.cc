@@ -14,6 +14,7 @@
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/missing_images.h"
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
@@ -46,6 +47,10 @@ bool HasCamera(const Workspace& workspace, int image) {
 }
 
 void CheckImages(const Workspace& workspace, ProblemList* errors) {
+  if (const std::string problem = DescribeMissingImages(workspace); !problem.empty()) {
+    errors->push_back(problem);
+    return;
+  }
   const int count = static_cast<int>(workspace.views().size());
   std::vector<ProblemList> errors_of_image(count);
   tbb::parallel_for(0, count, [&](int image) {

@@ -6,6 +6,7 @@
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/hole_filling.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/original_maps.h"
@@ -40,6 +41,7 @@ int RunHoleFiller(int argc, char** argv) {
   options.Finish(parser);
 
   Workspace workspace(options.workspace);
+  if (!restore) RequireAnImage(workspace);
   std::vector<ImageJob> jobs = MakeImageJobs(workspace, MakeSparseScene(workspace.model()),
                                              options.config_path, options.pipeline.view_selection);
   workspace.DropObservations();

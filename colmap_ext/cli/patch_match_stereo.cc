@@ -9,6 +9,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
@@ -28,6 +29,7 @@ struct StereoInput {
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
+    RequireAnImage(workspace);
     workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);

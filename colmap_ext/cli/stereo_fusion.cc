@@ -10,6 +10,7 @@
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
 #include "colmap_ext/fusion/tile_list.h"
+#include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/error.h"
@@ -70,6 +71,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   }
   const std::filesystem::path parts = PartsFolder(output.path);
   const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
+  if (!has_parts) RequireAnImage(workspace);
   RefuseItsOwnModel(workspace, output);
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
@@ -95,6 +97,7 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   KeepLeftOvers();
   options.fusion.scratch_folder = parts;
   Workspace workspace(options.workspace);
+  RequireAnImage(workspace);
   workspace.DropObservations();
   RefuseItsOwnModel(workspace, output);  // not only when all parts are made
   std::filesystem::create_directories(parts);

@@ -161,6 +161,26 @@ TEST(ProgramTest, MissingImageEndsWithFourAndTheOthersAreDone) {
   EXPECT_EQ(CountMaps(folder.path(), "geometric"), 3);
 }
 
+TEST(ProgramTest, RenamedPhotosAreOneErrorOfEveryCommandThatReadsThem) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 3});
+  ASSERT_EQ(RunStereo(folder.path()).exit_code, 0);
+  std::filesystem::rename(folder / "images/a", folder / "images/b");
+  const std::string workspace = folder.path().string();
+  using Arguments = std::vector<std::string>;
+  for (const Arguments& arguments :
+       {Arguments{"patch_match_stereo"}, {"dense"}, {"hole_filler"}, {"stereo_fusion", "--output_path", (folder / "c.ply").string()}}) {
+    Arguments all = arguments;
+    all.insert(all.end(), {"--workspace_path", workspace});
+    const WatchedResult result = RunPhimvs(all);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, MatchesRegex("(.*CPU.*\n)?error: [^\n]*/images: none of the 3 images of the sparse model is there, but 3 "
+                                         "other files are, such as 'b/0.png', where the model has 'a/0.png';[^\n]*\n"))
+        << arguments[0];
+  }
+  EXPECT_THAT(RunPhimvs({"hole_filler", "--restore", "true", "--workspace_path", workspace}).err, Not(HasSubstr("none of the")));
+}
+
 TEST(ProgramTest, UnwritableWorkspaceIsBadInput) {
   if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
   const TemporaryFolder folder;

@@ -98,6 +98,39 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMaps) {
                   AllOf(HasSubstr("c.png.png"), HasSubstr("the mask is 16x12"))));
 }
 
+TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreOneErrorThatSaysWhatIsThere) {
+  const fs::path images = folder_ / "images";
+  fs::rename(images / "sub folder/b \xC3\xA9.png", images / "B \xC3\xA9.PNG");
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("sub folder/b")));  // the others are there
+  fs::create_directories(images / "photos");
+  fs::rename(images / "a.png", images / "photos/A.JPG");
+  fs::rename(images / "c.png", images / "photos/other.png");
+  WriteBytes(images / ".hidden", "");
+  EXPECT_THAT(CheckWorkspace(options_).errors,
+              ElementsAre(images.string() +
+                          ": none of the 3 images of the sparse model is there, but 3 other files are, such as "
+                          "'photos/A.JPG', where the model has 'a.png'; give them the model's names, or run colmap "
+                          "image_undistorter again"));
+  fs::rename(images / "photos/A.JPG", images / "photos/first.jpg");
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("3 other files are, 'B \xC3\xA9.PNG' the first, where")));
+  fs::remove_all(images);
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("is there, nor the folder; put back what")));
+  fs::create_directories(images);
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("is there, nor any other file; put back what")));
+}
+
+// A camera numbers its photos; copies of them get other words and other zeros.
+TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreKnownByTheirNumber) {
+  SparseModel model = SmallModel();
+  for (const auto& [image, name] : {std::pair{0, "IMG_0012.JPG"}, {1, "IMG_0013.JPG"}, {2, "IMG_0014.JPG"}}) model.images[image].name = name;
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  fs::remove_all(folder_ / "images");
+  fs::create_directories(folder_ / "images");
+  for (const char* name : {"frame2.png", "frame12.png", "none.png"}) WriteBytes(folder_ / "images" / name, "");
+  EXPECT_THAT(CheckWorkspace(options_).errors,
+              ::testing::Contains(HasSubstr("such as 'frame12.png', where the model has 'IMG_0012.JPG'")));
+}
+
 // The record of a finished run that made these files.
 void WriteRecord(const fs::path& stereo, const RunRecord::Task& task, const std::vector<fs::path>& files) {
   TaskRecord result;

@@ -68,8 +68,10 @@ def test_errors_name_their_cause(workspace, tmp_path):
     result = phimvs.patch_match_stereo(workspace, QUICK)
     assert result["images_failed"] == 1 and photo.name in result["errors"][0]
     assert len(result["errors"]) == 1  # without the log's summary
-    for photo in (workspace / "images").rglob("*.png"):
+    kept, *others = sorted((workspace / "images").rglob("*.png"))
+    for photo in others:
         photo.unlink()
+    (workspace / "stereo/patch-match.cfg").write_text(f"{others[0].name}\n__auto__, 20\n")
     with pytest.raises(phimvs.InputError, match="is missing") as caught:
         phimvs.patch_match_stereo(workspace, QUICK)
     assert caught.value.image and caught.value.file == str(workspace / "images" / caught.value.image)
@@ -77,6 +79,10 @@ def test_errors_name_their_cause(workspace, tmp_path):
     if not shutil.which("nvidia-smi"):
         with pytest.raises(phimvs.NoDeviceError):
             phimvs.dense(workspace, options={"PhiStereo.backend": "cuda"})
+    kept.unlink()
+    with pytest.raises(phimvs.InputError, match="none of the 4 images") as caught:
+        phimvs.patch_match_stereo(workspace, QUICK)
+    assert caught.value.file == str(workspace / "images")
 
 
 def error_of(call, *arguments):

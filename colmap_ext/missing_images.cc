@@ -1,0 +1,78 @@
+#include "colmap_ext/missing_images.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "colmap_ext/folder_files.h"
+#include "phi/base/error.h"
+
+namespace colmap_ext {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What stays of a name when its folder, extension or case changes.
+std::string Essence(const fs::path& name) {
+  std::string stem = name.stem().string();
+  std::transform(stem.begin(), stem.end(), stem.begin(), [](unsigned char c) { return std::tolower(c); });
+  return stem;
+}
+
+// "12" of "IMG_0012": what stays when a prefix changes.
+std::string Number(const std::string& essence) {
+  const std::size_t last = essence.find_last_of("0123456789");
+  if (last == std::string::npos) return "";
+  const std::size_t before = essence.find_last_not_of("0123456789", last);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  const std::size_t first_digit = std::min(essence.find_first_not_of('0', begin), last);
+  return essence.substr(first_digit, last + 1 - first_digit);
+}
+
+// The file that the image may be, most like it first; none: npos.
+std::size_t FindLookalike(const fs::path& image, const std::vector<fs::path>& files) {
+  const std::string essence = Essence(image), number = Number(essence);
+  const auto same_name = std::find_if(files.begin(), files.end(), [&](const fs::path& file) { return Essence(file) == essence; });
+  if (same_name != files.end()) return static_cast<std::size_t>(same_name - files.begin());
+  const auto same_number = std::find_if(files.begin(), files.end(), [&](const fs::path& file) {
+    return !number.empty() && Number(Essence(file)) == number;
+  });
+  return same_number != files.end() ? static_cast<std::size_t>(same_number - files.begin()) : std::string::npos;
+}
+
+std::string WhatIsThere(const std::string& image, const std::vector<fs::path>& files) {
+  const std::size_t file = FindLookalike(image, files);
+  const std::string of_model = ", where the model has '" + image + "'";
+  if (file != std::string::npos) return "such as '" + files[file].string() + "'" + of_model;
+  return "'" + files.front().string() + "' the first" + of_model;
+}
+
+}  // namespace
+
+std::string DescribeMissingImages(const Workspace& workspace) {
+  const int count = static_cast<int>(workspace.views().size());
+  for (int image = 0; image < count; ++image) {
+    std::error_code unreachable;
+    if (fs::exists(workspace.ImagePath(image), unreachable)) return "";
+  }
+  if (count == 0) return "";
+  const fs::path folder = workspace.path() / "images";
+  const std::string none =
+      folder.string() + ": none of the " + std::to_string(count) + " images of the sparse model is there";
+  const std::vector<fs::path> files = FilesBelow(folder);
+  if (files.empty()) {
+    std::error_code unreachable;
+    return none + (fs::is_directory(folder, unreachable) ? ", nor any other file" : ", nor the folder") +
+           "; put back what colmap image_undistorter wrote, or run it again";
+  }
+  return none + ", but " + std::to_string(files.size()) + " other files are, " + WhatIsThere(workspace.views().front().name, files) +
+         "; give them the model's names, or run colmap image_undistorter again";
+}
+
+void RequireAnImage(const Workspace& workspace) {
+  if (const std::string problem = DescribeMissingImages(workspace); !problem.empty()) throw phi::InputError(problem);
+}
+
+}  // namespace colmap_ext
