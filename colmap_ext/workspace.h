@@ -79,6 +79,7 @@ class Workspace {
   // Null: the photo is used as it is.
   const phi::ImageCorrection* Correction(int image) const { return corrections_.empty() ? nullptr : &corrections_[image]; }
 
+  const std::filesystem::path& mask_path() const { return mask_path_; }  // empty: no masks
   std::filesystem::path ImagePath(int image) const;
   std::filesystem::path DepthMapPath(int image, std::string_view kind) const;
   std::filesystem::path NormalMapPath(int image, std::string_view kind) const;

@@ -13,6 +13,7 @@
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/mask_check.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/patch_match_config.h"
@@ -280,6 +281,7 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
   CheckPoints(*workspace, &report);
   if (report.errors.empty()) CheckPoses(*workspace, &report);
   CheckImages(*workspace, &report.errors);
+  CheckMasks(*workspace, &report.errors, &report.warnings);
   CheckConfigs(*workspace, config_path, &report);
   CheckMaps(*workspace, &report.errors);
   WarnOfLeftovers(*workspace, &report.warnings);

@@ -15,6 +15,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
   OptionParser parser("workspace_checker", "List every problem of an undistorted COLMAP workspace");
   parser.Append(options.FolderList());
   parser.Add("config_path", &config_path, "List of reference images; empty: stereo/patch-match.cfg");
+  parser.Add("PhiStereo.mask_path", &options.mask_path, "Folder of masks named <image name>.png, to check them too");
   parser
       .Add("PatchMatchStereo.max_image_size", &options.max_image_size,
            "Longest side of the working resolution, for the estimate of disk space; -1: full size")

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "colmap_ext/mask_check.h"
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/result_key.h"
@@ -117,16 +118,9 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
 }
 
 void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
-  if (workspace.ImageMaskPath(jobs.front().image).empty()) return;
-  const auto has_none = [&](const ImageJob& job) {
-    return !std::filesystem::exists(workspace.ImageMaskPath(job.image));
-  };
-  const auto num_without = std::count_if(jobs.begin(), jobs.end(), has_none);
-  if (num_without == 0) return;
-  const ImageJob& first = *std::find_if(jobs.begin(), jobs.end(), has_none);
-  phi::LogWarning(std::to_string(num_without) + " of " + std::to_string(jobs.size()) +
-                  " images have no mask and are used whole; the first would be " +
-                  workspace.ImageMaskPath(first.image).string());
+  std::vector<int> images;
+  for (const ImageJob& job : jobs) images.push_back(job.image);
+  if (const std::string warning = DescribeMissingMasks(workspace, images); !warning.empty()) phi::LogWarning(warning);
 }
 
 phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {

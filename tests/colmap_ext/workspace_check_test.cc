@@ -131,6 +131,31 @@ TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreKnownByTheirNumber) {
               ::testing::Contains(HasSubstr("such as 'frame12.png', where the model has 'IMG_0012.JPG'")));
 }
 
+TEST_F(WorkspaceCheckTest, ListsProblemsOfMasks) {
+  options_.mask_path = folder_ / "masks";
+  fs::create_directories(options_.mask_path / "sub folder");
+  const auto write = [&](const std::string& name, int width, int height) {
+    WriteGrayImage(options_.mask_path / name, phi::GrayImage(width, height, 255));
+  };
+  write("a.png.png", 32, 24);
+  write("sub folder/b \xC3\xA9.png.png", 32, 24);
+  write("c.png.png", 20, 10);
+  EXPECT_THAT(CheckWorkspace(options_).errors, IsEmpty());
+  EXPECT_THAT(CheckWorkspace(options_).warnings, IsEmpty());
+  write("a.png.png", 30, 24);
+  WriteBytes(options_.mask_path / "c.png.png", "no image");
+  fs::remove(options_.mask_path / "sub folder/b \xC3\xA9.png.png");
+  write("sub folder/b.png", 32, 24);
+  write("z.png", 32, 24);
+  const WorkspaceReport report = CheckWorkspace(options_);
+  EXPECT_THAT(report.errors, ElementsAre(AllOf(HasSubstr("masks/a.png.png"), HasSubstr("is 30x24 pixels but its image is 32x24")),
+                                         AllOf(HasSubstr("masks/c.png.png"), HasSubstr("damaged"))));
+  EXPECT_THAT(report.warnings,
+              ElementsAre(AllOf(HasSubstr("1 of 3 images have no mask"), HasSubstr("b \xC3\xA9.png.png")),
+                          options_.mask_path.string() + ": 2 files are masks of no image, 'sub folder/b.png' the first; the "
+                                                        "mask of image 'a.png' would be 'a.png.png'"));
+}
+
 // The record of a finished run that made these files.
 void WriteRecord(const fs::path& stereo, const RunRecord::Task& task, const std::vector<fs::path>& files) {
   TaskRecord result;
