@@ -51,19 +51,22 @@ std::string WhatIsThere(const std::string& image, const std::vector<fs::path>& f
 
 }  // namespace
 
-std::string DescribeMissingImages(const Workspace& workspace) {
+phi::Message DescribeMissingImages(const Workspace& workspace) {
   const int count = static_cast<int>(workspace.views().size());
+  std::error_code unreachable;  // as if it were not there
   for (int image = 0; image < count; ++image) {
-    std::error_code unreachable;
     if (fs::exists(workspace.ImagePath(image), unreachable)) return "";
   }
   if (count == 0) return "";
   const fs::path folder = workspace.path() / "images";
-  const std::string none =
-      folder.string() + ": none of the " + std::to_string(count) + " images of the sparse model is there";
+  const phi::Message none =
+      phi::AboutFile(folder) + ": none of the " + std::to_string(count) + " images of the sparse model is there";
+  if (const fs::path link = workspace.ImagePath(0); fs::is_symlink(link, unreachable)) {
+    return none + ": '" + link.filename().string() + "' is a link to " + fs::read_symlink(link, unreachable).string() +
+           ", which cannot be reached; mount or restore that, or run colmap image_undistorter again";
+  }
   const std::vector<fs::path> files = FilesBelow(folder);
   if (files.empty()) {
-    std::error_code unreachable;
     return none + (fs::is_directory(folder, unreachable) ? ", nor any other file" : ", nor the folder") +
            "; put back what colmap image_undistorter wrote, or run it again";
   }
@@ -72,7 +75,7 @@ std::string DescribeMissingImages(const Workspace& workspace) {
 }
 
 void RequireAnImage(const Workspace& workspace) {
-  if (const std::string problem = DescribeMissingImages(workspace); !problem.empty()) throw phi::InputError(problem);
+  if (const phi::Message problem = DescribeMissingImages(workspace); !problem.empty()) throw phi::InputError(problem);
 }
 
 }  // namespace colmap_ext

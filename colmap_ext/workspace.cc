@@ -50,7 +50,7 @@ void CheckOptions(const WorkspaceOptions& options) {
   if (!fs::is_directory(options.path / "sparse")) {
     throw phi::InputError(
         phi::AboutFile(options.path) +
-        ": has no folder 'sparse'; --workspace_path must be what colmap image_undistorter wrote");
+        ": has no folder 'sparse'; --workspace_path must be what colmap image_undistorter wrote, with --output_type COLMAP");
   }
 }
 

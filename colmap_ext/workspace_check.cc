@@ -48,7 +48,7 @@ bool HasCamera(const Workspace& workspace, int image) {
 }
 
 void CheckImages(const Workspace& workspace, ProblemList* errors) {
-  if (const std::string problem = DescribeMissingImages(workspace); !problem.empty()) {
+  if (const phi::Message problem = DescribeMissingImages(workspace); !problem.empty()) {
     errors->push_back(problem);
     return;
   }

@@ -29,7 +29,7 @@ OptionList FusionOptions::List() {
       .Between(0, 90)
       .MoreThan(0);
   list.Add("PhiFusion.max_normal_error_in_holes", &max_normal_error_in_holes,
-           "Largest angle between normals in holes of the cloud, if larger than StereoFusion.max_normal_error")
+           "Largest angle between normals in holes of the cloud, if larger than max_normal_error")
       .Unit("degrees")
       .Between(0, 90);
   list.Add("PhiFusion.min_support", &min_support,

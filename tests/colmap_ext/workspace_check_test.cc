@@ -119,6 +119,16 @@ TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreOneErrorThatSaysWhatIsThere) {
   EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("is there, nor any other file; put back what")));
 }
 
+// As image_undistorter --copy_policy soft-link leaves them.
+TEST_F(WorkspaceCheckTest, LinksToPhotosThatMovedAreNamed) {
+  const fs::path images = folder_ / "images";
+  fs::remove_all(images);
+  fs::create_directories(images / "sub folder");
+  for (const char* name : {"a.png", "sub folder/b \xC3\xA9.png", "c.png"}) fs::create_symlink("/gone/" + std::string(name), images / name);
+  EXPECT_THAT(CheckWorkspace(options_).errors,
+              ElementsAre(HasSubstr("is there: 'a.png' is a link to /gone/a.png, which cannot be reached; mount or restore that")));
+}
+
 // A camera numbers its photos; copies of them get other words and other zeros.
 TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreKnownByTheirNumber) {
   SparseModel model = SmallModel();

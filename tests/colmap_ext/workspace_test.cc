@@ -221,7 +221,7 @@ TEST_F(WorkspaceTest, NamesTheFolderThatIsNoWorkspace) {
   options_.path = folder_ / "none";
   EXPECT_THAT(OpenError(), AllOf(HasSubstr("none"), HasSubstr("--workspace_path")));
   options_.path = folder_ / "images";
-  EXPECT_THAT(OpenError(), AllOf(HasSubstr("has no folder 'sparse'"), HasSubstr("image_undistorter")));
+  EXPECT_THAT(OpenError(), AllOf(HasSubstr("has no folder 'sparse'"), HasSubstr("image_undistorter wrote, with --output_type COLMAP")));
 }
 
 TEST_F(WorkspaceTest, IsFoundBelowTheFolderThatHoldsIt) {
