@@ -36,9 +36,14 @@ std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folde
   std::vector<fs::path> stray = FilesBelow(folder);
   std::erase_if(stray, [&](const fs::path& file) { return known.contains(file); });
   if (stray.empty()) return "";
-  const std::string& image = workspace.views().front().name;
-  return folder.string() + ": " + std::to_string(stray.size()) + " files are masks of no image, '" + stray.front().string() +
-         "' the first; the mask of image '" + image + "' would be '" + image + ".png'";
+  // One without a mask: its may be among them.
+  const auto& views = workspace.views();
+  int example = 0;
+  while (example + 1 < static_cast<int>(views.size()) && workspace.HasImageMask(example)) ++example;
+  const std::string count = std::to_string(stray.size()), first = "'" + stray.front().string() + "'";
+  return folder.string() + ": " +
+         (stray.size() == 1 ? first + " is the mask of no image" : count + " files are masks of no image, " + first + " the first") +
+         "; that of image '" + views[example].name + "' would be '" + views[example].name + ".png'";
 }
 
 }  // namespace

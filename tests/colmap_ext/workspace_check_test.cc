@@ -162,8 +162,10 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMasks) {
                                          AllOf(HasSubstr("masks/c.png.png"), HasSubstr("damaged"))));
   EXPECT_THAT(report.warnings,
               ElementsAre(AllOf(HasSubstr("1 of 3 images have no mask"), HasSubstr("b \xC3\xA9.png.png")),
-                          options_.mask_path.string() + ": 2 files are masks of no image, 'sub folder/b.png' the first; the "
-                                                        "mask of image 'a.png' would be 'a.png.png'"));
+                          options_.mask_path.string() + ": 2 files are masks of no image, 'sub folder/b.png' the first; "
+                                                        "that of image 'sub folder/b \xC3\xA9.png' would be 'sub folder/b \xC3\xA9.png.png'"));
+  fs::remove(options_.mask_path / "z.png");
+  EXPECT_THAT(CheckWorkspace(options_).warnings, ::testing::Contains(HasSubstr("'sub folder/b.png' is the mask of no image; that")));
 }
 
 // The record of a finished run that made these files.
