@@ -130,6 +130,7 @@ void StereoPipeline::RunStages() {
   std::vector<StagePlan> plan = Plan();
   const std::size_t last = static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1;
   CountKept(plan[last]);
+  if (had_work_ && !IsShard()) RecordImpossibleJobs();  // a finished workspace may be read-only
   LogPlan(plan);
   for (; HasPending(plan); plan = Plan()) {
     runner_.Run(plan);
@@ -229,6 +230,16 @@ void StereoPipeline::ReportImpossibleJobs() {
     const RunRecord::Task task{NameOf(j), stages_[0].result};  // for `status`, which plans nothing
     runner_.record().Begin({task}, {""});
     runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem.text}});
+  }
+}
+
+// For `status`, as shards do. Maps of an image whose photo is away for once stay done.
+void StereoPipeline::RecordImpossibleJobs() {
+  for (const phi::Message& failure : runner_.summary().failures) {
+    const RunRecord::Task task{failure.image, failure.stage};
+    const auto known = runner_.record().Find(task.first, task.second);
+    if (known && known->state == "done") continue;
+    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {failure.text}});
   }
 }
 

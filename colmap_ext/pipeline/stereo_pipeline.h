@@ -39,6 +39,7 @@ class StereoPipeline {
   bool IsShard() const { return !shard_.IsWhole(); }
   void BeginShard();
   void ReportImpossibleJobs();
+  void RecordImpossibleJobs();
   // Throws phi::InputError where no image can be done.
   void RequirePossibleJob();
   // Throws phi::InputError for the first file of another program, unless it may be replaced.

@@ -17,6 +17,7 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
+#include "colmap_ext/pipeline/run_status.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
@@ -549,6 +550,33 @@ TEST_F(StereoPipelineTest, MissingImageFailsAloneAndIsDoneOnceItIsThere) {
   test_support::WriteBytes(image, bytes);
   EXPECT_TRUE(Run().failures.empty());
   EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
+}
+
+TEST_F(StereoPipelineTest, StatusCountsImagesThatAreMissing) {
+  const auto image = folder_ / "images" / names_[1];
+  const std::string bytes = test_support::ReadBytes(image);
+  std::filesystem::remove(image);
+  Run();
+  const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
+  EXPECT_EQ(status.num_images, kNumImages);
+  ASSERT_THAT(status.failures, SizeIs(1));
+  EXPECT_EQ(status.failures[0].image, names_[1]);
+  EXPECT_THAT(status.failures[0].message, HasSubstr(image.string() + " is missing"));
+  EXPECT_EQ(status.stages.back().num_failed, 1);
+  test_support::WriteBytes(image, bytes);
+  Run();
+  EXPECT_THAT(FindStatus(RunRecord(folder_ / "stereo")).failures, SizeIs(0));
+}
+
+TEST_F(StereoPipelineTest, MapsStayDoneWhileTheirPhotoIsAway) {
+  Run();
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  std::filesystem::remove(DepthPath(4, "photometric"));
+  EXPECT_THAT(Run().failures, SizeIs(1));
+  const auto record = RunRecord(folder_ / "stereo").Find(names_[1], "photometric");
+  ASSERT_TRUE(record.has_value());
+  EXPECT_EQ(record->state, "done");
+  EXPECT_TRUE(std::filesystem::exists(DepthPath(1, "photometric")));
 }
 
 TEST_F(StereoPipelineTest, LinkToItselfFailsAlone) {
