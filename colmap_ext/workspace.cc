@@ -19,8 +19,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSimplePinhole = 0;  // parameters f, cx, cy
-constexpr int kPinhole = 1;        // parameters fx, fy, cx, cy
+// Camera models whose parameters are those of a pinhole, f or fx and fy, cx, cy, and distortion after them. A fisheye without
+// distortion is no pinhole.
+struct PinholeModel {
+  int model_id, num_focal_lengths;
+};
+constexpr PinholeModel kPinholeModels[] = {{0, 1},   // SIMPLE_PINHOLE
+                                           {1, 2},   // PINHOLE
+                                           {2, 1},   // SIMPLE_RADIAL
+                                           {3, 1},   // RADIAL
+                                           {4, 2},   // OPENCV
+                                           {6, 2}};  // FULL_OPENCV
+constexpr double kNoDistortion = 1e-8;  // as COLMAP, which then copies the photo and keeps the camera
 
 // The folder of a workspace in memory: nothing can be below it.
 constexpr char kNoFolder[] = "/dev/null/memory";
@@ -87,14 +97,25 @@ Covered WorkingPixels(int full_pixel, int full_size, int working_size) {
   return {static_cast<int>(first), static_cast<int>(last)};
 }
 
+// 1: f; 2: fx and fy; 0: the camera is no pinhole.
+int NumFocalLengths(const SparseCamera& camera) {
+  for (const auto& [model_id, num_focal_lengths] : kPinholeModels) {
+    if (camera.model_id != model_id) continue;
+    const auto is_none = [](double parameter) { return std::abs(parameter) <= kNoDistortion; };
+    return std::all_of(camera.params.begin() + num_focal_lengths + 2, camera.params.end(), is_none) ? num_focal_lengths : 0;
+  }
+  return 0;
+}
+
 // Empty, or what is wrong with the camera.
 std::string PinholeProblem(const SparseCamera& camera) {
   const std::string who = "camera " + std::to_string(camera.camera_id);
-  if (camera.model_id != kSimplePinhole && camera.model_id != kPinhole) {
+  const int num_focal_lengths = NumFocalLengths(camera);
+  if (num_focal_lengths == 0) {
     return who + " is " + CameraModelName(camera.model_id) +
            ", but dense stereo needs SIMPLE_PINHOLE or PINHOLE; run colmap image_undistorter";
   }
-  const double fx = camera.params[0], fy = camera.model_id == kPinhole ? camera.params[1] : fx;
+  const double fx = camera.params[0], fy = camera.params[num_focal_lengths - 1];
   if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive";
   return "";
 }
@@ -170,14 +191,14 @@ fs::path FindWorkspaceFolder(const fs::path& path) {
 }
 
 phi::Pinhole MakePinhole(const SparseCamera& camera) {
-  const bool simple = camera.model_id == kSimplePinhole;
+  const int num_focal_lengths = NumFocalLengths(camera);
   const std::vector<double>& p = camera.params;
   return {static_cast<int>(camera.width),
           static_cast<int>(camera.height),
           p[0],
-          simple ? p[0] : p[1],
-          simple ? p[1] : p[2],
-          simple ? p[2] : p[3]};
+          p[num_focal_lengths - 1],
+          p[num_focal_lengths],
+          p[num_focal_lengths + 1]};
 }
 
 phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size) {

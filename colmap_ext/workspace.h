@@ -122,7 +122,7 @@ class Workspace {
   std::unordered_map<std::string, int> index_by_name_;
 };
 
-// The intrinsics of a SIMPLE_PINHOLE or PINHOLE camera at its full size.
+// The intrinsics at its full size of a camera that a workspace may have: a pinhole, or one whose distortion is 0.
 phi::Pinhole MakePinhole(const SparseCamera& camera);
 
 // The camera of an image that was resized as COLMAP does for max_image_size; <= 0: unchanged.

@@ -74,19 +74,25 @@ class _Given:
         )
 
 
+# Camera models whose parameters are those of a pinhole, this many focal lengths, cx and cy, and distortion after them.
+_FOCAL_LENGTHS = {"SIMPLE_PINHOLE": 1, "PINHOLE": 2, "SIMPLE_RADIAL": 1, "RADIAL": 1, "OPENCV": 2, "FULL_OPENCV": 2}
+_NO_DISTORTION = 1e-8  # as COLMAP, whose undistortion keeps the camera then
+
+
 def from_reconstruction(reconstruction: Any) -> dict[str, Any]:
-    """cameras, poses, points, names and image_ids of an undistorted pycolmap.Reconstruction (SIMPLE_PINHOLE or PINHOLE),
+    """cameras, poses, points, names and image_ids of an undistorted pycolmap.Reconstruction (pinholes, or distortion of 0),
     in the order of its image ids, as estimate takes them."""
     cameras, poses, names, ids, position = [], [], [], [], {}
     for image_id in sorted(reconstruction.images):
         image = reconstruction.images[image_id]
         camera = reconstruction.cameras[image.camera_id]
         model = getattr(camera.model, "name", str(camera.model))
-        if model not in ("SIMPLE_PINHOLE", "PINHOLE"):
+        parameters = list(camera.params)
+        num_focal = _FOCAL_LENGTHS.get(model, 0)
+        if num_focal == 0 or any(abs(parameter) > _NO_DISTORTION for parameter in parameters[num_focal + 2 :]):
             message = f"image {image.name}: its camera is {model}, but must be PINHOLE; undistort the images first"
             raise UsageError(message, image=image.name)
-        parameters = list(camera.params)
-        cameras.append([parameters[0], *parameters] if model == "SIMPLE_PINHOLE" else parameters)
+        cameras.append([parameters[0], *parameters[num_focal - 1 : num_focal + 2]])
         pose = image.cam_from_world
         poses.append((pose() if callable(pose) else pose).matrix())
         position[image_id] = len(names)

@@ -142,7 +142,7 @@ TEST_F(WorkspaceTest, ImageOfAnotherSizeThanItsCameraIsAnErrorThatNamesIt) {
 TEST_F(WorkspaceTest, RefusesDistortedCamerasByName) {
   SparseModel model = SmallModel();
   model.cameras[4].model_id = 4;
-  model.cameras[4].params = {25, 25, 10, 5, 0, 0, 0, 0};
+  model.cameras[4].params = {25, 25, 10, 5, 0, 0, 0, 0.1};
   WriteModel(model);
   EXPECT_THAT(OpenError(), AllOf(HasSubstr("camera 4 is OPENCV"), HasSubstr("run colmap image_undistorter")));
   model.cameras[4] = SmallModel().cameras[4];
@@ -238,6 +238,24 @@ TEST_F(WorkspaceTest, IsFoundBelowTheFolderThatHoldsIt) {
               AllOf(HasSubstr("dense/0"), HasSubstr("dense/1")));
   test_support::WriteSmallWorkspace(project / "dense");
   EXPECT_EQ(FindWorkspaceFolder(project.path()), project / "dense");
+}
+
+// image_undistorter copies photos without distortion and leaves their camera what it is.
+TEST_F(WorkspaceTest, CamerasWithoutDistortionArePinholes) {
+  SparseModel model = SmallModel();
+  const auto pinhole = [&](int model_id, const std::vector<double>& params) {
+    model.cameras[4].model_id = model_id;
+    model.cameras[4].params = params;
+    WriteModel(model);
+    const phi::Pinhole k = Workspace(options_).views()[2].camera.pinhole;
+    return std::vector<double>{k.fx, k.fy, k.cx, k.cy};
+  };
+  EXPECT_THAT(pinhole(2, {25, 10, 5, 0}), ElementsAre(25, 25, 10, 5));
+  EXPECT_THAT(pinhole(3, {25, 10, 5, 0, -1e-9}), ElementsAre(25, 25, 10, 5));
+  EXPECT_THAT(pinhole(4, {25, 26, 10, 5, 0, 0, 0, 0}), ElementsAre(25, 26, 10, 5));
+  EXPECT_THAT(pinhole(6, {25, 26, 10, 5, 0, 0, 0, 0, 0, 0, 0, 0}), ElementsAre(25, 26, 10, 5));
+  EXPECT_THROW(pinhole(4, {25, 26, 10, 5, 0, 0, 0, 1e-3}), phi::InputError);
+  EXPECT_THROW(pinhole(5, {25, 26, 10, 5, 0, 0, 0, 0}), phi::InputError) << "a fisheye";
 }
 
 TEST_F(WorkspaceTest, ListsAllProblemsOnRequest) {

@@ -266,6 +266,24 @@ def test_pycolmap_reconstructions_are_taken(done, scene):
     assert all((m.depth > 0).mean() > 0.5 for m in maps)
 
 
+def test_cameras_without_distortion_are_pinholes(done):
+    pycolmap = pytest.importorskip("pycolmap")
+    reconstruction = pycolmap.Reconstruction(str(done / "sparse"))
+    camera = next(iter(reconstruction.cameras.values()))
+
+    def cameras(model, params):
+        camera.model = getattr(pycolmap.CameraModelId, model)
+        camera.params = params
+        return phimvs.from_reconstruction(reconstruction)["cameras"][0].tolist()
+
+    assert cameras("SIMPLE_PINHOLE", [100, 60, 45]) == [100, 100, 60, 45]
+    assert cameras("SIMPLE_RADIAL", [100, 60, 45, 0]) == [100, 100, 60, 45]
+    assert cameras("OPENCV", [100, 101, 60, 45, 0, 0, 0, 1e-9]) == [100, 101, 60, 45]
+    for model, params in [("SIMPLE_RADIAL", [100, 60, 45, 0.1]), ("OPENCV_FISHEYE", [100, 101, 60, 45, 0, 0, 0, 0])]:
+        with pytest.raises(phimvs.UsageError, match=model):
+            cameras(model, params)
+
+
 def test_no_memory_is_kept(scene):
     small = half(scene)
     options = {**QUICK, "PatchMatchStereo.max_image_size": 60}
