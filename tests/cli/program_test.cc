@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/watched_program.h"
@@ -299,6 +300,17 @@ TEST_F(InterruptionTest, SecondProcessInTheSameWorkspaceIsRefused) {
   ASSERT_TRUE(tried);
   EXPECT_EQ(second.exit_code, 2);
   EXPECT_THAT(second.err, HasSubstr("another phimvs is at work"));
+}
+
+TEST(ProgramTest, StatusOfARunThatHasJustBegunIsNoError) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path());
+  const std::vector<std::string> status = {"status", "--workspace_path", folder.path().string()};
+  EXPECT_THAT(RunPhimvs(status).err, HasSubstr("has not run here yet"));
+  const colmap_ext::WorkspaceLock lock(folder / "stereo");
+  const WatchedResult result = RunPhimvs(status);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("a run is at work on this computer"));
 }
 
 // Killed outright, a run leaves its record as it was at work.
