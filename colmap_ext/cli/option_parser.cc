@@ -114,6 +114,7 @@ OptionParser::OptionParser(std::string command, std::string summary)
       .ColmapDefault("0");
   AddColmapOnly("log_to_stderr", "0", "the log always goes to stderr");
   AddColmapOnly("log_target", "stderr_and_file", "the log always goes to stderr");
+  AddColmapOnly("log_path", "", "the log always goes to stderr");
   AddColmapOnly("log_severity", "0", "--log_level says what is logged");
   AddColmapOnly("log_color", "1", "the log has no colours");
 }

@@ -234,6 +234,14 @@ TEST_F(OptionParserTest, ColmapsDefaultsOnTheCommandLineCount) {
   EXPECT_EQ(warnings_[0], "--PatchMatchStereo.sigma_color has no effect: there is no colour term");
 }
 
+// Of COLMAP 3 and of what came after it.
+TEST_F(OptionParserTest, ColmapsOptionsOfTheLogAreTaken) {
+  Parse({"--project_path", WriteIni("log_target=stderr_and_file\nlog_path=\nlog_level=0\nlog_severity=0\nlog_color=true\n")});
+  EXPECT_THAT(warnings_, IsEmpty());
+  Parse({"--log_to_stderr", "1", "--log_target", "file", "--log_path", "logs", "--log_severity", "1", "--log_color", "0"});
+  EXPECT_EQ(warnings_.size(), 5u);
+}
+
 TEST_F(OptionParserTest, LogsWhatDiffersFromTheDefaults) {
   Parse({"--PhiStereo.speed", "fast", "--PatchMatchStereo.num_iterations", "8"});
   EXPECT_EQ(log_, "options: --PhiStereo.speed fast\n");
