@@ -14,9 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What stays of a name when its folder, extension or case changes.
+// What stays of a name when its folder, extension or case changes. In a model of Windows, backslashes may divide folders.
 std::string Essence(const fs::path& name) {
-  std::string stem = name.stem().string();
+  std::string path = name.string();
+  std::replace(path.begin(), path.end(), '\\', '/');
+  std::string stem = fs::path(path).stem().string();
   std::transform(stem.begin(), stem.end(), stem.begin(), [](unsigned char c) { return std::tolower(c); });
   return stem;
 }

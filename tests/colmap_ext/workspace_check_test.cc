@@ -119,6 +119,16 @@ TEST_F(WorkspaceCheckTest, PhotosOfOtherNamesAreOneErrorThatSaysWhatIsThere) {
   EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("is there, nor any other file; put back what")));
 }
 
+TEST_F(WorkspaceCheckTest, FoldersOfWindowsAreKnown) {
+  SparseModel model = SmallModel();
+  model.images[0].name = "left\\a.png";
+  model.images[1].name = "left\\b.png";
+  model.images[2].name = "left\\c.png";
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  EXPECT_THAT(CheckWorkspace(options_).errors,
+              ::testing::Contains(HasSubstr("such as 'a.png', where the model has 'left\\a.png'")));
+}
+
 // As image_undistorter --copy_policy soft-link leaves them.
 TEST_F(WorkspaceCheckTest, LinksToPhotosThatMovedAreNamed) {
   const fs::path images = folder_ / "images";
