@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/format_text.h"
 #include "phi/base/log.h"
@@ -15,14 +16,17 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspac
   if (corrections.points_are_others)
     return off + ": are these the points of these cameras? Stereo takes the photos as they are";
   if (corrections.of_view.empty()) return "";
-  const auto worst =
-      std::max_element(corrections.of_view.begin(), corrections.of_view.end(),
-                       [](const auto& a, const auto& b) { return a.LargestOffset() < b.LargestOffset(); });
+  std::vector<double> largest;  // by view; pixels of the working images, as the mean
+  for (std::size_t i = 0; i < corrections.of_view.size(); ++i) {
+    const phi::ImageCorrection& correction = corrections.of_view[i];
+    largest.push_back(correction.LargestOffset() * workspace.views()[i].camera.pinhole.width / correction.model_width());
+  }
+  const auto worst = std::max_element(largest.begin(), largest.end());
   return off +
          ", neighbours alike, so the poses were not adjusted to the points: stereo moves the photos to "
          "them, " +
-         workspace.views()[worst - corrections.of_view.begin()].name +
-         FormatText(" by up to %.1f pixels", worst->LargestOffset()) +
+         workspace.views()[worst - largest.begin()].name +
+         FormatText(" by up to %.1f pixels", *worst) +
          ". Where poses may change, colmap bundle_adjuster before image_undistorter is better";
 }
 
