@@ -16,7 +16,11 @@ int RunStatusCommand(int argc, char** argv) {
                       "How far the stereo of a workspace is: images done, failed and waiting by stage");
   parser.Add("workspace_path", &path, "The undistorted workspace").Required();
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
-  const std::filesystem::path stereo = FindWorkspaceFolder(path) / "stereo";
+  path = FindWorkspaceFolder(path);
+  const std::filesystem::path stereo = path / "stereo";
+  if (!std::filesystem::is_directory(stereo)) {
+    throw phi::InputError("--workspace_path: " + phi::AboutFile(path) + " holds no stereo folder; name the workspace of the run");
+  }
   const LockUse use = FindLockUse(stereo);  // first: a run that ends meanwhile would be missed as killed
   const RunRecord record(stereo);
   const RunStatus status = FindStatus(record);

@@ -307,6 +307,8 @@ TEST(ProgramTest, StatusOfARunThatHasJustBegunIsNoError) {
   test_support::WriteNoiseWorkspace(folder.path());
   const std::vector<std::string> status = {"status", "--workspace_path", folder.path().string()};
   EXPECT_THAT(RunPhimvs(status).err, HasSubstr("has not run here yet"));
+  EXPECT_THAT(RunPhimvs({"status", "--workspace_path", (folder / "images").string()}).err,
+              HasSubstr("--workspace_path: " + (folder / "images").string() + " holds no stereo folder"));
   const colmap_ext::WorkspaceLock lock(folder / "stereo");
   const WatchedResult result = RunPhimvs(status);
   EXPECT_EQ(result.exit_code, 0) << result.err;
