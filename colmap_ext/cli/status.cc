@@ -24,8 +24,11 @@ int RunStatusCommand(int argc, char** argv) {
   const LockUse use = FindLockUse(stereo);  // first: a run that ends meanwhile would be missed as killed
   const RunRecord record(stereo);
   const RunStatus status = FindStatus(record);
-  if (status.num_images == 0 && use != LockUse::kHeld)  // a run that has just begun is no mistake
-    throw phi::InputError(phi::AboutFile(stereo) + ": phimvs patch_match_stereo has not run here yet");
+  if (status.num_images == 0 && use != LockUse::kHeld) {  // a run that has just begun is no mistake
+    if (!record.HasRuns()) throw phi::InputError(phi::AboutFile(stereo) + ": phimvs patch_match_stereo has not run here yet");
+    std::cout << "no maps: dense --keep cloud removed those of the last run\n";
+    return static_cast<int>(phi::ExitCode::kOk);
+  }
   std::cout << StatusText(status, use);
   return static_cast<int>(phi::ExitCode::kOk);
 }

@@ -57,6 +57,7 @@ class RunRecord {
   const std::string& options_hash() const { return options_hash_; }
   // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
   void AddRun(const std::string& summary_json);
+  bool HasRuns() const { return !runs_.empty(); }
   // Rewrites phimvs.json and removes the journal; nothing when neither tasks nor the hash of options have changed, so that
   // a finished workspace may be read-only. For the end of a run, when all files of finished tasks have their names. A shard's
   // journal gets its last line.

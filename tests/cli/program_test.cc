@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -313,6 +314,18 @@ TEST(ProgramTest, StatusOfARunThatHasJustBegunIsNoError) {
   const WatchedResult result = RunPhimvs(status);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("a run is at work on this computer"));
+}
+
+// As dense --keep cloud leaves it: runs, and no results.
+TEST(ProgramTest, StatusKnowsThatMapsWereRemoved) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path());
+  colmap_ext::RunRecord record(folder / "stereo");
+  record.AddRun("{}");
+  record.Compact();
+  const WatchedResult result = RunPhimvs({"status", "--workspace_path", folder.path().string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, "no maps: dense --keep cloud removed those of the last run\n");
 }
 
 // Killed outright, a run leaves its record as it was at work.
