@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/cli/project_file.h"
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/config_lines.h"
 #include "colmap_ext/evaluation/crop_volume.h"
@@ -58,6 +59,7 @@ TEST(FileErrors, OfADamagedFileCarryItsPath) {
       {"true depths", [](const fs::path& file) { ReadTruthDepth(file, 1000); }},
       {"mask", [](const fs::path& file) { ReadMask(file); }},
       {"bounding box", [](const fs::path& file) { ReadBoundingBox(file); }},
+      {"project file", [](const fs::path& file) { ReadProjectFile(file); }},
       {"cloud", [](const fs::path& file) { PlyRows rows(file); }},
       {"part of a fusion", [](const fs::path& file) { ReadPartFindings(file); }},
       {"crop volume", [](const fs::path& file) { ReadCropVolume(file); }},
