@@ -170,9 +170,9 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
                             " are the same option; leave one of them out");
     }
   } catch (const po::unknown_option& error) {
-    std::string word = error.get_option_name();
-    word.erase(0, word.find_first_not_of('-'));
-    throw phi::UsageError("there is no option '--" + word + "'" + SuggestName(word, AllNames(), "--") +
+    const std::string given = error.get_option_name();
+    const std::string word = given.substr(std::min(given.find_first_not_of('-'), given.size()));
+    throw phi::UsageError("there is no option '" + given + "'" + SuggestName(word, AllNames(), "--") +
                           "; see `phimvs " + command_ + " --help`");
   } catch (const po::error_with_option_name& error) {
     throw phi::UsageError(WhyRefused(error) + "; see `phimvs " + command_ + " --help`");

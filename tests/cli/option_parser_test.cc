@@ -140,6 +140,9 @@ TEST_F(OptionParserTest, UnknownAndRepeatedOptionsAreUsageErrors) {
     EXPECT_THAT(MessageOf<phi::UsageError>({misspelt, "7"}),
                 HasSubstr("(did you mean --PatchMatchStereo.num_iterations?)"));
   }
+  EXPECT_EQ(MessageOf<phi::UsageError>({"-workspace_path", "a"}),
+            "there is no option '-workspace_path' (did you mean --workspace_path?); see `phimvs command --help`");
+  EXPECT_EQ(MessageOf<phi::UsageError>({"--colour", "7"}), "there is no option '--colour'; see `phimvs command --help`");
   EXPECT_THAT(MessageOf<phi::UsageError>({"--colour", "7"}), ::testing::Not(HasSubstr("did you mean")));
   EXPECT_THAT(MessageOf<phi::UsageError>({"--workspace_path", "a", "--workspace_path", "b"}),
               HasSubstr("workspace_path"));
