@@ -1,5 +1,7 @@
 #include "colmap_ext/missing_images.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -63,13 +65,18 @@ phi::Message DescribeMissingImages(const Workspace& workspace) {
   const fs::path folder = workspace.path() / "images";
   const phi::Message none =
       phi::AboutFile(folder) + ": none of the " + std::to_string(count) + " images of the sparse model is there";
-  if (const fs::path link = workspace.ImagePath(0); fs::is_symlink(link, unreachable)) {
+  const bool is_folder = fs::is_directory(folder, unreachable);
+  if (is_folder && ::access(folder.c_str(), R_OK | X_OK) != 0) {
+    return phi::AboutFile(folder) + ": this folder of the images cannot be read; change its permissions";
+  }
+  const fs::path link = is_folder ? workspace.ImagePath(0) : folder;
+  if (fs::is_symlink(link, unreachable)) {
     return none + ": '" + link.filename().string() + "' is a link to " + fs::read_symlink(link, unreachable).string() +
            ", which cannot be reached; mount or restore that, or run colmap image_undistorter again";
   }
   const std::vector<fs::path> files = FilesBelow(folder);
   if (files.empty()) {
-    return none + (fs::is_directory(folder, unreachable) ? ", nor any other file" : ", nor the folder") +
+    return none + (is_folder ? ", nor any other file" : ", nor the folder") +
            "; put back what colmap image_undistorter wrote, or run it again";
   }
   return none + ", but " + std::to_string(files.size()) + " other files are, " + WhatIsThere(workspace.views().front().name, files) +

@@ -137,6 +137,9 @@ TEST_F(WorkspaceCheckTest, LinksToPhotosThatMovedAreNamed) {
   for (const char* name : {"a.png", "sub folder/b \xC3\xA9.png", "c.png"}) fs::create_symlink("/gone/" + std::string(name), images / name);
   EXPECT_THAT(CheckWorkspace(options_).errors,
               ElementsAre(HasSubstr("is there: 'a.png' is a link to /gone/a.png, which cannot be reached; mount or restore that")));
+  fs::remove_all(images);
+  fs::create_symlink("/gone", images);
+  EXPECT_THAT(CheckWorkspace(options_).errors, ElementsAre(HasSubstr("'images' is a link to /gone, which cannot be reached")));
 }
 
 // A camera numbers its photos; copies of them get other words and other zeros.
@@ -235,6 +238,20 @@ class OtherUser {
   OtherUser() { EXPECT_TRUE(::geteuid() != 0 || ::setreuid(65534, 0) == 0); }
   ~OtherUser() { EXPECT_TRUE(::geteuid() != 0 || ::setreuid(0, 0) == 0); }
 };
+
+TEST_F(WorkspaceCheckTest, AFolderOfImagesThatCannotBeReadIsTold) {
+  const fs::path images = folder_ / "images";
+  fs::remove_all(images);  // root would see them
+  fs::create_directories(images);
+  fs::permissions(images, fs::perms::none);
+  ProblemList errors;
+  {
+    const OtherUser user;
+    errors = CheckWorkspace(options_).errors;
+  }
+  fs::permissions(images, fs::perms::owner_all);
+  EXPECT_THAT(errors, ::testing::Contains(images.string() + ": this folder of the images cannot be read; change its permissions"));
+}
 
 TEST_F(WorkspaceCheckTest, AFolderThatCannotBeWrittenIsAnErrorWhileMapsAreToBeMade) {
   const fs::path stereo = folder_ / "stereo";
