@@ -29,15 +29,18 @@ constexpr int kRowsPerBlock = 16;
 // Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
 constexpr double kNegligibleNoise = 0.1;
 
+// By their numbers, and not as the model lists them: programs write one model in several orders, and it has one cloud.
 std::vector<int> ImagesToFuse(const Workspace& workspace) {
+  std::vector<int> images;
   if (std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
-    std::vector<int> images = ReadFusionConfig(workspace);
-    std::sort(images.begin(), images.end());
-    images.erase(std::unique(images.begin(), images.end()), images.end());
-    return images;
+    images = ReadFusionConfig(workspace);
+  } else {
+    images.resize(workspace.views().size());
+    std::iota(images.begin(), images.end(), 0);
   }
-  std::vector<int> images(workspace.views().size());
-  for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<int>(i);
+  const auto number = [&](int image) { return workspace.views()[static_cast<std::size_t>(image)].image_id; };
+  std::sort(images.begin(), images.end(), [&](int a, int b) { return number(a) < number(b); });
+  images.erase(std::unique(images.begin(), images.end()), images.end());
   return images;
 }
 

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -20,6 +21,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/sparse_model.h"
 #include "tests/support/error_message.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/log_capture.h"
@@ -96,6 +98,45 @@ TEST(SceneFusion, SameBytesForAnyThreadsAndAnyMemory) {
     }
   }
   EXPECT_TRUE(read_again);
+}
+
+// Of a .vis file: by point, its images' places in the model.
+std::vector<std::vector<std::uint32_t>> ReadVisibility(const fs::path& path) {
+  const std::string bytes = ReadBytes(path);
+  std::uint64_t count = 0;
+  std::memcpy(&count, bytes.data(), sizeof(count));
+  std::vector<std::vector<std::uint32_t>> points(count);
+  std::size_t at = sizeof(count);
+  for (auto& views : points) {
+    std::uint32_t size = 0;
+    std::memcpy(&size, bytes.data() + at, sizeof(size));
+    views.resize(size);
+    std::memcpy(views.data(), bytes.data() + at + sizeof(size), size * sizeof(size));
+    at += (1 + size) * sizeof(size);
+  }
+  EXPECT_EQ(at, bytes.size());
+  return points;
+}
+
+// COLMAP's converters and versions write the images of one model in several orders.
+TEST(SceneFusion, TheOrderInWhichTheModelListsImagesChangesNoPoint) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(SphereScene({.num_views = 7}), folder.path());
+  SceneFusionOptions options;
+  options.max_neighbors = 2;
+  Fuse(folder.path(), options);
+  const std::string cloud = ReadBytes(folder / "fused.ply");
+  auto views = ReadVisibility(folder / "fused.ply.vis");
+  SparseModel model = ReadSparseModel(folder / "sparse");
+  std::reverse(model.images.begin(), model.images.end());
+  WriteSparseModelBinary(model, folder / "sparse");
+  Fuse(folder.path(), options);
+  EXPECT_TRUE(ReadBytes(folder / "fused.ply") == cloud);
+  for (auto& of_point : views) {
+    for (std::uint32_t& view : of_point) view = 6 - view;
+    std::reverse(of_point.begin(), of_point.end());
+  }
+  EXPECT_TRUE(ReadVisibility(folder / "fused.ply.vis") == views);
 }
 
 TEST(SceneFusion, WritesWhatReadersExpect) {
