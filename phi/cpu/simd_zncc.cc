@@ -90,14 +90,35 @@ HWY_INLINE VF Exp2(VF x) {
   return hn::Mul(sum, hn::BitCast(df, hn::ShiftLeft<23>(hn::Add(whole, hn::Set(di, 127)))));
 }
 
-// Bilinear samples at (x, y) >= 0, in elements from `base`.
-HWY_INLINE VF Sample(const std::uint32_t* HWY_RESTRICT base, hn::Vec<Ints> stride, VF x, VF y) {
+// Where a bilinear sample lies along an axis: after which element, and how far.
+struct Place {
+  hn::Vec<Ints> element;
+  VF fraction;
+};
+
+// Of x >= 0.
+HWY_INLINE Place PlaceOf(VF x) {
+  const auto element = hn::ConvertTo(Ints(), x);
+  return {element, hn::Sub(x, hn::ConvertTo(Floats(), element))};
+}
+
+// Of 0.5 <= x < 2^22, in half of the instructions: a conversion minds overflow. The sum lies where floats are whole numbers, and
+// its low bits are one. A whole x may lie a fraction of 1 after the element before, which is the same sample.
+HWY_INLINE Place PlaceInWindow(VF x) {
+  constexpr float kWhole = 1 << 23;
+  const Floats df;
+  const Ints di;
+  const VF sum = hn::Add(x, hn::Set(df, kWhole - 0.5f));
+  return {hn::And(hn::BitCast(di, sum), hn::Set(di, (1 << 23) - 1)), hn::Sub(x, hn::Sub(sum, hn::Set(df, kWhole)))};
+}
+
+// Bilinear samples, of elements from `base`.
+HWY_INLINE VF Sample(const std::uint32_t* HWY_RESTRICT base, hn::Vec<Ints> stride, const Place& x, const Place& y) {
   const Floats df;
   const Ints di;
   const Words dw;
-  const auto column = hn::ConvertTo(di, x), row = hn::ConvertTo(di, y);
-  const VF fx = hn::Sub(x, hn::ConvertTo(df, column)), fy = hn::Sub(y, hn::ConvertTo(df, row));
-  const auto taps = hn::GatherIndex(dw, base, hn::Add(hn::Mul(row, stride), column));
+  const VF fx = x.fraction, fy = y.fraction;
+  const auto taps = hn::GatherIndex(dw, base, hn::Add(hn::Mul(y.element, stride), x.element));
   const auto byte = hn::Set(dw, 0xFF);
   const auto to_float = [&](hn::Vec<Words> v) HWY_ATTR { return hn::ConvertTo(df, hn::BitCast(di, v)); };
   const VF p00 = to_float(hn::And(taps, byte));
@@ -167,7 +188,7 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   for (int k = 0; k < padded; k += kLanes) {
     const VF x = hn::Min(hn::Max(hn::Add(x_center, hn::LoadU(df, window.dx.data() + k)), zero), x_last);
     const VF y = hn::Min(hn::Max(hn::Add(y_center, hn::LoadU(df, window.dy.data() + k)), zero), y_last);
-    const VF sample = hn::Sub(Sample(reference.origin(), stride, x, y), shift);
+    const VF sample = hn::Sub(Sample(reference.origin(), stride, PlaceOf(x), PlaceOf(y)), shift);
     hn::Store(sample, df, samples + k);
     hn::Store(Exp2(hn::Mul(hn::Mul(decay, sample), sample)), df, patch->weights + k);
   }
@@ -187,7 +208,7 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
 
 // The homographies around the window's centre, by view. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy, the
 // source's element is (x + (xx dx + xy dy) / w, y + (yx dx + yy dy) / w), counted from element (column, row): one element before the
-// window's first, so that positions are positive and truncation rounds down.
+// window's first, so that positions are about 1 at least and PlaceInWindow takes them.
 struct LocalWarps {
   alignas(64) float wx[kMaxSourceViews], wy[kMaxSourceViews];
   alignas(64) float xx[kMaxSourceViews], xy[kMaxSourceViews], yx[kMaxSourceViews], yy[kMaxSourceViews];
@@ -281,7 +302,7 @@ HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, 
       const VF r = hn::Div(one, hn::MulAdd(wx, dx, hn::MulAdd(wy, dy, one)));
       const VF x = hn::MulAdd(hn::MulAdd(xx, dx, hn::Mul(xy, dy)), r, x_center);
       const VF y = hn::MulAdd(hn::MulAdd(yx, dx, hn::Mul(yy, dy)), r, y_center);
-      const VF sample = hn::Sub(Sample(base, stride, x, y), shift);
+      const VF sample = hn::Sub(Sample(base, stride, PlaceInWindow(x), PlaceInWindow(y)), shift);
       const VF weighted = hn::Mul(hn::Load(df, patch.weights + k), sample);
       sum.part[p] = hn::Add(sum.part[p], weighted);
       squares.part[p] = hn::MulAdd(weighted, sample, squares.part[p]);
