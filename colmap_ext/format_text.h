@@ -1,6 +1,8 @@
-// printf's formats into strings.
+// Texts by printf's formats, and in small letters.
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <string>
 
@@ -11,6 +13,12 @@ template <typename... Values>
 std::string FormatText(const char* format, Values... values) {
   char text[512];
   std::snprintf(text, sizeof(text), format, values...);
+  return text;
+}
+
+// Of ASCII: names and suffixes of files, words of options.
+inline std::string Lowercase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 

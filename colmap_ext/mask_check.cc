@@ -50,12 +50,11 @@ std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folde
 
 std::string DescribeMissingMasks(const Workspace& workspace, const std::vector<int>& images) {
   if (images.empty() || workspace.ImageMaskPath(images.front()).empty()) return "";
-  const auto has_none = [&](int image) { return !fs::exists(workspace.ImageMaskPath(image)); };
-  const auto num_without = std::count_if(images.begin(), images.end(), has_none);
-  if (num_without == 0) return "";
-  const int first = *std::find_if(images.begin(), images.end(), has_none);
-  return std::to_string(num_without) + " of " + std::to_string(images.size()) +
-         " images have no mask and are used whole; the first would be " + workspace.ImageMaskPath(first).string();
+  std::vector<int> without;
+  std::copy_if(images.begin(), images.end(), std::back_inserter(without), [&](int image) { return !workspace.HasImageMask(image); });
+  if (without.empty()) return "";
+  return std::to_string(without.size()) + " of " + std::to_string(images.size()) +
+         " images have no mask and are used whole; the first would be " + workspace.ImageMaskPath(without.front()).string();
 }
 
 void CheckMasks(const Workspace& workspace, ProblemList* errors, ProblemList* warnings) {

@@ -3,12 +3,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <system_error>
 #include <vector>
 
 #include "colmap_ext/folder_files.h"
+#include "colmap_ext/format_text.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -20,9 +20,7 @@ namespace fs = std::filesystem;
 std::string Essence(const fs::path& name) {
   std::string path = name.string();
   std::replace(path.begin(), path.end(), '\\', '/');
-  std::string stem = fs::path(path).stem().string();
-  std::transform(stem.begin(), stem.end(), stem.begin(), [](unsigned char c) { return std::tolower(c); });
-  return stem;
+  return Lowercase(fs::path(path).stem().string());
 }
 
 // "12" of "IMG_0012": what stays when a prefix changes.

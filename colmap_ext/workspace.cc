@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/moved_image.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -34,11 +35,6 @@ constexpr double kNoDistortion = 1e-8;  // as COLMAP, which then copies the phot
 
 // The folder of a workspace in memory: nothing can be below it.
 constexpr char kNoFolder[] = "/dev/null/memory";
-
-std::string Lowercase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 void CheckOptions(const WorkspaceOptions& options) {
   const std::string format = Lowercase(options.format);

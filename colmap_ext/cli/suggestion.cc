@@ -1,17 +1,13 @@
 #include "colmap_ext/cli/suggestion.h"
 
 #include <algorithm>
-#include <cctype>
 #include <numeric>
 #include <tuple>
 
+#include "colmap_ext/format_text.h"
+
 namespace colmap_ext {
 namespace {
-
-std::string Lowercase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
 
 std::string LastPart(const std::string& name) { return name.substr(name.find('.') + 1); }
 

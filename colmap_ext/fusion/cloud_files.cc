@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <string_view>
 #include <system_error>
 
 #include "colmap_ext/input_file.h"
@@ -15,8 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMaxHeaderLines = 100;  // of PLY
-constexpr std::size_t kLasSystem = 26;  // where a LAS header says what wrote it
-constexpr std::string_view kOwnSystem = "phimvs";
 
 // Whether a PLY file is there whose header has this line.
 bool HasHeaderLine(const fs::path& path, const std::string& wanted) {
@@ -31,9 +28,9 @@ bool HasHeaderLine(const fs::path& path, const std::string& wanted) {
 
 bool IsLasOfOurs(const fs::path& path) {
   std::ifstream file = OpenRegularFile(path);
-  std::string header(kLasSystem + kOwnSystem.size(), '\0');
+  std::string header(kLasSystemAt + kLasSystem.size(), '\0');
   return file.read(header.data(), static_cast<std::streamsize>(header.size())) && header.starts_with("LASF") &&
-         header.ends_with(kOwnSystem);
+         header.ends_with(kLasSystem);
 }
 
 void RemoveFile(const fs::path& file) {

@@ -4,8 +4,13 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace colmap_ext {
+
+// What a LAS header of ours says that wrote it, and the byte where.
+inline constexpr std::string_view kLasSystem = "phimvs";
+inline constexpr std::size_t kLasSystemAt = 26;
 
 // NAME.ply with an addition: NAME_2.ply.
 std::filesystem::path PartOfCloud(const std::filesystem::path& cloud, const std::string& addition);

@@ -58,8 +58,7 @@ phi::OptionList CloudOutput::List() {
 }
 
 void CloudOutput::Resolve() {
-  std::string suffix = path.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string suffix = Lowercase(path.extension().string());
   const CloudType by_suffix = suffix == ".las" ? CloudType::kLas : CloudType::kPly;
   const bool is_known = suffix == ".las" || suffix == ".ply" || suffix.empty();
   if (type == CloudType::kBySuffix) type = by_suffix;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 
 namespace colmap_ext {
@@ -145,7 +146,7 @@ class LasCloudWriter : public CloudWriter {
         .Put(6, kWktBit)
         .Put(24, std::uint8_t{1})
         .Put(25, std::uint8_t{4})
-        .PutText(26, 32, "phimvs")
+        .PutText(kLasSystemAt, 32, std::string(kLasSystem))
         .PutText(58, 32, std::string("phimvs ") + PHIMVS_VERSION)
         .Put(94, static_cast<std::uint16_t>(kHeaderBytes))
         .Put(96, static_cast<std::uint32_t>(data_offset))
