@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace phi {
 namespace {
@@ -15,9 +16,24 @@ constexpr double kMaxRelative = 0.5;  // of a cell's tolerance: a vaguer one is 
 // The inverse distance of the plane through a cell.
 struct Distance {
   double inverse, tolerance, weight;
+
+  bool Reaches(double at) const { return std::abs(at - inverse) < tolerance; }
 };
 
-double Square(double v) { return v * v; }
+// What some cells say of a plane by its inverse distance x: the sum of weight * (1 - ((x - inverse) / tolerance)^2).
+struct Parabola {
+  double weight = 0, square = 0, linear = 0, constant = 0;
+
+  void Add(const Distance& d, double sign) {
+    const double w = sign * d.weight, each = w / (d.tolerance * d.tolerance);
+    weight += w;
+    square += each;
+    linear += each * d.inverse;
+    constant += each * d.inverse * d.inverse;
+  }
+  double Top() const { return linear / square; }
+  double AtTop() const { return weight - constant + linear * linear / square; }
+};
 
 class DistanceSearch {
  public:
@@ -25,55 +41,44 @@ class DistanceSearch {
     for (const AnchorCell& cell : cells) {
       const double slant = direction.InverseDepth(cell.x, cell.y);
       if (std::abs(slant) < kMinSlant || !(cell.tolerance < kMaxRelative * cell.w)) continue;
-      distances_.push_back({cell.w / slant, cell.tolerance / std::abs(slant), cell.weight});
-      reach_ = std::max(reach_, cell.tolerance / cell.w);
+      const Distance distance{cell.w / slant, cell.tolerance / std::abs(slant), cell.weight};
+      ends_.push_back({distance.inverse - distance.tolerance, 1, distances_.size()});
+      ends_.push_back({distance.inverse + distance.tolerance, -1, distances_.size()});
+      distances_.push_back(distance);
     }
-    std::sort(distances_.begin(), distances_.end(), [](const Distance& a, const Distance& b) { return a.inverse < b.inverse; });
+    std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) { return std::pair(a.at, a.distance) < std::pair(b.at, b.distance); });
   }
 
-  // False: too few cells are left on any.
+  // Where the cells that reach there say most, and takes them away; false: too few cells are left on any. Between two ends the
+  // sum is one parabola, and where a cell begins or ends it bends upward: it is greatest at the top of a parabola.
   bool Next(double* inverse) {
-    double most = 0;
-    for (const Distance& distance : distances_) {
-      if (distance.weight == 0) continue;
-      double sum = 0;
-      ForAllAt(distance.inverse, [&](const Distance& d) {
-        sum += d.weight * (1 - Square((d.inverse - distance.inverse) / d.tolerance));
-      });
-      if (sum <= most) continue;
-      most = sum;
-      *inverse = distance.inverse;
+    double most = kMinWeightAlong;
+    bool found = false;
+    Parabola sum;
+    for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
+      sum.Add(distances_[ends_[i].distance], ends_[i].sign);
+      const double top = sum.Top();
+      if (!(top >= ends_[i].at && top <= ends_[i + 1].at && sum.AtTop() > most)) continue;
+      most = sum.AtTop();
+      *inverse = top;
+      found = true;
     }
-    if (most < kMinWeightAlong) return false;
-    *inverse = MeanAt(*inverse);
-    ForAllAt(*inverse, [](Distance& d) { d.weight = 0; });
+    if (!found) return false;
+    for (Distance& d : distances_) {
+      if (d.Reaches(*inverse)) d.weight = 0;
+    }
     return true;
   }
 
  private:
-  // Those with `inverse` within their tolerance.
-  template <typename Function>
-  void ForAllAt(double inverse, const Function& function) {
-    const auto before = [](const Distance& d, double value) { return d.inverse < value; };
-    const auto [low, high] = std::minmax({inverse / (1 - reach_), inverse / (1 + reach_)});
-    auto d = std::lower_bound(distances_.begin(), distances_.end(), low, before);
-    for (; d != distances_.end() && d->inverse <= high; ++d) {
-      if (std::abs(d->inverse - inverse) < d->tolerance) function(*d);
-    }
-  }
+  // Of the range of inverse distances that a cell reaches.
+  struct End {
+    double at, sign;
+    std::size_t distance;  // index
+  };
 
-  double MeanAt(double inverse) {
-    double sum = 0, weights = 0;
-    ForAllAt(inverse, [&](const Distance& d) {
-      const double weight = d.weight / Square(d.tolerance);
-      sum += weight * d.inverse;
-      weights += weight;
-    });
-    return sum / weights;
-  }
-
-  std::vector<Distance> distances_;  // ascending; weight 0: taken
-  double reach_ = 0;  // the greatest tolerance, relative
+  std::vector<Distance> distances_;  // weight 0: taken
+  std::vector<End> ends_;            // ascending
 };
 
 }  // namespace

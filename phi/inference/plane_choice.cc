@@ -87,10 +87,11 @@ class PlaneChoice {
       if (plane.IsThere()) candidates.push_back({plane});
     }
     for (const ImagePlane& plane : scene) candidates.push_back({{plane}});
+    std::vector<AnchorCell> cells = region_.cells;  // of all views that show a plane of it
+    for (const SourceRegions& source : region_.sources) AddPlanesOf(source, &candidates, &cells);
     for (int i = 0; region_.directions != nullptr && i < SceneDirections::kCount; ++i) {
-      for (const ImagePlane& plane : PlanesAlong(region_.directions->PlaneAlong(i), region_.cells)) candidates.push_back({{plane}});
+      for (const ImagePlane& plane : PlanesAlong(region_.directions->PlaneAlong(i), cells)) candidates.push_back({{plane}});
     }
-    for (const SourceRegions& source : region_.sources) AddPlanesOf(source, &candidates);
     // One large region may be most of an image's work.
     tbb::parallel_for(std::size_t{0}, candidates.size(),
                       [&](std::size_t i) { candidates[i].others = JudgeOfSources(candidates[i].plane); });
@@ -152,13 +153,18 @@ class PlaneChoice {
   }
 
  private:
-  void AddPlanesOf(const SourceRegions& source, std::vector<Candidate>* candidates) const {
+  // And the cells of the source's regions that offer one.
+  void AddPlanesOf(const SourceRegions& source, std::vector<Candidate>* candidates, std::vector<AnchorCell>* cells) const {
     for (std::size_t r = 0; r < source.regions().size(); ++r) {
+      bool offers_plane = false;
       for (const RegionPlane& plane : source.regions()[r].planes) {
         RegionPlane here;
         if (!plane.IsThere() || !source.ToReference(plane, &here)) continue;
-        if (source.Overlaps(r, plane, here, region_.spots, box_)) candidates->push_back({here});
+        if (!source.Overlaps(r, plane, here, region_.spots, box_)) continue;
+        candidates->push_back({here});
+        offers_plane = true;
       }
+      if (offers_plane) source.AddCells(r, cells);
     }
   }
 
@@ -257,18 +263,11 @@ class PlaneChoice {
   }
 
   std::vector<AnchorCell> CellsOn(const ImagePlane& plane) const {
-    std::vector<AnchorCell> on;
-    for (const AnchorCell& cell : region_.cells) {
-      if (IsOn(plane, cell)) on.push_back(cell);
-    }
+    std::vector<AnchorCell> on = region_.cells;
     for (const SourceRegions& source : region_.sources) {
-      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) {
-        for (const AnchorCell& cell : source.regions()[static_cast<std::size_t>(overlap.region)].cells) {
-          AnchorCell here;
-          if (source.ToReference(cell, &here) && IsOn(plane, here)) on.push_back(here);
-        }
-      }
+      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) source.AddCells(static_cast<std::size_t>(overlap.region), &on);
     }
+    std::erase_if(on, [&](const AnchorCell& cell) { return !IsOn(plane, cell); });
     return on;
   }
 

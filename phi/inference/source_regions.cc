@@ -87,6 +87,13 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
   return true;
 }
 
+void SourceRegions::AddCells(std::size_t region, std::vector<AnchorCell>* cells) const {
+  for (const AnchorCell& cell : regions()[region].cells) {
+    AnchorCell here;
+    if (ToReference(cell, &here)) cells->push_back(here);
+  }
+}
+
 std::vector<std::int32_t> SourceRegions::RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const {
   std::vector<std::int32_t> regions(spots.size());
   const Array2D<std::int32_t>& label = regions_->label;

@@ -41,6 +41,8 @@ class SourceRegions {
   bool ToReference(const ImagePlane& plane, ImagePlane* result) const;
   // A cell in the reference image and camera; false: it lies behind the camera. Its column and row mean nothing then.
   bool ToReference(const AnchorCell& cell, AnchorCell* result) const;
+  // The cells of a region of the source, in the reference; those behind its camera are left out.
+  void AddCells(std::size_t region, std::vector<AnchorCell>* cells) const;
 
   // For each spot the source's region that its point on the plane falls in; -1: none.
   std::vector<std::int32_t> RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;

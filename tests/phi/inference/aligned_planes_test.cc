@@ -51,8 +51,8 @@ TEST(AlignedPlanes, CellsCountByTheirWeights) {
 }
 
 TEST(AlignedPlanes, FewCellsCarryNone) {
-  EXPECT_TRUE(Found(Row(0.5, 2)).empty());
-  EXPECT_EQ(Found(Row(0.5, 3)).size(), 1u);
+  EXPECT_TRUE(Found(Row(0.5, 3, 100, 0.99f)).empty());
+  EXPECT_EQ(Found(Row(0.5, 3, 100, 1.01f)).size(), 1u);
   EXPECT_TRUE(Found({}).empty());
 }
 
@@ -60,18 +60,23 @@ TEST(AlignedPlanes, FewCellsCarryNone) {
 TEST(AlignedPlanes, MayLieAtEitherSideOfTheCamera) {
   auto left = Row(-0.5, 4, -40);
   for (AnchorCell& cell : left) cell.tolerance = 0.003 * cell.w;
-  left.pop_back();
   ExpectNear(Found(left + Row(0.25, 5)), {0.25, -0.5});
 }
 
-// Six cells half a tolerance off each other are one plane, through their middle; ten tolerances off, they are two.
+// Eight cells half a tolerance off each other are one plane, through their middle; ten tolerances off, they are two.
 TEST(AlignedPlanes, CellsWithinTheirToleranceAreOnePlane) {
-  ExpectNear(Found(Row(0.5, 3) + Row(0.50075, 3, 150)), {0.500375});
-  EXPECT_EQ(Found(Row(0.5, 3) + Row(0.515, 3, 150)).size(), 2u);
+  ExpectNear(Found(Row(0.5, 4) + Row(0.50075, 4, 150)), {0.500375});
+  EXPECT_EQ(Found(Row(0.5, 4) + Row(0.515, 4, 150)).size(), 2u);
+}
+
+// Half way between cells one and a half tolerances apart each counts 1 - 0.75^2: eleven count 4.8 there, six on their own plane 6.
+TEST(AlignedPlanes, CellsOfTwoPlanesAreNotTakenForOneBetweenThem) {
+  const double other = 0.5 + 1.5 * 0.003 * 0.5;
+  ExpectNear(Found(Row(0.5, 6) + Row(other, 5, 160)), {0.5, other});
 }
 
 TEST(AlignedPlanes, AreFourAtMost) {
-  EXPECT_EQ(Found(Row(0.1, 3) + Row(0.2, 3) + Row(0.3, 3) + Row(0.4, 3) + Row(0.5, 3)).size(), 4u);
+  EXPECT_EQ(Found(Row(0.1, 4) + Row(0.2, 4) + Row(0.3, 4) + Row(0.4, 4) + Row(0.5, 4)).size(), 4u);
 }
 
 // A cell that might lie anywhere is on no plane, and one that is seen edge on neither.

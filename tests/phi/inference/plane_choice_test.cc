@@ -146,14 +146,14 @@ TEST(PlaneChoice, TwoWallsThatMeetAreBothTaken) {
   ExpectIs(chosen[1], right);
 }
 
-// The source view is the reference view once more, and all of its image one region with cells on the wall.
+// The source view is the reference view once more, and all of its image one region.
 struct SeenAgain {
   SceneView view = test_support::CenteredView(1, 160, 120, 150);
   std::vector<SourceRegions> sources;
   std::vector<Spot> spots;
 
-  // `columns`: of its spots that are the region's.
-  explicit SeenAgain(bool tells_plane = true, int columns = 27) {
+  // `told`: its planes. `columns`: of its spots that are the region's.
+  explicit SeenAgain(const Planes& told = {Own(kWall)}, int columns = 27, const std::vector<AnchorCell>& cells = CellsOn(kWall, 0, 160, 0, 60)) {
     const SpotGrid grid(160, 120);
     ViewRegions regions;
     regions.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
@@ -161,7 +161,7 @@ struct SeenAgain {
     SpotBox whole;
     whole.AddCell(0, 0, grid.step);
     whole.AddCell(grid.columns - 1, grid.rows - 1, grid.step);
-    regions.regions.push_back({whole, CellsOn(kWall, 0, 160, 0, 60), tells_plane ? Planes{Own(kWall)} : Planes{}});
+    regions.regions.push_back({whole, cells, told});
     sources.emplace_back(std::make_shared<const ViewRegions>(std::move(regions)), view.camera, view.camera);
     for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
   }
@@ -185,7 +185,7 @@ TEST(PlaneChoice, APlaneOfAnotherViewsRegionIsTakenWhereBothTogetherLikeItBetter
 // The region's cells are the shelf's. Each view shows 8 of its 25 spots, as part of the wall: what two views say together, not
 // on average, outweighs the cells. The shelf's 1 - 0.32 against the wall's 0.32, then 1 - 0.64 against 0.64.
 TEST(PlaneChoice, EachViewIsAWitness) {
-  SeenAgain scene(true, 8);
+  SeenAgain scene(Planes{Own(kWall)}, 8);
   const std::vector<AnchorCell> cells = CellsOn(kShelf, 0, 100, 100, 120);
   PlaneChoiceLimits limits = kLimits;
   limits.source_weight = 1;
@@ -197,7 +197,7 @@ TEST(PlaneChoice, EachViewIsAWitness) {
 
 // Both views' cells lie on the wall; the region's own plane goes past them by 0.2 %, within their tolerance.
 TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
-  const SeenAgain scene(false);
+  const SeenAgain scene(Planes{});
   const ImagePlane past{1.002 * kWall.a, 1.002 * kWall.b, 1.002 * kWall.c};
   PlaneChoiceLimits limits = kLimits;
   limits.source_weight = 1;
@@ -206,6 +206,21 @@ TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
   const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(past)}, {}, limits).planes[0];
   for (const auto& [x, y] : {std::pair(0, 0), {159, 0}, {0, 119}, {159, 119}})
     EXPECT_NEAR(chosen.InverseDepth(x, y), kWall.InverseDepth(x, y), 1e-6);
+}
+
+// The region's own cells lie on frames half a hundredth before a wall straight ahead. Two other views measured the wall, and both
+// offer a plane through its middle that leans by two degrees.
+TEST(PlaneChoice, PlanesAlongADirectionGoThroughTheCellsOfAllViews) {
+  const SceneDirections directions(Eigen::Matrix3d::Identity(), {160, 120, 150, 150, 80, 60});
+  const ImagePlane wall{0.3, 0, 0};
+  SeenAgain scene(Planes{Own(TurnedAt(79.5, 2))}, 27, CellsOn(wall, 0, 160, 0, 60));
+  scene.sources.push_back(scene.sources[0]);
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  limits.aligned_weight = 0.3;
+  const std::vector<AnchorCell> cells = CellsOn({0.3015, 0, 0}, 0, 50, 100, 120);
+  const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources, &directions}, Planes{}, {}, limits).planes[0];
+  for (const auto& [x, y] : {std::pair(0, 0), {159, 0}, {0, 119}, {159, 119}}) EXPECT_NEAR(chosen.InverseDepth(x, y), 0.3, 1e-6);
 }
 
 // The image above a roof, all of one brightness. Two source cameras, half a metre to the left and to the right, face as the
