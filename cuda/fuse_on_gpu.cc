@@ -217,14 +217,13 @@ class CudaFusion final : public FusionDevice {
   void Load(HostMap map) override {
     const ScopedDevice current(index_);
     std::unique_lock<std::mutex> lock(mutex_);
-    if (has_failed_ || !copies_.HasRoomFor(map) || copies_.Find(map) != nullptr) return;
+    if (has_failed_ || !copies_.HasRoomFor(map)) return;
     try {
-      DeviceBuffer<FusionPixel> pixels = copies_.TakeMemory(map);
-      if (pixels.data() == nullptr) return;
-      lock.unlock();  // copies of several maps side by side
-      Copy(map, pixels);
-      lock.lock();
-      copies_.Add(map, std::move(pixels));
+      GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) {
+        lock.unlock();  // copies of several maps side by side
+        Copy(map, pixels);
+        lock.lock();
+      });
     } catch (const ResourceError& error) {
       GiveUp(error);
     }
@@ -254,12 +253,13 @@ class CudaFusion final : public FusionDevice {
   }
 
  private:
-  // Null where there is no room. The mutex must be held.
-  std::shared_ptr<MapCopy> GetCopy(HostMap map) {
+  // Null where there is no room. The mutex must be held; fill(pixels) copies the map, and may let go of the mutex meanwhile.
+  template <typename Fill>
+  std::shared_ptr<MapCopy> GetCopy(HostMap map, const Fill& fill) {
     if (std::shared_ptr<MapCopy> copy = copies_.Find(map); copy != nullptr) return copy;
     DeviceBuffer<FusionPixel> pixels = copies_.TakeMemory(map);
     if (pixels.data() == nullptr) return nullptr;
-    Copy(map, pixels);
+    fill(pixels);
     return copies_.Add(map, std::move(pixels));
   }
 
@@ -301,11 +301,14 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
   if (has_failed_) return nullptr;
   try {
     const Task task = FusionTask(reference.width, reference.height);
-    std::vector<std::shared_ptr<MapCopy>> copies = {GetCopy(reference)};
+    const auto copy_of = [&](HostMap map) {
+      return GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) { Copy(map, pixels); });
+    };
+    std::vector<std::shared_ptr<MapCopy>> copies = {copy_of(reference)};
     std::vector<FusionNeighbor> bound = neighbors;
     for (FusionNeighbor& neighbor : bound) {
       if (copies.back() == nullptr) return nullptr;
-      copies.push_back(GetCopy(neighbor.map));
+      copies.push_back(copy_of(neighbor.map));
       if (copies.back() != nullptr) neighbor.map.data = copies.back()->pixels.data();
     }
     if (copies.back() == nullptr) return nullptr;
