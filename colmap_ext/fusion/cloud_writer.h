@@ -25,11 +25,20 @@ class CloudWriter {
   virtual std::function<void()> Prepare(phi::FusedBlock block) {
     return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
   }
-  // Whether the format can hold the point; else it is left out.
-  virtual bool CanHold(const phi::FusedPoint&) const { return true; }
+  // Takes up a point, to be written with the next Flush(). False: the format cannot hold it, and it is left out.
+  virtual bool Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views) {
+    added_.points.push_back(point);
+    added_.view_counts.push_back(num_views);
+    added_.views.insert(added_.views.end(), views, views + num_views);
+    return true;
+  }
+  virtual void Flush() { Write(std::exchange(added_, {})); }
   virtual std::uint64_t num_left_out() const { return 0; }  // of the points so far
   virtual std::size_t num_files() const { return 1; }       // that hold the points so far
   virtual void Commit() = 0;
+
+ private:
+  phi::FusedBlock added_;
 };
 
 struct PlyCloudOptions {

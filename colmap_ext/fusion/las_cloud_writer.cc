@@ -84,36 +84,15 @@ class LasCloudWriter : public CloudWriter {
   }
 
   void Write(phi::FusedBlock block) override {
-    rows_.clear();
-    for (std::size_t i = 0; i < block.points.size(); ++i) AddPoint(block.points[i], block.view_counts[i]);
-    file_.Write(rows_.data(), rows_.size());
+    for (std::size_t i = 0; i < block.points.size(); ++i) Add(block.points[i], block.view_counts[i], nullptr);
+    Flush();
   }
 
-  bool CanHold(const phi::FusedPoint& point) const override { return InUnits(point).has_value(); }
-  std::uint64_t num_left_out() const override { return num_beyond_; }
-
-  void Commit() override {
-    file_.WriteAt(0, Header());
-    file_.Commit();
-  }
-
- private:
-  // Its position in whole multiples of the scale from the offset; none where 32 bits do not reach.
-  std::optional<std::array<std::int32_t, 3>> InUnits(const phi::FusedPoint& point) const {
-    std::array<std::int32_t, 3> units;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double value = std::round((point.xyz[axis] - options_.offset[axis]) / options_.scale);
-      if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max())) return std::nullopt;
-      units[axis] = static_cast<std::int32_t>(value);
-    }
-    return units;
-  }
-
-  void AddPoint(const phi::FusedPoint& point, std::uint32_t num_views) {
+  bool Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t*) override {
     const auto units = InUnits(point);
     if (!units) {
       ++num_beyond_;
-      return;
+      return false;
     }
     char row[kPointBytes] = {};
     std::memcpy(row, units->data(), sizeof(*units));
@@ -132,6 +111,31 @@ class LasCloudWriter : public CloudWriter {
       most_[axis] = std::max(most_[axis], (*units)[axis]);
     }
     ++num_points_;
+    return true;
+  }
+
+  void Flush() override {
+    file_.Write(rows_.data(), rows_.size());
+    rows_.clear();
+  }
+
+  std::uint64_t num_left_out() const override { return num_beyond_; }
+
+  void Commit() override {
+    file_.WriteAt(0, Header());
+    file_.Commit();
+  }
+
+ private:
+  // Its position in whole multiples of the scale from the offset; none where 32 bits do not reach.
+  std::optional<std::array<std::int32_t, 3>> InUnits(const phi::FusedPoint& point) const {
+    std::array<std::int32_t, 3> units;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double value = std::round((point.xyz[axis] - options_.offset[axis]) / options_.scale);
+      if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max())) return std::nullopt;
+      units[axis] = static_cast<std::int32_t>(value);
+    }
+    return units;
   }
 
   double Coordinate(std::size_t axis, std::int32_t units) const {

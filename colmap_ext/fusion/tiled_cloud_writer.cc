@@ -27,7 +27,7 @@ struct TileIndex {
 struct Tile {
   std::filesystem::path path;
   std::unique_ptr<CloudWriter> writer;
-  phi::FusedBlock block;  // of the block that is being written
+  bool has_new = false;          // points since its last Flush()
   std::uint64_t num_points = 0;  // so far; none: all that fell on it were left out
   double least[3], most[3];
 };
@@ -41,12 +41,11 @@ class TiledCloudWriter : public CloudWriter {
   void Write(phi::FusedBlock block) override {
     std::size_t first_view = 0;
     for (std::size_t i = 0; i < block.points.size(); ++i) {
-      Add(block.points[i], block.view_counts[i], block.views.data() + first_view, &TileOf(block.points[i]));
+      AddTo(&TileOf(block.points[i]), block.points[i], block.view_counts[i], block.views.data() + first_view);
       first_view += block.view_counts[i];
     }
     for (auto& [index, tile] : tiles_) {
-      if (tile.block.points.empty()) continue;
-      tile.writer->Write(std::exchange(tile.block, {}));
+      if (std::exchange(tile.has_new, false)) tile.writer->Flush();
     }
   }
 
@@ -109,14 +108,12 @@ class TiledCloudWriter : public CloudWriter {
 
   static bool IsEmpty(const std::pair<const TileIndex, Tile>& tile) { return tile.second.num_points == 0; }
 
-  void Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views, Tile* tile) {
-    if (!tile->writer->CanHold(point)) {
+  void AddTo(Tile* tile, const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t* views) {
+    if (!tile->writer->Add(point, num_views, views)) {
       ++num_left_out_;
       return;
     }
-    tile->block.points.push_back(point);
-    tile->block.view_counts.push_back(num_views);
-    tile->block.views.insert(tile->block.views.end(), views, views + num_views);
+    tile->has_new = true;
     ++tile->num_points;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       tile->least[axis] = std::min(tile->least[axis], point.xyz[axis]);
