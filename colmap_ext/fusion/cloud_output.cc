@@ -71,6 +71,7 @@ void CloudOutput::Resolve() {
   if (!crs.empty() && type != CloudType::kLas) phi::LogWarning("--crs has no effect: only LAS files hold it");
   if (!crs.empty()) crs = ReadCrs(crs);
   if (tile_size > 0 && !IsFile()) throw phi::UsageError("--tile_size is for PLY and LAS alone");
+  if (tile_size > 0) RefuseTilesOfOtherFormat(path);
 }
 
 void RemoveOtherForm(const CloudOutput& output) {

@@ -10,6 +10,34 @@
 #include "phi/base/log.h"
 
 namespace colmap_ext {
+namespace {
+
+// Why a list cannot be read; empty: it can, or there is none. tiles: NAME_COLUMN_ROW of any suffix that it names.
+std::string ReadTileList(const std::filesystem::path& cloud, std::vector<std::filesystem::path>* tiles) {
+  std::ifstream stream = OpenRegularFile(TileListPath(cloud));
+  if (!stream) return "";
+  try {
+    const nlohmann::ordered_json content = ParseJson(stream);
+    for (const auto& tile : content.at("tiles")) {
+      const std::string file = tile.at("file").get<std::string>();
+      const std::filesystem::path same_format = std::filesystem::path(cloud).replace_extension(std::filesystem::path(file).extension());
+      const std::filesystem::path path =
+          TilePath(same_format, tile.at("column").get<std::int64_t>(), tile.at("row").get<std::int64_t>());
+      if (file == path.filename().string()) tiles->push_back(path);
+    }
+    return "";
+  } catch (const nlohmann::ordered_json::exception& error) {
+    return error.what();
+  } catch (const phi::InputError& error) {
+    return error.what();
+  }
+}
+
+bool IsOfFormatOf(const std::filesystem::path& tile, const std::filesystem::path& cloud) {
+  return tile.extension() == cloud.extension();
+}
+
+}  // namespace
 
 std::filesystem::path TileListPath(const std::filesystem::path& cloud) {
   return std::filesystem::path(cloud).replace_filename(cloud.stem().string() + ".tiles.json");
@@ -20,26 +48,26 @@ std::filesystem::path TilePath(const std::filesystem::path& cloud, std::int64_t 
 }
 
 std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud) {
-  const std::filesystem::path list = TileListPath(cloud);
   std::vector<std::filesystem::path> tiles;
-  std::ifstream stream = OpenRegularFile(list);
-  if (!stream) return tiles;
-  std::string problem;
-  try {
-    const nlohmann::ordered_json content = ParseJson(stream);
-    for (const auto& tile : content.at("tiles")) {
-      const std::filesystem::path path =
-          TilePath(cloud, tile.at("column").get<std::int64_t>(), tile.at("row").get<std::int64_t>());
-      if (tile.at("file").get<std::string>() == path.filename().string()) tiles.push_back(path);
-    }
-    return tiles;
-  } catch (const nlohmann::ordered_json::exception& error) {
-    problem = error.what();
-  } catch (const phi::InputError& error) {
-    problem = error.what();
+  const std::string problem = ReadTileList(cloud, &tiles);
+  if (!problem.empty()) {
+    phi::LogWarning(phi::AboutFile(TileListPath(cloud)) + ": this list of tiles is damaged (" + problem +
+                    "); remove the tiles of earlier runs yourself");
+    return {};
   }
-  phi::LogWarning(list.string() + ": this list of tiles is damaged (" + problem + "); remove the tiles of earlier runs yourself");
-  return {};
+  std::erase_if(tiles, [&](const std::filesystem::path& tile) { return !IsOfFormatOf(tile, cloud); });
+  return tiles;
+}
+
+void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud) {
+  std::vector<std::filesystem::path> tiles;
+  ReadTileList(cloud, &tiles);  // a damaged list is told of when it is replaced
+  for (const std::filesystem::path& tile : tiles) {
+    if (IsOfFormatOf(tile, cloud) || !std::filesystem::exists(tile)) continue;
+    throw phi::InputError(phi::AboutFile(TileListPath(cloud)) + " lists " + tile.filename().string() +
+                          " and other tiles of another suffix than '" + cloud.extension().string() +
+                          "', and names those of one suffix alone; give the new cloud another name, or remove those tiles");
+  }
 }
 
 void RemoveListedTiles(const std::filesystem::path& cloud) {

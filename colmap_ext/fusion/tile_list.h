@@ -13,6 +13,9 @@ std::filesystem::path TileListPath(const std::filesystem::path& cloud);
 // cloud's suffix, in its folder: a list may have been edited, and who asks may remove what it names.
 std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud);
 
+// Throws phi::InputError where the list names tiles of another suffix that are there: a list of the cloud's would know them no more.
+void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud);
+
 // Removes these and then their list, by which a run that is stopped in between is made up for. A list that names none stays: it is
 // another cloud's.
 void RemoveListedTiles(const std::filesystem::path& cloud);

@@ -342,16 +342,34 @@ TEST_F(CloudFormats, TilesTakeThePlaceOfOneFileAndOneFileThatOfTiles) {
 }
 
 TEST_F(CloudFormats, TilesLeaveFilesOfOthersAndOfOtherFormats) {
-  const std::string scan = "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n";
-  test_support::WriteBytes(folder_ / "scan.ply", scan);
-  test_support::WriteBytes(folder_ / "scan.las", "LASF of somebody");
-  for (const char* name : {"scan.ply", "scan.las"}) ASSERT_EQ(Fuse(folder_ / name, {"--tile_size", "1000"}).exit_code, 0);
-  EXPECT_EQ(ReadBytes(folder_ / "scan.ply"), scan);
-  EXPECT_EQ(ReadBytes(folder_ / "scan.las"), "LASF of somebody");
-  // The last list names tiles in LAS.
-  ASSERT_EQ(Fuse(folder_ / "scan.ply").exit_code, 0);
-  EXPECT_TRUE(fs::exists(folder_ / "scan_500_5300.las"));
-  EXPECT_TRUE(fs::exists(folder_ / "scan.tiles.json"));
+  const std::string scan = "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n", las = "LASF of somebody";
+  const std::vector<std::string> tiled{"--tile_size", "1000"};
+  test_support::WriteBytes(folder_ / "a.ply", scan);
+  test_support::WriteBytes(folder_ / "b.las", las);
+  ASSERT_EQ(Fuse(folder_ / "a.ply", tiled).exit_code, 0);
+  ASSERT_EQ(Fuse(folder_ / "b.las", tiled).exit_code, 0);
+  EXPECT_EQ(ReadBytes(folder_ / "a.ply"), scan);
+  EXPECT_EQ(ReadBytes(folder_ / "b.las"), las);
+  // The list names tiles in LAS.
+  ASSERT_EQ(Fuse(folder_ / "b.ply").exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "b_500_5300.las"));
+  EXPECT_TRUE(fs::exists(folder_ / "b.tiles.json"));
+}
+
+// One list names the tiles of a name: that of the later format would know the earlier ones no more.
+TEST_F(CloudFormats, TilesOfAnotherFormatKeepTheirList) {
+  const std::vector<std::string> tiled{"--tile_size", "1000"};
+  ASSERT_EQ(Fuse(folder_ / "c.las", tiled).exit_code, 0);
+  const std::string list = ReadBytes(folder_ / "c.tiles.json");
+  const auto refused = Fuse(folder_ / "c.ply", tiled);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors,
+              testing::MatchesRegex("(.|\n)*c.tiles.json lists c_[0-9_]+.las and other tiles of another suffix than '.ply'(.|\n)*"));
+  EXPECT_EQ(ReadBytes(folder_ / "c.tiles.json"), list);
+  EXPECT_FALSE(fs::exists(folder_ / "c_500_5300.ply"));
+  const auto index = nlohmann::json::parse(list);
+  for (const auto& tile : index["tiles"]) fs::remove(folder_ / tile["file"].get<std::string>());
+  EXPECT_EQ(Fuse(folder_ / "c.ply", tiled).exit_code, 0);
 }
 
 // Points of the plane, and of another program's reading of the file.
