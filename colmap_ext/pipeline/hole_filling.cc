@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/original_maps.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -64,9 +65,7 @@ void HoleFilling::FindMeasuredMaps() {
       LeaveOut("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }
   }
-  const auto is_impossible = [](const ImageJob& job) { return !job.problem.empty(); };
-  if (std::all_of(jobs_.begin(), jobs_.end(), is_impossible))
-    throw phi::InputError("no image can be done: " + jobs_.front().problem);
+  if (const phi::Message problem = DescribeImpossible(jobs_, std::string(kMeasured)); !problem.empty()) throw phi::InputError(problem);
   if (std::count(has_map_.begin(), has_map_.end(), 0) == std::ssize(has_map_)) {
     throw phi::InputError(
         phi::AboutFile(workspace_.StereoFolder()) +

@@ -249,6 +249,12 @@ void AddInputs(const Workspace& workspace, const phi::SparseScene& scene, phi::F
   }
 }
 
+phi::Message DescribeImpossible(const std::vector<ImageJob>& jobs, const std::string& stage) {
+  const auto is_possible = [](const ImageJob& job) { return job.problem.empty(); };
+  if (std::any_of(jobs.begin(), jobs.end(), is_possible)) return "";
+  return "no image can be done: " + WithContext(jobs.front().problem, phi::AboutStage(stage));
+}
+
 std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options) {

@@ -31,6 +31,9 @@ std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::Spars
 void AddInputs(const Workspace& workspace, const phi::SparseScene& scene, phi::Formulas formulas,
                const std::vector<int>& which, std::vector<ImageJob>* jobs);
 
+// That no image can be done, and why the first cannot, at this stage; empty where one can.
+phi::Message DescribeImpossible(const std::vector<ImageJob>& jobs, const std::string& stage);
+
 // Of all images of a workspace in memory; sources: the views that each image is matched with, best first, or empty for
 // those that are selected.
 std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::SparseScene& scene,

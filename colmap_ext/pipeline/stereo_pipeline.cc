@@ -246,10 +246,10 @@ void StereoPipeline::RecordImpossibleJobs() {
 // Most likely a folder was moved or is not mounted, which must not look like success. Of images out of its reach a shard
 // knows no problem.
 void StereoPipeline::RequirePossibleJob() {
-  const auto is_possible = [](const ImageJob& job) { return job.problem.empty(); };
-  if (std::any_of(jobs_.begin(), jobs_.end(), is_possible)) return;
+  const phi::Message problem = DescribeImpossible(jobs_, stages_[0].result);
+  if (problem.empty()) return;
   if (IsShard()) runner_.record().Compact();  // else `status` would take it for one at work
-  throw phi::InputError("no image can be done: " + WithContext(jobs_.front().problem, phi::AboutStage(stages_[0].result)));
+  throw phi::InputError(problem);
 }
 
 void StereoPipeline::CheckFiles() {

@@ -144,7 +144,9 @@ TEST_F(HoleFillingTest, AnImageWithoutAFileFailsOrIsLeftOutWhereThatIsAllowed) {
   EXPECT_EQ(left_out.num_images, kNumImages - 1);
   EXPECT_EQ(left_out.NumMade(), kNumImages - 1);
   std::filesystem::remove_all(folder_ / "images");
-  EXPECT_THAT(test_support::InputErrorOf([&] { Fill(); }), HasSubstr("no image can be done: image " + names_[0]));
+  const phi::Message none = test_support::WholeMessageOf<phi::InputError>([&] { Fill(); });
+  EXPECT_THAT(none.text, HasSubstr("no image can be done: image " + names_[0]));
+  EXPECT_EQ(none.stage, "measured");  // as of the images that fail
 }
 
 // Of another program's maps, which had not come to it.
