@@ -1,4 +1,4 @@
-// Texts by printf's formats, and in small letters.
+// Texts by printf's formats, of sizes, and in small letters.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +15,9 @@ std::string FormatText(const char* format, Values... values) {
   std::snprintf(text, sizeof(text), format, values...);
   return text;
 }
+
+// "640x480".
+inline std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 // Of ASCII: names and suffixes of files, words of options.
 inline std::string Lowercase(std::string text) {

@@ -30,7 +30,7 @@ std::uint64_t DataBytes(const MapSize& size) {
   return std::uint64_t{sizeof(float)} * size.width * size.height * size.channels;
 }
 
-std::string SizeText(const MapSize& size) {
+std::string MapSizeText(const MapSize& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height) + "x" + std::to_string(size.channels);
 }
 
@@ -69,7 +69,7 @@ class MapReader {
     const std::uint64_t expected = header_bytes + DataBytes(size_);
     if (file_bytes != expected) {
       throw phi::InputError(phi::AboutFile(path) + ": the file has " + std::to_string(file_bytes) +
-                            " bytes, but its header says " + SizeText(size_) + ", that is " +
+                            " bytes, but its header says " + MapSizeText(size_) + ", that is " +
                             std::to_string(expected) + " bytes; delete it and compute it again");
     }
     file_.clear();
@@ -82,7 +82,7 @@ class MapReader {
   void ExpectChannels(int channels, const char* kind) const {
     if (size_.channels == channels) return;
     throw phi::InputError(phi::AboutFile(path_) + ": a " + kind + " has " + std::to_string(channels) +
-                          " channel(s), this file is " + SizeText(size_));
+                          " channel(s), this file is " + MapSizeText(size_));
   }
 
   void Read(std::span<float> values) {
@@ -132,8 +132,8 @@ struct PlaneReaders {
     depth.ExpectChannels(1, "depth map");
     normal.ExpectChannels(3, "normal map");
     if (normal.size().width != size.width || normal.size().height != size.height) {
-      throw phi::InputError(phi::AboutFile(normal_path) + ": the normal map is " + SizeText(normal.size()) +
-                            " but the depth map " + depth_path.string() + " is " + SizeText(size) +
+      throw phi::InputError(phi::AboutFile(normal_path) + ": the normal map is " + MapSizeText(normal.size()) +
+                            " but the depth map " + depth_path.string() + " is " + MapSizeText(size) +
                             "; delete both and compute them again");
     }
   }

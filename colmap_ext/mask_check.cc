@@ -3,12 +3,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <functional>
 #include <iterator>
 #include <numeric>
 #include <set>
 
 #include "colmap_ext/folder_files.h"
+#include "colmap_ext/format_text.h"
+#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -16,18 +18,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The mask's problem, or an empty string. Without a camera there is no size that it should have.
-std::string MaskProblem(const Workspace& workspace, int image) {
-  try {
-    if (workspace.views()[image].camera.pinhole.width > 0) {
-      workspace.ReadImageMask(image);
-    } else if (workspace.HasImageMask(image)) {
-      ReadGrayImage(workspace.ImageMaskPath(image));
-    }
-  } catch (const phi::InputError& error) {
-    return error.what();
+fs::path MaskPath(const Workspace& workspace, const fs::path& folder, int image) {
+  return folder / (workspace.views()[image].name + ".png");
+}
+
+// Without a camera there is no size that the mask should have.
+bool HasSize(const Workspace& workspace, int image) { return workspace.views()[image].camera.pinhole.width > 0; }
+
+// Reads the mask as stereo does.
+std::string StereoMaskWarning(const Workspace& workspace, int image) {
+  if (HasSize(workspace, image)) {
+    workspace.ReadImageMask(image);
+  } else if (workspace.HasImageMask(image)) {
+    ReadGrayImage(workspace.ImageMaskPath(image));
   }
   return "";
+}
+
+// As fusion does, which stretches masks of other sizes over the image.
+std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder, int image) {
+  const fs::path path = MaskPath(workspace, folder, image);
+  if (!fs::exists(path)) return "";
+  const phi::GrayImage mask = ReadGrayImage(path);
+  const phi::Pinhole& size = workspace.views()[image].camera.pinhole;
+  if (!HasSize(workspace, image) || HasShapeOf(size, mask.width(), mask.height())) return "";
+  return path.string() + ": the mask is " + SizeText(mask.width(), mask.height()) + " pixels, which is not the shape of its " +
+         SizeText(size.width, size.height) + " image; make masks of the undistorted images";
 }
 
 std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folder) {
@@ -39,36 +55,60 @@ std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folde
   // One without a mask: its may be among them.
   const auto& views = workspace.views();
   int example = 0;
-  while (example + 1 < static_cast<int>(views.size()) && workspace.HasImageMask(example)) ++example;
+  while (example + 1 < static_cast<int>(views.size()) && fs::exists(MaskPath(workspace, folder, example))) ++example;
   const std::string count = std::to_string(stray.size()), first = "'" + stray.front().string() + "'";
   return folder.string() + ": " +
          (stray.size() == 1 ? first + " is the mask of no image" : count + " files are masks of no image, " + first + " the first") +
          "; that of image '" + views[example].name + "' would be '" + views[example].name + ".png'";
 }
 
+// read_mask(image): what makes results worse, or an empty string. Throws phi::InputError where the mask fails its image.
+void CheckFolder(const Workspace& workspace, const fs::path& folder, const std::function<std::string(int)>& read_mask,
+                 ProblemList* errors, ProblemList* warnings) {
+  const int count = static_cast<int>(workspace.views().size());
+  ProblemList errors_of_image(count), warnings_of_image(count);
+  tbb::parallel_for(0, count, [&](int image) {
+    try {
+      warnings_of_image[image] = read_mask(image);
+    } catch (const phi::InputError& error) {
+      errors_of_image[image] = error.what();
+    }
+  });
+  std::vector<int> images(count);
+  std::iota(images.begin(), images.end(), 0);
+  warnings_of_image.push_back(DescribeMissingMasks(workspace, folder, images));
+  warnings_of_image.push_back(DescribeStrayMasks(workspace, folder));
+  const auto is_told = [](const std::string& problem) { return !problem.empty(); };
+  std::copy_if(errors_of_image.begin(), errors_of_image.end(), std::back_inserter(*errors), is_told);
+  std::copy_if(warnings_of_image.begin(), warnings_of_image.end(), std::back_inserter(*warnings), is_told);
+}
+
 }  // namespace
 
-std::string DescribeMissingMasks(const Workspace& workspace, const std::vector<int>& images) {
-  if (images.empty() || workspace.ImageMaskPath(images.front()).empty()) return "";
+std::string DescribeMissingMasks(const Workspace& workspace, const fs::path& folder, const std::vector<int>& images) {
+  if (folder.empty()) return "";
   std::vector<int> without;
-  std::copy_if(images.begin(), images.end(), std::back_inserter(without), [&](int image) { return !workspace.HasImageMask(image); });
+  std::copy_if(images.begin(), images.end(), std::back_inserter(without),
+               [&](int image) { return !fs::exists(MaskPath(workspace, folder, image)); });
   if (without.empty()) return "";
   return std::to_string(without.size()) + " of " + std::to_string(images.size()) +
-         " images have no mask and are used whole; the first would be " + workspace.ImageMaskPath(without.front()).string();
+         " images have no mask and are used whole; the first would be " + MaskPath(workspace, folder, without.front()).string();
 }
 
 void CheckMasks(const Workspace& workspace, ProblemList* errors, ProblemList* warnings) {
-  const int count = static_cast<int>(workspace.views().size());
-  if (count == 0 || workspace.mask_path().empty()) return;
-  std::vector<std::string> problems(count);
-  tbb::parallel_for(0, count, [&](int image) { problems[image] = MaskProblem(workspace, image); });
-  std::copy_if(problems.begin(), problems.end(), std::back_inserter(*errors),
-               [](const std::string& problem) { return !problem.empty(); });
-  std::vector<int> images(count);
-  std::iota(images.begin(), images.end(), 0);
-  for (const std::string& warning : {DescribeMissingMasks(workspace, images), DescribeStrayMasks(workspace, workspace.mask_path())}) {
-    if (!warning.empty()) warnings->push_back(warning);
+  if (workspace.views().empty() || workspace.mask_path().empty()) return;
+  CheckFolder(
+      workspace, workspace.mask_path(), [&](int image) { return StereoMaskWarning(workspace, image); }, errors, warnings);
+}
+
+void CheckFusionMasks(const Workspace& workspace, const fs::path& folder, ProblemList* errors, ProblemList* warnings) {
+  if (workspace.views().empty() || folder.empty()) return;
+  if (!fs::is_directory(folder)) {
+    errors->push_back(NoFolderOfFusionMasks(folder));
+    return;
   }
+  CheckFolder(
+      workspace, folder, [&](int image) { return FusionMaskWarning(workspace, folder, image); }, errors, warnings);
 }
 
 }  // namespace colmap_ext

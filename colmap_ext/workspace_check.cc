@@ -11,6 +11,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/compact_map.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_check.h"
@@ -94,8 +95,6 @@ void CheckPoses(const Workspace& workspace, WorkspaceReport* report) {
 const SparseCamera& CameraOf(const Workspace& workspace, int image) {
   return workspace.model().cameras.at(workspace.model().images[image].camera_id);
 }
-
-std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 // A map may have any working resolution of its image's camera.
 bool IsWorkingResolution(const MapSize& map, const SparseCamera& camera) {
@@ -267,7 +266,8 @@ void CheckConfigs(const Workspace& workspace, const fs::path& config_path, Works
 
 }  // namespace
 
-WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& config_path) {
+WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& config_path,
+                               const fs::path& fusion_mask_path) {
   WorkspaceReport report;
   std::optional<Workspace> workspace;
   Try(&report.errors, [&] { workspace.emplace(options, &report.errors); });
@@ -282,6 +282,7 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
   if (report.errors.empty()) CheckPoses(*workspace, &report);
   CheckImages(*workspace, &report.errors);
   CheckMasks(*workspace, &report.errors, &report.warnings);
+  CheckFusionMasks(*workspace, fusion_mask_path, &report.errors, &report.warnings);
   CheckConfigs(*workspace, config_path, &report);
   CheckMaps(*workspace, &report.errors);
   WarnOfLeftovers(*workspace, &report.warnings);

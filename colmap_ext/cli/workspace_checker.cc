@@ -11,11 +11,12 @@ namespace colmap_ext {
 
 int RunWorkspaceChecker(int argc, char** argv) {
   WorkspaceOptions options;
-  std::filesystem::path config_path;
+  std::filesystem::path config_path, fusion_mask_path;
   OptionParser parser("workspace_checker", "List every problem of an undistorted COLMAP workspace");
   parser.Append(options.FolderList());
   parser.Add("config_path", &config_path, "List of reference images; empty: stereo/patch-match.cfg");
   parser.Add("PhiStereo.mask_path", &options.mask_path, "Folder of masks named <image name>.png, to check them too");
+  parser.Add("StereoFusion.mask_path", &fusion_mask_path, "The same of the masks of fusion alone");
   parser
       .Add("PatchMatchStereo.max_image_size", &options.max_image_size,
            "Longest side of the working resolution, for the estimate of disk space; -1: full size")
@@ -24,7 +25,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);
   options.path = FindWorkspaceFolder(options.path);
 
-  const WorkspaceReport report = CheckWorkspace(options, config_path);
+  const WorkspaceReport report = CheckWorkspace(options, config_path, fusion_mask_path);
   for (const std::string& error : report.errors) std::cout << "error: " << error << "\n";
   for (const std::string& warning : report.warnings) std::cout << "warning: " << warning << "\n";
   std::cout << options.path.string() << ": " << report.num_images << " images, "

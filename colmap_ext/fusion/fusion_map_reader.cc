@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
@@ -20,8 +21,6 @@ namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 // Column or row of the source whose pixel holds the centre of pixel `i` of the target.
 int SourceIndex(int i, int target_size, int source_size) {
@@ -59,23 +58,31 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
 }
 
-phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose) {
+bool HasShapeOf(const phi::Pinhole& image, int width, int height) {
   // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
-  const double scale_x = static_cast<double>(width) / image.width;
-  const double scale_y = static_cast<double>(height) / image.height;
-  if (std::abs(scale_x - scale_y) >
-      (0.5 / image.width + 0.5 / image.height) * 2 * std::max({scale_x, scale_y, 1.0})) {
+  const double scale_x = static_cast<double>(width) / image.width, scale_y = static_cast<double>(height) / image.height;
+  return std::abs(scale_x - scale_y) <= (0.5 / image.width + 0.5 / image.height) * 2 * std::max({scale_x, scale_y, 1.0});
+}
+
+phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose) {
+  if (!HasShapeOf(image, width, height)) {
     throw phi::InputError(whose + ": this map is " + SizeText(width, height) + ", which is not the shape of its " +
                           SizeText(image.width, image.height) +
                           " image; it belongs to another image or was made before the undistortion");
   }
+  const double scale_x = static_cast<double>(width) / image.width;
+  const double scale_y = static_cast<double>(height) / image.height;
   return {width, height, image.fx * scale_x, image.fy * scale_y, image.cx * scale_x, image.cy * scale_y};
+}
+
+phi::Message NoFolderOfFusionMasks(const fs::path& folder) {
+  return "--StereoFusion.mask_path: there is no folder " + phi::AboutFile(folder);
 }
 
 FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input, HandedMaps* handed)
     : workspace_(workspace), input_(std::move(input)), handed_(handed) {
   if (!input_.mask_path.empty() && !fs::is_directory(input_.mask_path)) {
-    throw phi::InputError("--StereoFusion.mask_path: there is no folder " + phi::AboutFile(input_.mask_path));
+    throw phi::InputError(NoFolderOfFusionMasks(input_.mask_path));
   }
 }
 

@@ -120,7 +120,7 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
 void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
   std::vector<int> images;
   for (const ImageJob& job : jobs) images.push_back(job.image);
-  if (const std::string warning = DescribeMissingMasks(workspace, images); !warning.empty()) phi::LogWarning(warning);
+  if (const std::string warning = DescribeMissingMasks(workspace, workspace.mask_path(), images); !warning.empty()) phi::LogWarning(warning);
 }
 
 phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {

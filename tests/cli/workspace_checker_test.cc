@@ -48,12 +48,14 @@ TEST(WorkspaceCheckerTest, ReadsMasks) {
   const TemporaryFolder folder;
   test_support::WriteSmallWorkspace(folder.path());
   test_support::WriteBytes(folder / "masks/a.png.png", "no image");
-  const ProgramResult result =
-      test_support::RunProgram({PHIMVS_BINARY, "workspace_checker", "--workspace_path", folder.path().string(),
-                                "--PhiStereo.mask_path", (folder / "masks").string()});
-  EXPECT_EQ(result.exit_code, 2) << result.errors;
-  EXPECT_THAT(result.output, AllOf(HasSubstr("error: " + (folder / "masks/a.png.png").string()),
-                                   HasSubstr("2 of 3 images have no mask")));
+  for (const char* option : {"--PhiStereo.mask_path", "--StereoFusion.mask_path"}) {
+    const ProgramResult result = test_support::RunProgram(
+        {PHIMVS_BINARY, "workspace_checker", "--workspace_path", folder.path().string(), option, (folder / "masks").string()});
+    EXPECT_EQ(result.exit_code, 2) << option << result.errors;
+    EXPECT_THAT(result.output, AllOf(HasSubstr("error: " + (folder / "masks/a.png.png").string()),
+                                     HasSubstr("2 of 3 images have no mask")))
+        << option;
+  }
 }
 
 TEST(WorkspaceCheckerTest, RefusesPmvsAsAWrongOption) {

@@ -181,6 +181,33 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMasks) {
   EXPECT_THAT(CheckWorkspace(options_).warnings, ::testing::Contains(HasSubstr("'sub folder/b.png' is the mask of no image; that")));
 }
 
+// Of any size there: fusion stretches them.
+TEST_F(WorkspaceCheckTest, ListsProblemsOfFusionsMasks) {
+  const fs::path masks = folder_ / "fusion masks";
+  const auto check = [&] { return CheckWorkspace(options_, {}, masks); };
+  EXPECT_THAT(check().errors, ElementsAre("--StereoFusion.mask_path: there is no folder " + masks.string()));
+  const auto write = [&](const std::string& name, int width, int height) {
+    fs::create_directories((masks / name).parent_path());
+    WriteGrayImage(masks / name, phi::GrayImage(width, height, 255));
+  };
+  write("a.png.png", 64, 48);
+  write("sub folder/b \xC3\xA9.png.png", 16, 12);
+  write("c.png.png", 20, 10);
+  EXPECT_THAT(check().errors, IsEmpty());
+  EXPECT_THAT(check().warnings, IsEmpty());
+  write("a.png.png", 48, 64);
+  WriteBytes(masks / "c.png.png", "no image");
+  fs::remove(masks / "sub folder/b \xC3\xA9.png.png");
+  write("sub folder/b.png", 32, 24);
+  const WorkspaceReport report = check();
+  EXPECT_THAT(report.errors, ElementsAre(AllOf(HasSubstr((masks / "c.png.png").string()), HasSubstr("damaged"))));
+  EXPECT_THAT(report.warnings,
+              ElementsAre(AllOf(HasSubstr((masks / "a.png.png").string()),
+                                HasSubstr("is 48x64 pixels, which is not the shape of its 32x24 image")),
+                          AllOf(HasSubstr("1 of 3 images have no mask"), HasSubstr((masks / "sub folder").string())),
+                          HasSubstr("'sub folder/b.png' is the mask of no image")));
+}
+
 // The record of a finished run that made these files.
 void WriteRecord(const fs::path& stereo, const RunRecord::Task& task, const std::vector<fs::path>& files) {
   TaskRecord result;
