@@ -42,10 +42,10 @@ int RunHoleFiller(int argc, char** argv) {
 
   Workspace workspace(options.workspace);
   if (!restore) RequireAnImage(workspace);
+  const WorkspaceLock lock(workspace.StereoFolder());
   std::vector<ImageJob> jobs = MakeImageJobs(workspace, MakeSparseScene(workspace.model()),
                                              options.config_path, options.pipeline.view_selection);
   workspace.DropObservations();
-  const WorkspaceLock lock(workspace.StereoFolder());
   RemoveTemporaryFiles(workspace.StereoFolder());
   if (!restore) return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
   const int num_restored = RestoreOriginalMaps(workspace, jobs);

@@ -22,14 +22,13 @@
 namespace colmap_ext {
 namespace {
 
-// What the run reads of a workspace.
+// What the run reads of a workspace. Selecting sources takes minutes for a large model.
 struct StereoInput {
-  StereoInput(const StereoCommandOptions& options, const Shard& shard)
-      : workspace(options.workspace),
+  StereoInput(Workspace read, const StereoCommandOptions& options, const Shard& shard)
+      : workspace(std::move(read)),
         scene(MakeSparseScene(workspace.model())),
         sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
-    RequireAnImage(workspace);
     workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
@@ -48,8 +47,10 @@ struct StereoInput {
 int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
                  const Shard& shard, HandedMaps* handed) {
   using Sharing = WorkspaceLock::Sharing;
-  const StereoInput input(options, shard);
-  const WorkspaceLock lock(input.workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
+  Workspace workspace(options.workspace);
+  RequireAnImage(workspace);
+  const WorkspaceLock lock(workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
+  const StereoInput input(std::move(workspace), options, shard);
   if (shard.IsWhole()) {
     RemoveTemporaryFiles(input.workspace.StereoFolder());
   } else {

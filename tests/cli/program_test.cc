@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -181,6 +182,9 @@ TEST(ProgramTest, RenamedPhotosAreOneErrorOfEveryCommandThatReadsThem) {
         << arguments[0];
   }
   EXPECT_THAT(RunPhimvs({"hole_filler", "--restore", "true", "--workspace_path", workspace}).err, Not(HasSubstr("none of the")));
+  // Before patch-match.cfg is read, by which sources are selected.
+  std::ofstream(folder / "stereo/patch-match.cfg") << "other.png\n__auto__, 20\n";
+  EXPECT_THAT(RunStereo(folder.path()).err, HasSubstr("none of the 3 images"));
 }
 
 TEST(ProgramTest, UnwritableWorkspaceIsBadInput) {
@@ -314,6 +318,16 @@ TEST(ProgramTest, StatusOfARunThatHasJustBegunIsNoError) {
   const WatchedResult result = RunPhimvs(status);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("a run is at work on this computer"));
+}
+
+// Which takes minutes for a large model: `status` must see the run, and a second one must not begin.
+TEST(ProgramTest, AWorkspaceIsLockedBeforeSourcesAreSelected) {
+  const TemporaryFolder folder;
+  test_support::WriteNoiseWorkspace(folder.path());
+  std::ofstream(folder / "stereo/patch-match.cfg") << "other.png\n__auto__, 20\n";
+  const colmap_ext::WorkspaceLock lock(folder / "stereo");
+  EXPECT_THAT(RunStereo(folder.path()).err, HasSubstr("another phimvs is at work"));
+  EXPECT_THAT(RunPhimvs({"hole_filler", "--workspace_path", folder.path().string()}).err, HasSubstr("another phimvs is at work"));
 }
 
 // As dense --keep cloud leaves it: runs, and no results.
