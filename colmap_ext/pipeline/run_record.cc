@@ -1,7 +1,9 @@
 #include "colmap_ext/pipeline/run_record.h"
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <system_error>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
@@ -63,9 +65,11 @@ void RunRecord::ReadFile() {
 void RunRecord::ReplayJournal() {
   std::ifstream file = OpenRegularFile(journal_path_);
   changed_ = file.is_open();
+  double task_seconds = 0;
   for (std::string line; std::getline(file, line);) {
     try {
       auto [task, record] = FromJournalLine(ParseJson(line));
+      if (record.state == "done") task_seconds += record.seconds;
       TaskRecord& known = tasks_[task];
       record.earlier = known.earlier;
       known = std::move(record);
@@ -75,6 +79,16 @@ void RunRecord::ReplayJournal() {
       continue;
     }
   }
+  pace_ = PaceOf(task_seconds);
+}
+
+// phimvs.json was written when the tasks began, the journal's last line when the last of them was done.
+double RunRecord::PaceOf(double task_seconds) const {
+  std::error_code begin_unknown, end_unknown;
+  const auto begin = std::filesystem::last_write_time(path_, begin_unknown);
+  const auto end = std::filesystem::last_write_time(journal_path_, end_unknown);
+  const std::chrono::duration<double> wall = end - begin;
+  return begin_unknown || end_unknown || !(wall.count() > 0) ? 0 : task_seconds / wall.count();
 }
 
 void RunRecord::Refresh() {

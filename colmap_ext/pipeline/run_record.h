@@ -53,6 +53,9 @@ class RunRecord {
   void Forget(const Task& task);
   // The run that is under way found the result up to date.
   void Confirm(const Task& task);
+  // How fast a run of all images has been since it began to work, in seconds of finished tasks for each second; 0: it has finished none. By
+  // the times of its two files, which one computer's clock gave.
+  double Pace() const { return pace_; }
   // Of the last run of patch_match_stereo; empty: there was none.
   const std::string& options_hash() const { return options_hash_; }
   // A run that has ended, as SummaryJson writes it; the last 20 are kept. On disk with the next Compact.
@@ -66,6 +69,7 @@ class RunRecord {
  private:
   void ReadFile();
   void ReplayJournal();
+  double PaceOf(double task_seconds) const;
   void TakeIn(const ShardLine& line);
   void EndShard();
   void CompactLocked();
@@ -79,6 +83,7 @@ class RunRecord {
   std::optional<ShardProcess> own_shard_;
   std::map<std::string, std::string> options_;
   std::string options_hash_;
+  double pace_ = 0;
   std::deque<std::string> runs_;  // JSON objects, oldest first
   bool changed_ = false;          // since phimvs.json was read or written
 };

@@ -31,11 +31,15 @@ std::vector<std::string> StageNames(const std::vector<ShardProcess>& shards,
   return names;
 }
 
+// Pending ones are of the last run whatever its options.
+bool IsOfOptions(const TaskRecord& record, const std::string& options_hash) {
+  return record.options_hash.empty() || record.options_hash == options_hash;
+}
+
 // Whether the image gets no map of this stage any more.
 bool Count(const TaskRecord* record, const std::string& options_hash, bool has_failed, StageStatus* stage,
            double* seconds) {
-  const bool is_current =
-      record != nullptr && (record->options_hash.empty() || record->options_hash == options_hash);
+  const bool is_current = record != nullptr && IsOfOptions(*record, options_hash);
   if (is_current && record->state == "done") {
     ++stage->num_done;
     *seconds += record->seconds;
@@ -55,18 +59,31 @@ void AddShards(const std::vector<ShardProcess>& shards, RunStatus* status) {
   for (const auto& [name, process] : latest) {
     if (process.has_ended || name.empty()) continue;
     status->open_shards.push_back(name);
-    status->num_workers += process.num_workers;
+    status->pace += process.num_workers;
   }
 }
 
-double SecondsLeft(const RunStatus& status) {
+void FindTimeLeft(RunStatus* status) {
   double seconds = 0;
-  for (const StageStatus& stage : status.stages) {
-    if (stage.num_waiting > 0 && stage.num_done == 0) return -1;
-    seconds += stage.num_waiting * stage.seconds_per_image;
+  bool is_known = false;
+  for (const StageStatus& stage : status->stages) {
+    if (stage.num_waiting == 0) continue;
+    if (stage.num_done > 0) {
+      is_known = status->pace > 0;
+      seconds += stage.num_waiting * stage.seconds_per_image;
+    } else if (status->unknown_stage.empty()) {
+      status->unknown_stage = stage.name;
+    }
   }
-  if (seconds == 0) return 0;
-  return status.num_workers > 0 ? seconds / status.num_workers : -1;
+  const bool is_done = seconds == 0 && status->unknown_stage.empty();
+  if (!is_done) status->seconds_left = is_known ? seconds / status->pace : -1;
+}
+
+std::string TimeText(const RunStatus& status) {
+  const std::string none = status.unknown_stage.empty() ? "" : "no " + status.unknown_stage + " map is done yet";
+  if (status.seconds_left < 0) return "not known: " + (status.pace > 0 ? none : "the run has finished no map yet");
+  if (none.empty()) return "about " + FormatDuration(status.seconds_left);
+  return "more than " + FormatDuration(status.seconds_left) + ": " + none;
 }
 
 // Who is at work, and how to go on where nobody is.
@@ -89,9 +106,13 @@ std::string WorkText(const std::vector<std::string>& open_shards, LockUse use, b
 }  // namespace
 
 RunStatus FindStatus(const RunRecord& record) {
-  std::map<std::string, KindOfRecords> images;
-  for (auto& [task, known] : record.Tasks()) images[task.first][task.second] = std::move(known);
   const std::vector<ShardProcess> shards = record.Shards();
+  std::map<std::string, KindOfRecords> images;
+  for (auto& [task, known] : record.Tasks()) {
+    // A run of all images has marked what it is to make. Shards have not: of theirs, earlier maps wait.
+    if (shards.empty() && !IsOfOptions(known, record.options_hash())) continue;
+    images[task.first][task.second] = std::move(known);
+  }
   RunStatus status;
   status.num_images = static_cast<int>(images.size());
   for (const ShardProcess& process : shards)
@@ -113,7 +134,8 @@ RunStatus FindStatus(const RunRecord& record) {
     status.stages.push_back(stage);
   }
   AddShards(shards, &status);
-  status.seconds_left = SecondsLeft(status);
+  if (status.open_shards.empty()) status.pace = record.Pace();
+  FindTimeLeft(&status);
   return status;
 }
 
@@ -131,9 +153,7 @@ std::string StatusText(const RunStatus& status, LockUse use) {
   }
   text += WorkText(status.open_shards, use, num_waiting > 0);
   if (num_waiting > 0 && (use != LockUse::kFree || !status.open_shards.empty())) {
-    text += "time left: " +
-            (status.seconds_left < 0 ? "not known yet" : "about " + FormatDuration(status.seconds_left)) +
-            "\n";
+    text += "time left: " + TimeText(status) + "\n";
   }
   for (const FailedTask& failure : status.failures)
     text += "failed: " + failure.image + ", " + failure.stage + ": " + failure.message + "\n";

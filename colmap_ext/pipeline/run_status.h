@@ -24,8 +24,9 @@ struct RunStatus {
   std::vector<StageStatus> stages;
   std::vector<FailedTask> failures;
   std::vector<std::string> open_shards;  // "3/8" at work, or killed and not started again
-  int num_workers = 0;                   // images that these do at once
-  double seconds_left = 0;               // by these; < 0: not known
+  double pace = 0;                       // seconds of tasks in each second: of these shards, else of the run; 0: not known
+  double seconds_left = 0;               // of the stages that one map at least tells the time of; < 0: not known
+  std::string unknown_stage;             // the first that has none yet; empty: all have
 };
 
 // Of the options of the last run.

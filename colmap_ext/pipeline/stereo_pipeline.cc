@@ -106,7 +106,6 @@ RunSummary StereoPipeline::Run() {
   RunStages();
   if (!IsShard()) ConvertMaps();  // others may read them now
   runner_.End();
-  if (!IsShard()) ConfirmKeptMaps();
   if (!IsShard()) RemoveIntermediateFiles();
   RunSummary& summary = runner_.summary();
   summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -130,6 +129,7 @@ void StereoPipeline::RunStages() {
   std::vector<StagePlan> plan = Plan();
   const std::size_t last = static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1;
   CountKept(plan[last]);
+  if (!IsShard()) ConfirmKeptMaps(plan);
   if (had_work_ && !IsShard()) RecordImpossibleJobs();  // a finished workspace may be read-only
   LogPlan(plan);
   for (; HasPending(plan); plan = Plan()) {
@@ -233,14 +233,21 @@ void StereoPipeline::ReportImpossibleJobs() {
   }
 }
 
-// For `status`, as shards do. Maps of an image whose photo is away for once stay done.
+// For `status`, as shards do. Maps of these options, of an image whose photo is away for once, stay done.
 void StereoPipeline::RecordImpossibleJobs() {
+  RunRecord& record = runner_.record();
+  std::vector<const phi::Message*> failures;
+  std::vector<RunRecord::Task> tasks;
   for (const phi::Message& failure : runner_.summary().failures) {
-    const RunRecord::Task task{failure.image, failure.stage};
-    const auto known = runner_.record().Find(task.first, task.second);
-    if (known && known->state == "done") continue;
-    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {failure.text}});
+    const auto known = record.Find(failure.image, failure.stage);
+    if (known && known->state == "done" && (known->options_hash.empty() || known->options_hash == record.options_hash())) continue;
+    failures.push_back(&failure);
+    tasks.emplace_back(failure.image, failure.stage);
   }
+  if (tasks.empty()) return;
+  record.Begin(tasks, std::vector<std::string>(tasks.size()));  // their files stay known as ours
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    record.Finish(tasks[i], {.state = "failed", .key = "", .warnings = {failures[i]->text}});
 }
 
 // Most likely a folder was moved or is not mounted, which must not look like success. Of images out of its reach a shard
@@ -323,9 +330,8 @@ void StereoPipeline::ConvertMaps() {
   }
 }
 
-// Those that were up to date are this run's as much as those that it made, which the record knows to be its own.
-void StereoPipeline::ConfirmKeptMaps() {
-  const std::vector<StagePlan> plan = Plan();
+// Those that are up to date are this run's as much as those that it makes, also while it is at work and where it is killed.
+void StereoPipeline::ConfirmKeptMaps(const std::vector<StagePlan>& plan) {
   for (std::size_t s = 0; s < stages_.size(); ++s) {
     for (std::size_t j = 0; j < jobs_.size() && stages_[s].is_output; ++j) {
       const std::string& key = plan[s].keys[j];

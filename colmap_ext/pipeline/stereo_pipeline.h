@@ -56,7 +56,7 @@ class StereoPipeline {
   void ReportWaiting(const std::vector<StagePlan>& plan);
   // Gives the maps of earlier runs the form that this one was asked for.
   void ConvertMaps();
-  void ConfirmKeptMaps();
+  void ConfirmKeptMaps(const std::vector<StagePlan>& plan);
   void RemoveIntermediateFiles();
   void LogPlan(const std::vector<StagePlan>& plan);
   void WarnOfFewWitnesses() const;
