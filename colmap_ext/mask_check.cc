@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numeric>
 #include <set>
+#include <system_error>
 
 #include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
@@ -47,8 +48,13 @@ std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder
 }
 
 std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folder) {
+  std::error_code error;
+  const bool is_beside_photos = fs::equivalent(folder, workspace.path() / "images", error);
   std::set<fs::path> known;
-  for (const phi::SceneView& view : workspace.views()) known.insert(fs::path(view.name + ".png").lexically_normal());
+  for (const phi::SceneView& view : workspace.views()) {
+    known.insert(fs::path(view.name + ".png").lexically_normal());
+    if (is_beside_photos) known.insert(fs::path(view.name).lexically_normal());
+  }
   std::vector<fs::path> stray = FilesBelow(folder);
   std::erase_if(stray, [&](const fs::path& file) { return known.contains(file); });
   if (stray.empty()) return "";

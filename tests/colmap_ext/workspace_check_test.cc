@@ -181,6 +181,12 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMasks) {
   EXPECT_THAT(CheckWorkspace(options_).warnings, ::testing::Contains(HasSubstr("'sub folder/b.png' is the mask of no image; that")));
 }
 
+TEST_F(WorkspaceCheckTest, PhotosBesideTheirMasksAreNoMasks) {
+  options_.mask_path = folder_ / "images/../images";
+  for (const char* name : {"a.png.png", "sub folder/b \xC3\xA9.png.png"}) WriteGrayImage(folder_ / "images" / name, phi::GrayImage(32, 24, 255));
+  EXPECT_THAT(CheckWorkspace(options_).warnings, ElementsAre(HasSubstr("1 of 3 images have no mask")));
+}
+
 // Of any size there: fusion stretches them.
 TEST_F(WorkspaceCheckTest, ListsProblemsOfFusionsMasks) {
   const fs::path masks = folder_ / "fusion masks";
