@@ -134,6 +134,12 @@ void RunRecord::BeginShard(ShardProcess process) {
   own_shard_ = std::move(process);
 }
 
+std::vector<ShardProcess> RunRecord::ShardsSinceWholeRun() const {
+  std::vector<ShardProcess> shards = shards_.Processes();
+  std::erase_if(shards, [&](const ShardProcess& process) { return process.generation <= generation_; });
+  return shards;
+}
+
 std::optional<TaskRecord> RunRecord::Find(const std::string& image, const std::string& kind) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto found = tasks_.find({image, kind});

@@ -43,6 +43,8 @@ class RunRecord {
   void Refresh();
   // Of the shards whose journals are there.
   std::vector<ShardProcess> Shards() const { return shards_.Processes(); }
+  // Those of them that began since a run without shards, which goes on with what all earlier ones have done, killed or not.
+  std::vector<ShardProcess> ShardsSinceWholeRun() const;
   // Marks results as about to be written; in the file when this returns, before any of their files changes. (A shard needs no
   // such mark: what the record knows of their earlier files stays in it.)
   void Begin(const std::vector<Task>& tasks, const std::vector<std::string>& keys);

@@ -106,7 +106,7 @@ std::string WorkText(const std::vector<std::string>& open_shards, LockUse use, b
 }  // namespace
 
 RunStatus FindStatus(const RunRecord& record) {
-  const std::vector<ShardProcess> shards = record.Shards();
+  const std::vector<ShardProcess> shards = record.ShardsSinceWholeRun();
   std::map<std::string, KindOfRecords> images;
   for (auto& [task, known] : record.Tasks()) {
     // A run of all images has marked what it is to make. Shards have not: of theirs, earlier maps wait.

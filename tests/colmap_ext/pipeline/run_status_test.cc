@@ -132,6 +132,26 @@ TEST_F(StatusOfRuns, WhatIsKeptIsDoneFromTheBegin) {
   EXPECT_EQ(calls_.estimates, 0) << "photometric maps are kept";
 }
 
+// One that was killed leaves its journal, which the next run without shards reads and cannot know to be nobody's.
+TEST_F(StatusOfRuns, ShardsBeforeARunOfAllImagesAreNotAtWork) {
+  {
+    RunRecord record(folder_ / "stereo");
+    record.SetOptions({}, "hash");
+    record.BeginShard({.shard = "0/2", .num_images = kNumImages, .stages = {"photometric", "shared", "measured", "inferred", "geometric"}});
+    record.Begin({{names_[0], "photometric"}}, {"key"});
+  }
+  EXPECT_EQ(Status().open_shards, std::vector<std::string>{"0/2"});
+  EXPECT_EQ(Status().stages.size(), 5u);
+  Run();
+  EXPECT_TRUE(Status().open_shards.empty());
+  ASSERT_EQ(Status().stages.size(), 3u);
+  EXPECT_EQ(Status().stages[2].num_done, kNumImages);
+  RunRecord again(folder_ / "stereo");
+  again.BeginShard({.shard = "1/2", .num_images = kNumImages, .stages = {"photometric"}});
+  again.Begin({{names_[0], "photometric"}}, {"key"});
+  EXPECT_EQ(Status().open_shards, std::vector<std::string>{"1/2"});
+}
+
 // And its maps of other options are no other program's when it is there again.
 TEST_F(StatusOfRuns, AnImageThatIsMissingHasFailed) {
   Run();
