@@ -26,7 +26,7 @@ int RunStatusCommand(int argc, char** argv) {
   const RunStatus status = FindStatus(record);
   if (status.num_images == 0 && use != LockUse::kHeld) {  // a run that has just begun is no mistake
     if (!record.HasRuns()) throw phi::InputError(phi::AboutFile(stereo) + ": phimvs patch_match_stereo has not run here yet");
-    std::cout << "no maps: dense --keep cloud removed those of the last run\n";
+    std::cout << "no maps by phimvs: dense --keep cloud removed them, or hole_filler --restore put the earlier ones back\n";
     return static_cast<int>(phi::ExitCode::kOk);
   }
   std::cout << StatusText(status, use);

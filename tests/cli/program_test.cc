@@ -339,7 +339,7 @@ TEST(ProgramTest, StatusKnowsThatMapsWereRemoved) {
   record.Compact();
   const WatchedResult result = RunPhimvs({"status", "--workspace_path", folder.path().string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(result.out, "no maps: dense --keep cloud removed those of the last run\n");
+  EXPECT_EQ(result.out, "no maps by phimvs: dense --keep cloud removed them, or hole_filler --restore put the earlier ones back\n");
 }
 
 // Killed outright, a run leaves its record as it was at work.
