@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
 
+#include "phi/base/cancellation.h"
 #include "phi/initialization.h"
 #include "phi/view_coverage.h"
 #include "phi/view_samples.h"
@@ -149,6 +150,7 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
   constexpr double kAnyAngle = 180;
   const std::size_t size = static_cast<std::size_t>(std::max(max_num_views, 0));
   const double bound = options_.min_triangulation_angle;
+  ThrowIfCancelled();  // all of a large model take minutes
   const ViewSampler sampler(views_, centers_, options_, reference);
   std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
   std::vector<Evidence> evidence = Summarize(samples, options_.rules);

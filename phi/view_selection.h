@@ -29,7 +29,7 @@ class ViewSelector {
                const ViewSelectionOptions& options);
 
   // At most max_num_views views, best first. Empty only when no other camera looks at what the reference
-  // sees; formulas paper: when none shares sparse points with it from far enough away.
+  // sees; formulas paper: when none shares sparse points with it from far enough away. Throws Cancelled.
   std::vector<SourceView> Select(int reference, int max_num_views) const;
 
  private:

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "phi/base/cancellation.h"
 #include "phi/view_coverage.h"
 #include "tests/support/empty_scene.h"
 
@@ -39,6 +40,15 @@ std::vector<std::uint32_t> Ids(const std::vector<SceneView>& views, const std::v
   std::vector<std::uint32_t> ids;
   for (const SourceView& source : selected) ids.push_back(views[source.view].image_id);
   return ids;
+}
+
+TEST(ViewSelection, CanBeCancelled) {
+  const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {1, 0, 0})};
+  const SparseScene scene = EmptyScene(views);
+  CancellationFlag() = true;
+  EXPECT_THROW(SelectSourceViews(views, scene, ViewSelectionOptions()), Cancelled);
+  CancellationFlag() = false;
+  EXPECT_NO_THROW(SelectSourceViews(views, scene, ViewSelectionOptions()));
 }
 
 // One point straight ahead at depth 10, one source at a baseline of 1: everything follows by hand.
