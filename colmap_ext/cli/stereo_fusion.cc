@@ -45,6 +45,13 @@ void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
                         " holds the workspace's own model, which the cloud would replace; choose another folder");
 }
 
+// Else an empty cloud would replace an earlier one, and parts that shards have made would be removed.
+void RequireAFusedImage(const SceneFusionReport& report) {
+  if (report.num_images > 0 || report.failures.empty()) return;
+  throw phi::InputError(phi::AboutStage("fusion") + ": none of the " + std::to_string(report.failures.size()) +
+                        " images can be fused: " + report.failures.front());
+}
+
 // Throws phi::InputError where nothing is left.
 void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& path, SceneFusionReport* report) {
   const auto num_left_out = static_cast<std::int64_t>(writer.num_left_out());
@@ -71,11 +78,12 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   }
   const std::filesystem::path parts = PartsFolder(output.path);
   const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
-  if (!has_parts) RequireAnImage(workspace);
+  RequireAnImage(workspace);  // parts, too, are made anew without the photos
   RefuseItsOwnModel(workspace, output);
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
                                        : FuseScene(workspace, &handed, options.fusion, writer.get());
+  RequireAFusedImage(report);
   SubtractLeftOut(*writer, output.path, &report);
   writer->Commit();
   RemoveOtherForm(output);

@@ -101,6 +101,34 @@ TEST_F(StereoFusionCommand, NeverReplacesTheWorkspacesOwnModel) {
   EXPECT_EQ(Fuse({"--output_type", "BIN"}, "sparse_dense").exit_code, 0);
 }
 
+TEST_F(StereoFusionCommand, NothingFusedLeavesTheEarlierCloud) {
+  ASSERT_EQ(Fuse({}).exit_code, 0);
+  const std::string cloud = test_support::ReadBytes(folder_ / "fused.ply");
+  for (const auto& photo : fs::recursive_directory_iterator(folder_ / "images"))
+    if (photo.is_regular_file()) test_support::WriteBytes(photo.path(), "no image");
+  const ProgramResult result = Fuse({});
+  EXPECT_EQ(result.exit_code, 2) << result.errors;
+  EXPECT_THAT(result.errors, ::testing::ContainsRegex("error: fusion: none of the [0-9]+ images can be fused: [^\n]*damaged"));
+  EXPECT_EQ(test_support::ReadBytes(folder_ / "fused.ply"), cloud);
+}
+
+// Their folder may not be mounted where parts are joined. Without them the parts would be made anew, of nothing.
+TEST_F(StereoFusionCommand, PartsWaitForPhotosThatAreAway) {
+  ASSERT_EQ(Fuse({}).exit_code, 0);
+  const std::string cloud = test_support::ReadBytes(folder_ / "fused.ply");
+  for (const char* shard : {"0/2", "1/2"}) {
+    for (int i = 0; i < 2; ++i) Fuse({"--shard", shard});
+  }
+  fs::rename(folder_ / "images", folder_ / "away");
+  const ProgramResult result = Fuse({});
+  EXPECT_EQ(result.exit_code, 2) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr("none of the"));
+  EXPECT_TRUE(fs::exists(folder_ / "fused.ply.parts"));
+  fs::rename(folder_ / "away", folder_ / "images");
+  EXPECT_EQ(Fuse({}).exit_code, 0);
+  EXPECT_EQ(test_support::ReadBytes(folder_ / "fused.ply"), cloud);
+}
+
 TEST_F(StereoFusionCommand, AFullDiskLeavesNothingBehind) {
   const fs::path out = folder_ / "out/fused.ply";
   // In KiB, with the longest side of the maps: the disk is full while points are written, or only at the end, when the
