@@ -1,5 +1,6 @@
 #include "colmap_ext/fusion/tile_list.h"
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 
@@ -12,9 +13,9 @@
 namespace colmap_ext {
 namespace {
 
-// Why a list cannot be read; empty: it can, or there is none. tiles: NAME_COLUMN_ROW of any suffix that it names.
-std::string ReadTileList(const std::filesystem::path& cloud, std::vector<std::filesystem::path>* tiles) {
-  std::ifstream stream = OpenRegularFile(TileListPath(cloud));
+// Why the list cannot be read; empty: it can, or there is none. tiles: NAME_COLUMN_ROW of any suffix that it names are added.
+std::string ReadTileList(const std::filesystem::path& list, const std::filesystem::path& cloud, std::vector<std::filesystem::path>* tiles) {
+  std::ifstream stream = OpenRegularFile(list);
   if (!stream) return "";
   try {
     const nlohmann::ordered_json content = ParseJson(stream);
@@ -43,13 +44,17 @@ std::filesystem::path TileListPath(const std::filesystem::path& cloud) {
   return std::filesystem::path(cloud).replace_filename(cloud.stem().string() + ".tiles.json");
 }
 
+std::filesystem::path NextTileListPath(const std::filesystem::path& cloud) {
+  return std::filesystem::path(cloud).replace_filename(cloud.stem().string() + ".tiles.next.json");
+}
+
 std::filesystem::path TilePath(const std::filesystem::path& cloud, std::int64_t column, std::int64_t row) {
   return PartOfCloud(cloud, "_" + std::to_string(column) + "_" + std::to_string(row));
 }
 
 std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& cloud) {
   std::vector<std::filesystem::path> tiles;
-  const std::string problem = ReadTileList(cloud, &tiles);
+  const std::string problem = ReadTileList(TileListPath(cloud), cloud, &tiles);
   if (!problem.empty()) {
     phi::LogWarning(phi::AboutFile(TileListPath(cloud)) + ": this list of tiles is damaged (" + problem +
                     "); remove the tiles of earlier runs yourself");
@@ -61,7 +66,8 @@ std::vector<std::filesystem::path> ListedTiles(const std::filesystem::path& clou
 
 void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud) {
   std::vector<std::filesystem::path> tiles;
-  ReadTileList(cloud, &tiles);  // a damaged list is told of when it is replaced
+  for (const std::filesystem::path& list : {TileListPath(cloud), NextTileListPath(cloud)})
+    ReadTileList(list, cloud, &tiles);  // a damaged list is told of when it is replaced
   for (const std::filesystem::path& tile : tiles) {
     if (IsOfFormatOf(tile, cloud) || !std::filesystem::exists(tile)) continue;
     throw phi::InputError(phi::AboutFile(TileListPath(cloud)) + " lists " + tile.filename().string() +
@@ -70,7 +76,19 @@ void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud) {
   }
 }
 
+void RemoveUnlistedTiles(const std::filesystem::path& cloud) {
+  std::vector<std::filesystem::path> listed, next;
+  ReadTileList(TileListPath(cloud), cloud, &listed);
+  ReadTileList(NextTileListPath(cloud), cloud, &next);
+  for (const std::filesystem::path& tile : next) {
+    if (IsOfFormatOf(tile, cloud) && std::find(listed.begin(), listed.end(), tile) == listed.end())
+      RemoveEarlierCloud(tile);  // where it is ours: the run may not have come to it
+  }
+  RemoveEarlierPart(NextTileListPath(cloud));
+}
+
 void RemoveListedTiles(const std::filesystem::path& cloud) {
+  RemoveUnlistedTiles(cloud);
   const std::vector<std::filesystem::path> tiles = ListedTiles(cloud);
   if (tiles.empty()) return;
   for (const std::filesystem::path& tile : tiles) RemoveEarlierPart(tile);

@@ -56,9 +56,18 @@ class TiledCloudWriter : public CloudWriter {
 
   void Commit() override {
     std::erase_if(tiles_, IsEmpty);
+    RemoveUnlistedTiles(options_.path);
     const std::vector<std::filesystem::path> earlier = ListedTiles(options_.path);
+    const std::string list = List();
+    WriteFileAtomically(NextTileListPath(options_.path), list);
     for (auto& [index, tile] : tiles_) tile.writer->Commit();
     RemoveOthers(earlier);  // before their list is replaced: who is stopped in between finds them the next time
+    WriteFileAtomically(TileListPath(options_.path), list);
+    std::filesystem::remove(NextTileListPath(options_.path));
+  }
+
+ private:
+  std::string List() const {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const auto& [index, tile] : tiles_) {
       list.push_back({{"file", tile.path.filename().string()},
@@ -70,10 +79,9 @@ class TiledCloudWriter : public CloudWriter {
     }
     const nlohmann::ordered_json content = {
         {"tile_size", options_.size}, {"origin", options_.origin}, {"tiles", std::move(list)}};
-    WriteFileAtomically(TileListPath(options_.path), DumpJson(content, 1) + "\n");
+    return DumpJson(content, 1) + "\n";
   }
 
- private:
   // Tiles of another size beside these would be taken for parts of one cloud.
   void RemoveOthers(const std::vector<std::filesystem::path>& earlier) const {
     std::set<std::filesystem::path> own;

@@ -17,6 +17,7 @@
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/fusion/cloud_output.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/error.h"
 #include "tests/support/error_message.h"
@@ -169,6 +170,39 @@ TEST(TiledCloud, AnotherSizeLeavesNoTileOfTheLastAndTouchesNothingElse) {
                                                    "t_7_7.ply", "t_6_6.ply"));
   EXPECT_EQ(ReadBytes(folder / "t_5_5.ply"), "kept");
   EXPECT_EQ(PlyRows(out / "t_0_0.ply").Find("vertex")->count, 2u);
+}
+
+// A cloud whose third tile cannot get its name, as where a run is killed then: nobody would know of the first two.
+TEST(TiledCloud, ARunThatWasStoppedLeavesNoTileBesideThoseOfAnotherSize) {
+  struct Stopped : std::exception {};
+  class Stops : public CloudWriter {
+   public:
+    void Write(phi::FusedBlock) override {}
+    void Commit() override { throw Stopped(); }
+  };
+  const TemporaryFolder folder;
+  const auto write = [&](double size, bool stops, const char* name = "t.ply") {
+    int num_tiles = 0;
+    const auto writer =
+        MakeTiledCloudWriter({.path = folder / name, .size = size}, [&](const fs::path& path) -> std::unique_ptr<CloudWriter> {
+          if (stops && ++num_tiles == 3) return std::make_unique<Stops>();
+          return MakePlyCloudWriter({.path = path});
+        });
+    writer->Write(MakeBlock({{1, 1, 0}, {11, 1, 5}, {21, 1, 1}}));
+    writer->Commit();
+  };
+  const auto names = [&] {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder.path())) found.push_back(entry.path().filename());
+    return found;
+  };
+  for (int i = 0; i < 2; ++i) EXPECT_THROW(write(i == 0 ? 1 : 10, true), Stopped);
+  EXPECT_THAT(names(), testing::Not(testing::Contains("t_1_1.ply")));
+  write(100, false);
+  EXPECT_THAT(names(), testing::UnorderedElementsAre("t.tiles.json", "t_0_0.ply", "t_0_0.ply.vis"));
+  EXPECT_THROW(write(1, true), Stopped);
+  RemoveListedTiles(folder / "t.ply");
+  EXPECT_THAT(names(), testing::IsEmpty());
 }
 
 TEST(TiledCloud, AListThatIsNoneIsReplacedWithAWarning) {
