@@ -129,12 +129,14 @@ void StereoPipeline::RunStages() {
   std::vector<StagePlan> plan = Plan();
   const std::size_t last = static_cast<std::size_t>(std::min<int>(scope_.end_stage, static_cast<int>(plan.size()))) - 1;
   CountKept(plan[last]);
-  if (!IsShard()) ConfirmKeptMaps(plan);
+  ConfirmKeptMaps(plan);  // at once: the run may be killed
   if (had_work_ && !IsShard()) RecordImpossibleJobs();  // a finished workspace may be read-only
   LogPlan(plan);
-  for (; HasPending(plan); plan = Plan()) {
+  while (HasPending(plan)) {
     runner_.Run(plan);
     if (IsShard()) runner_.record().Refresh();
+    plan = Plan();
+    ConfirmKeptMaps(plan);  // what is kept without an image that failed is known now
   }
   runner_.summary().num_images_waiting = static_cast<int>(plan[last].waiting.size());
   ReportWaiting(plan);
@@ -332,6 +334,7 @@ void StereoPipeline::ConvertMaps() {
 
 // Those that are up to date are this run's as much as those that it makes, also while it is at work and where it is killed.
 void StereoPipeline::ConfirmKeptMaps(const std::vector<StagePlan>& plan) {
+  if (IsShard()) return;
   for (std::size_t s = 0; s < stages_.size(); ++s) {
     for (std::size_t j = 0; j < jobs_.size() && stages_[s].is_output; ++j) {
       const std::string& key = plan[s].keys[j];

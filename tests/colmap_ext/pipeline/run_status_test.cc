@@ -132,6 +132,18 @@ TEST_F(StatusOfRuns, WhatIsKeptIsDoneFromTheBegin) {
   EXPECT_EQ(calls_.estimates, 0) << "photometric maps are kept";
 }
 
+// An image that failed before is tried first, and only then it is known what others keep that are made without it.
+TEST_F(StatusOfRuns, WhatIsKeptWithoutAnImageThatFailsIsDone) {
+  test_support::WriteBytes(folder_ / "images" / names_[1], "no image");
+  Run();
+  options_.inference.mode = phi::InferenceMode::kMinCost;
+  calls_.filters = 0;
+  Run();
+  EXPECT_EQ(calls_.filters, kNumImages - 1) << "of geometric maps: measured ones are kept";
+  ASSERT_EQ(Status().stages.size(), 3u);
+  EXPECT_EQ(Status().stages[1].num_done, kNumImages - 1);
+}
+
 // One that was killed leaves its journal, which the next run without shards reads and cannot know to be nobody's.
 TEST_F(StatusOfRuns, ShardsBeforeARunOfAllImagesAreNotAtWork) {
   {
