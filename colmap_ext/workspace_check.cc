@@ -87,8 +87,9 @@ void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
 }
 
 void CheckPoses(const Workspace& workspace, WorkspaceReport* report) {
-  const auto corrections = phi::FindImageCorrections(workspace.views(), MakeSparseScene(workspace.model()), {});
-  const std::string warning = PoseWarning(corrections, workspace);
+  const phi::SparseScene scene = MakeSparseScene(workspace.model());
+  const std::string warning =
+      PoseWarning(phi::FindImageCorrections(workspace.views(), scene, {}), scene, workspace);
   if (!warning.empty()) report->warnings.push_back((workspace.path() / "sparse").string() + ": " + warning);
 }
 

@@ -1,15 +1,55 @@
 #include "colmap_ext/pipeline/image_moves.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "colmap_ext/format_text.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
+namespace {
 
-std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspace& workspace) {
+// Of so few observations most may be mismatched.
+constexpr int kFewestTelling = 10;
+
+// The views most of whose observed points lie behind the camera, or beside the photo by more than its size.
+std::vector<int> ViewsThatLookElsewhere(const phi::SparseScene& scene,
+                                        const std::vector<phi::SceneView>& views) {
+  std::vector<int> num_observed(views.size(), 0), num_in_sight(views.size(), 0);
+  for (std::size_t point = 0; point < scene.num_points(); ++point) {
+    for (const phi::PointObservation& seen : scene.track(point)) {
+      ++num_observed[seen.view];
+      const Eigen::Vector3d in_camera = views[seen.view].camera.pose * scene.point(point);
+      if (!(in_camera.z() > 0)) continue;
+      const phi::Pinhole& k = scene.model_pinhole(seen.view);
+      const Eigen::Vector2d off = k.Project(in_camera) - Eigen::Vector2d(seen.u, seen.v);
+      if (off.norm() < k.width + k.height) ++num_in_sight[seen.view];
+    }
+  }
+  std::vector<int> elsewhere;
+  for (int view = 0; view < static_cast<int>(views.size()); ++view) {
+    if (num_observed[view] >= kFewestTelling && 2 * num_in_sight[view] < num_observed[view])
+      elsewhere.push_back(view);
+  }
+  return elsewhere;
+}
+
+}  // namespace
+
+std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::SparseScene& scene,
+                        const Workspace& workspace) {
+  const std::vector<int> elsewhere = ViewsThatLookElsewhere(scene, workspace.views());
+  if (!elsewhere.empty()) {
+    return FormatText("%zu of %zu images", elsewhere.size(), workspace.views().size()) + ", " +
+           workspace.views()[elsewhere.front()].name +
+           " the first, have most of their sparse points behind the camera or far outside the photo, and "
+           "depths "
+           "will be wrong: poses must be world to camera, z forward, and of the model that the points are of";
+  }
   const std::string off =
       FormatText("the photos show the sparse points %.1f pixels beside where their cameras see them",
                  corrections.mean_offset);
@@ -33,7 +73,7 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspac
 void MoveImages(const phi::SparseScene& scene, const phi::StereoOptions& options, Workspace* workspace) {
   phi::ImageCorrections corrections =
       phi::FindImageCorrections(workspace->views(), scene, {options.formulas, options.rules});
-  if (const std::string warning = PoseWarning(corrections, *workspace); !warning.empty())
+  if (const std::string warning = PoseWarning(corrections, scene, *workspace); !warning.empty())
     phi::LogWarning(warning);
   workspace->SetCorrections(std::move(corrections.of_view));
 }

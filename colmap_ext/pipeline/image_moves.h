@@ -10,8 +10,9 @@
 
 namespace colmap_ext {
 
-// What is to be said of poses that do not fit their points; empty where they do.
-std::string PoseWarning(const phi::ImageCorrections& corrections, const Workspace& workspace);
+// What is to be said of poses that do not fit their points; empty where they do. scene: as of MoveImages.
+std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::SparseScene& scene,
+                        const Workspace& workspace);
 
 // Before the workspace's photos are read or its jobs keyed. scene: MakeSparseScene of the workspace's model. Warns where photos
 // are moved, since poses that are adjusted to the points are better.

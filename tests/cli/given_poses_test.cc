@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -80,6 +81,33 @@ TEST(GivenPoses, TheCheckerSaysSo) {
     EXPECT_EQ(result.exit_code, 0) << result.output;
     EXPECT_EQ(result.output.find("the poses were not adjusted to the points") != std::string::npos, turned)
         << result.output;
+  }
+}
+
+// The mistake of who writes images.txt himself: poses from camera to world.
+SyntheticRoom Inverted(SyntheticRoom room, std::size_t num_images) {
+  for (std::size_t i = 0; i < num_images; ++i) {
+    colmap_ext::SparseImage& image = room.model.images[i];
+    image.rotation = image.rotation.conjugate();
+    image.translation = -(image.rotation * image.translation);
+  }
+  return room;
+}
+
+TEST(GivenPoses, PointsBehindTheCamerasAreToldOf) {
+  constexpr char kTold[] =
+      " have most of their sparse points behind the camera or far outside the photo, and depths will be "
+      "wrong: "
+      "poses must be world to camera";
+  const RoomRun all(Inverted(Room(), 5)), one(Inverted(Room(), 1)), none(Room());
+  EXPECT_THAT(all.RunStereo().errors, HasSubstr(kTold));
+  for (const auto& [run, told] : {std::pair{&one, true}, {&none, false}}) {
+    const ProgramResult result = test_support::RunProgram(
+        {PHIMVS_BINARY, "workspace_checker", "--workspace_path", run->dense().string()});
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_EQ((result.output + result.errors).find("1 of 5 images, ") != std::string::npos, told)
+        << result.output;
+    EXPECT_EQ((result.output + result.errors).find(kTold) != std::string::npos, told) << result.output;
   }
 }
 

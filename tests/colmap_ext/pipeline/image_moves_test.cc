@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "colmap_ext/pipeline/image_jobs.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
 
@@ -22,7 +23,7 @@ TEST(PoseWarning, NamesAllOffsetsInPixelsOfTheWorkingImages) {
   for (const SparseImage& image : workspace.model().images)
     corrections.of_view.emplace_back(MakePinhole(workspace.model().cameras.at(image.camera_id)));
   corrections.of_view[0].coefficients(0, 0) = 4;
-  const std::string warning = PoseWarning(corrections, workspace);
+  const std::string warning = PoseWarning(corrections, MakeSparseScene(workspace.model()), workspace);
   EXPECT_THAT(warning, testing::HasSubstr("1.0 pixels beside"));
   EXPECT_THAT(warning, testing::HasSubstr("a.png by up to 2.0 pixels"));
 }
