@@ -8,6 +8,7 @@ Log lines go to logging.getLogger("phimvs"). Nothing opens a GPU before the firs
 """
 
 from ._core import __version__, cancel, version_text
+from ._given import Points, from_reconstruction
 from ._run import Progress
 from .cloud import Cloud
 from .commands import dense, evaluate, hole_filler, patch_match_stereo, report, stereo_fusion
@@ -16,7 +17,7 @@ from .maps import colorize, read_image, read_map, write_map
 from .options import (
     DenseOptions, EvaluateOptions, HoleFillerOptions, PatchMatchStereoOptions, ReportOptions, StereoFusionOptions,
 )  # fmt: skip
-from .scene import Maps, Points, estimate, from_reconstruction, fuse, infer_planes, read_scene
+from .scene import Maps, estimate, fuse, infer_planes, read_scene
 
 __all__ = [
     "Cancelled", "Cloud", "DenseOptions", "Error", "EvaluateOptions", "HoleFillerOptions", "InputError", "Maps",

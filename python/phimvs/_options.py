@@ -61,6 +61,12 @@ class CommandOptions(Group):
         _core.describe_command(self._command, [w for n, v in values.items() for w in (f"--{n}", text_of(v))])
         self._values.update(values)
 
+    def __copy__(self) -> CommandOptions:
+        """Of its own: what is set in a copy is not set here."""
+        copied = type(self)()
+        copied._values.update(self._values)
+        return copied
+
     def changed(self) -> dict[str, Any]:
         """The values that were given, by the command line's names."""
         return dict(self._values)

@@ -69,9 +69,11 @@ class Run:
 
 
 def text_of(value: Any) -> str:
-    """As the command line writes it."""
+    """As the command line writes it: a list as its elements between commas."""
     if getattr(value, "ndim", None) == 0:  # a scalar of numpy's, which prints as np.float64(0.01)
         value = value.item()
+    if isinstance(value, (list, tuple)):
+        return ",".join(map(text_of, value))
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (str, os.PathLike)):

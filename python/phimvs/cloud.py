@@ -93,6 +93,8 @@ class Cloud:
         """Writes PATH (.ply) and PATH.vis as stereo_fusion does. Where single precision is coarser than a tenth of the distance
         between neighbouring points (than a tenth of a millimetre where all are in one place), x, y and z count from a whole offset
         in their middle, which the line `comment offset X Y Z` tells, and are doubles where that is not enough."""
+        if os.path.splitext(os.fspath(path))[1].lower() != ".ply":
+            raise UsageError(f"{os.fspath(path)}: a cloud is written as .ply; name it so (stereo_fusion writes .las, too)")
         a = self._checked()
         offset, in_doubles = _coordinates(a["xyz"])
         _core.write_cloud(

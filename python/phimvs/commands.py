@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tempfile
 from pathlib import Path
 from typing import Any, Union
@@ -87,6 +88,20 @@ def stereo_fusion(
     return {"path": os.fspath(output_path), "errors": run.image_errors}
 
 
+def _place(given: StrPath | None, name: str, options: Any, default: Path) -> StrPath:
+    """Where a file goes: the options name it too, a project file's among them."""
+    if given is not None:
+        return given
+    options = options.changed() if hasattr(options, "changed") else options or {}
+    if name in options:
+        return options[name]
+    if "project_path" in options:
+        own = Path(options["project_path"]).read_text().split("\n[")[0]  # what follows is of groups
+        if found := re.search(rf"^\s*{name}\s*=\s*(\S.*?)\s*$", own, re.MULTILINE):
+            return found[1]
+    return default
+
+
 def dense(
     workspace_path: StrPath,
     output_path: StrPath | None = None,
@@ -100,9 +115,9 @@ def dense(
     arguments = {"workspace_path": workspace_path, "output_path": output_path, "report_path": report_path}
     run, _ = _call("dense", arguments, options, progress)
     folder = _workspace(workspace_path)
-    result = _cloud_result(output_path or folder / "fused.ply", run)
+    result = _cloud_result(_place(output_path, "output_path", options, folder / "fused.ply"), run)
     result["stereo"] = _stereo_result(workspace_path, run)
-    result["report_path"] = os.fspath(report_path or folder / "report.html")
+    result["report_path"] = os.fspath(_place(report_path, "report_path", options, folder / "report.html"))
     return result
 
 
@@ -110,7 +125,7 @@ def evaluate(options: Any, *, progress: ProgressCallable | None = None) -> dict[
     """Scores a cloud or maps against the truth, in percent by tolerance. options: phimvs.EvaluateOptions, or a dict
     such as {"cloud_path": ..., "truth_path": ...}. Returns the scores, and as `table` what the command prints."""
     with tempfile.TemporaryDirectory() as folder:
-        words = dict(options.changed() if hasattr(options, "changed") else options)
+        words = dict(options.changed() if hasattr(options, "changed") else options or {})
         scores = words.setdefault("output_path", str(Path(folder) / "scores.json"))
         _, printed = _call("evaluate", {}, words, progress)
         return {**json.loads(Path(scores).read_text()), "table": printed}

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import phimvs
+
 BINARY = os.environ.get("PHIMVS_BINARY", "phimvs")
 
 
@@ -46,6 +48,25 @@ def names(done):
 
 
 CPU = {"PhiStereo.backend": "cpu"}
+QUICK = {**CPU, "PatchMatchStereo.num_iterations": 2, "PatchMatchStereo.filter_min_num_consistent": 1}
+
+
+@pytest.fixture(scope="session")
+def scene(done):
+    return phimvs.read_scene(done)
+
+
+@pytest.fixture(scope="session")
+def maps(scene):
+    return phimvs.estimate(**scene, options=CPU)
+
+
+def half(scene, **changes):
+    """Two of the photos."""
+    small = {k: v[:2] for k, v in scene.items() if k != "points"}
+    xyz, observations = scene["points"]
+    seen = observations[observations[:, 1] < 2]
+    return {**small, "points": phimvs.Points(xyz, seen), **changes}
 
 
 def map_files(dense: Path, kind="geometric"):

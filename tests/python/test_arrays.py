@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import CPU, run_program
+from conftest import CPU, QUICK, half, run_program
 
 import phimvs
 
@@ -19,16 +19,6 @@ def stored(dense, name, kind="geometric"):
         phimvs.read_map(dense / f"stereo/depth_maps/{name}.{kind}.bin"),
         phimvs.read_map(dense / f"stereo/normal_maps/{name}.{kind}.bin"),
     )
-
-
-@pytest.fixture(scope="module")
-def scene(done):
-    return phimvs.read_scene(done)
-
-
-@pytest.fixture(scope="module")
-def maps(scene):
-    return phimvs.estimate(**scene, options=CPU)
 
 
 def test_estimate_gives_the_commands_maps(done, maps):
@@ -61,14 +51,6 @@ def test_depths_are_right(room, maps):
         assert np.median(error) < 0.008  # 0.006 in images this small
 
 
-def half(scene, **changes):
-    """Two of the photos."""
-    small = {k: v[:2] for k, v in scene.items() if k != "points"}
-    xyz, observations = scene["points"]
-    seen = observations[observations[:, 1] < 2]
-    return {**small, "points": phimvs.Points(xyz, seen), **changes}
-
-
 class OnlyDlpack:
     def __init__(self, array):
         self.array = array
@@ -90,9 +72,6 @@ def strided(image):
     wide = np.zeros((image.shape[0] * 2, image.shape[1] * 3), image.dtype)
     wide[::2, ::3] = image
     return wide[::2, ::3]
-
-
-QUICK = {**CPU, "PatchMatchStereo.num_iterations": 2, "PatchMatchStereo.filter_min_num_consistent": 1}
 
 
 @pytest.mark.parametrize(

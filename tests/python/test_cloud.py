@@ -116,6 +116,15 @@ for use in (lambda: cloud.write({str(path)!r}), lambda: cloud[:2]):
         assert not path.exists()
 
 
+def test_other_formats_are_refused(tmp_path):
+    """Their names would be those of files that nobody can read."""
+    for name in ("cloud.las", "cloud.obj", "cloud"):
+        with pytest.raises(phimvs.UsageError, match="a cloud is written as .ply"):
+            make_cloud(FIVE).write(tmp_path / name)
+        assert not (tmp_path / name).exists()
+    make_cloud(FIVE).write(tmp_path / "CLOUD.PLY")
+
+
 def wall(spacing, at, size=40):
     """A bent grid of points, in no order."""
     rng = np.random.default_rng(1)

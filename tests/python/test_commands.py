@@ -40,6 +40,23 @@ def test_dense_gives_the_commands_files(workspace, done):
     assert cloud["points"] == result["points"]
 
 
+def test_results_are_of_the_files_that_options_name(workspace, done):
+    """Not of those that an earlier run left in the usual place."""
+    shutil.rmtree(workspace)
+    shutil.copytree(done, workspace)
+    cloud, page = workspace / "own.ply", str(workspace / "own.html")
+    few = {**CPU, "StereoFusion.min_num_pixels": 4}
+    usual = phimvs.dense(workspace, options=CPU)
+    result = phimvs.dense(workspace, options={**few, "output_path": cloud, "report_path": page})
+    assert (result["path"], result["report_path"]) == (str(cloud), page)
+    assert 0 < result["points"] < usual["points"]
+    project = workspace / "project.ini"
+    project.write_text(f"output_path = {workspace / 'other.ply'}\n[StereoFusion]\nmin_num_pixels=4\noutput_path=no\n")
+    from_file = phimvs.dense(workspace, options={**CPU, "project_path": project})
+    assert from_file["path"] == str(workspace / "other.ply") and from_file["points"] == result["points"]
+    assert from_file["report_path"] == str(workspace / "report.html")
+
+
 def test_the_record_tells_the_same_options(workspace, done):
     phimvs.patch_match_stereo(workspace, CPU)
     own, commands = (json.loads((d / "stereo/phimvs.json").read_text()) for d in (workspace, done))

@@ -1,5 +1,7 @@
 """Typed options: the command line's names, defaults and checks."""
 
+import copy
+import pickle
 import re
 
 import numpy as np
@@ -67,6 +69,21 @@ def test_scalars_of_numpy_are_taken():
     ]  # fmt: skip
     with pytest.raises(phimvs.UsageError, match="whole number"):
         options.PatchMatchStereo.num_iterations = np.array([3])
+
+
+def test_lists_are_written_with_commas():
+    options = phimvs.PatchMatchStereoOptions()
+    options.PatchMatchStereo.gpu_index = [0, np.int64(2)]
+    assert words_of(options) == ["--PatchMatchStereo.gpu_index", "0,2"]
+    assert words_of({"tolerances": (0.01, 0.02)}) == ["--tolerances", "0.01,0.02"]
+
+
+def test_a_copy_is_of_its_own():
+    options = phimvs.PatchMatchStereoOptions(overwrite=True)
+    for copied in (copy.copy(options), copy.deepcopy(options), pickle.loads(pickle.dumps(options))):
+        copied.PatchMatchStereo.window_radius = 4
+        assert copied.changed() == {"overwrite": True, "PatchMatchStereo.window_radius": 4}
+    assert options.changed() == {"overwrite": True}
 
 
 def test_the_log_is_left_to_logging():
