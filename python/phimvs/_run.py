@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
 import os
 import re
+import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from . import _core
-from .errors import InputError, UsageError
+from .errors import Cancelled, InputError, UsageError
 
 logger = logging.getLogger("phimvs")
 _LOGGING_DECIDES = ("log_level", "log_timestamps")  # options of the command line
@@ -66,6 +69,67 @@ class Run:
     def _tell(self, *state: Any) -> None:
         assert self._progress is not None
         self._progress(Progress(*state))
+
+
+class _Calls:
+    """Those of the compiled part that are under way, in all threads."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.num = 0
+        self.python_ends = False
+        self.forked_amid = False
+
+    def begin(self) -> None:
+        if self.forked_amid:
+            raise UsageError(
+                "this process was forked while a phimvs call was under way in another thread, and cannot start one: start "
+                "processes before such calls, or by multiprocessing's method 'spawn' or 'forkserver'"
+            )
+        with self.changed:
+            if self.python_ends:
+                raise Cancelled("Python ends, and starts no further call")
+            self.num += 1
+
+    def end(self) -> None:
+        with self.changed:
+            self.num -= 1
+            self.changed.notify_all()
+
+    def cancel(self) -> None:
+        """At Python's end: it would tear a daemon thread out of the compiled part, which aborts the process."""
+        give_up = time.monotonic() + _SECONDS_TO_END
+        with self.changed:
+            self.python_ends = True
+            while self.num > 0 and time.monotonic() < give_up:
+                _core.cancel()  # again and again: of calls that wait for each other, each is to end
+                self.changed.wait(0.1)
+
+
+_SECONDS_TO_END = 60  # a callable may never return
+_calls = _Calls()
+
+
+def _forget_calls() -> None:
+    """In a forked process, which has the forking thread alone."""
+    global _calls
+    amid = _calls.num > 0 or _calls.forked_amid
+    _calls = _Calls()
+    _calls.forked_amid = amid
+
+
+atexit.register(lambda: _calls.cancel())
+os.register_at_fork(after_in_child=_forget_calls)
+
+
+def compute(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Of the compiled part, which may take long."""
+    calls = _calls  # a callable may fork
+    calls.begin()
+    try:
+        return function(*arguments)
+    finally:
+        calls.end()
 
 
 def text_of(value: Any) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Union
 
 from . import _core
-from ._run import ProgressCallable, Run, words_of
+from ._run import ProgressCallable, Run, compute, words_of
 from .errors import InputError, RetryLater
 
 StrPath = Union[str, "os.PathLike[str]"]
@@ -20,7 +20,7 @@ _SOME_IMAGES_FAILED, _RETRY_LATER = 4, 6  # exit codes
 def _call(name: str, arguments: dict[str, Any], options: Any, progress: ProgressCallable | None) -> tuple[Run, str]:
     run = Run(progress)
     given = {key: value for key, value in arguments.items() if value is not None}
-    code, printed = _core.run_command(name, words_of(given) + words_of(options), run.listeners)
+    code, printed = compute(_core.run_command, name, words_of(given) + words_of(options), run.listeners)
     if code == _RETRY_LATER:
         waiting = [warning for warning in run.warnings if warning.endswith("again later")]
         raise RetryLater(waiting[-1] if waiting else f"{name} waits for other shards; run this shard again later")

@@ -17,7 +17,7 @@ import numpy as np
 from . import _core
 from ._arrays import by_name, camera_rows, image_array, map_array, normal_array, to_numpy, with_normals
 from ._given import Given, Points, gather, sources_of
-from ._run import ProgressCallable, Run, words_of
+from ._run import ProgressCallable, Run, compute, words_of
 from .cloud import Cloud
 from .errors import UsageError
 from .maps import read_image
@@ -79,8 +79,8 @@ def estimate(
     Raises phimvs.UsageError for arguments that do not fit, phimvs.InputError when no photo can be done.
     """
     given = gather(images, cameras, poses, points, names, image_ids, masks)
-    results = _core.estimate(
-        given.core(), sources_of(sources, len(given.sizes)), words_of(options), Run(progress).listeners
+    results = compute(
+        _core.estimate, given.core(), sources_of(sources, len(given.sizes)), words_of(options), Run(progress).listeners
     )
     return _maps(results, given)
 
@@ -118,8 +118,8 @@ def infer_planes(
         camera = given.cameras[i]
         n = np.zeros((*d.shape, 3), np.float32) if normal is None else normal_array(normal[i], f"normal[{i}]", d, camera)
         maps.append(_core.GivenMap(d, with_normals(n, d, camera), None))
-    results = _core.infer_planes(
-        given.core(), maps, sources_of(sources, count), words_of(options), Run(progress).listeners
+    results = compute(
+        _core.infer_planes, given.core(), maps, sources_of(sources, count), words_of(options), Run(progress).listeners
     )
     return _maps(results, given)
 
@@ -170,8 +170,8 @@ def fuse(
     ids = [m.image_id or i + 1 for i, m in enumerate(maps)]
     given = gather(images, cameras, [m.pose for m in maps], points, names, ids, None, sizes)
     core_maps = [_fused_map(m, f"maps[{i}]", depths[i].shape, map_cameras[i]) for i, m in enumerate(maps)]
-    xyz, normals, colors, inferred, counts, views = _core.fuse(
-        given.core(), core_maps, words_of(options), Run(progress).listeners
+    xyz, normals, colors, inferred, counts, views = compute(
+        _core.fuse, given.core(), core_maps, words_of(options), Run(progress).listeners
     )
     return Cloud(xyz, normals, colors, inferred.view(bool), counts, views)
 

@@ -283,6 +283,69 @@ fuse()
     assert figures == "4 True" and (tmp_path / "small.ply").exists()
 
 
+SLOW = f"phimvs.patch_match_stereo(folder, {({**QUICK, 'PatchMatchStereo.num_iterations': 100})!r}, progress=tell)"
+
+
+def test_python_ends_while_daemon_threads_compute(workspace):
+    """Their calls, one under way and one that waits for it, are cancelled; Python would abort."""
+    output = run_python(f"""import threading, time, phimvs
+class Teardown:  # of a larger program, which takes its time
+    def __del__(self, sleep=time.sleep):
+        sleep(1)
+large = Teardown()
+folder, begun = {str(workspace)!r}, threading.Event()
+def tell(progress):
+    begun.set()
+def work():
+    try:
+        {SLOW}
+    except phimvs.Cancelled:
+        print("cancelled", flush=True)
+for _ in range(2):
+    threading.Thread(target=work, daemon=True).start()
+begun.wait()
+print("ends", flush=True)
+""")
+    assert output.splitlines()[0] == "ends" and set(output.splitlines()[1:]) <= {"cancelled"}
+
+
+def test_a_process_forked_amid_a_call_refuses_others(workspace, done):
+    """It waited for a thread that it does not have."""
+    output = run_python(f"""import os, threading, warnings, phimvs
+warnings.simplefilter("ignore")  # newer Pythons warn of forks beside threads
+folder, begun = {str(workspace)!r}, threading.Event()
+def tell(progress):
+    begun.set()
+def fuse(name):
+    return phimvs.stereo_fusion({str(done)!r}, os.path.join(folder, name))["points"] > 0
+def in_child(name):
+    child = os.fork()
+    if child == 0:
+        try:
+            print(name, fuse(name), flush=True)
+        except phimvs.UsageError as error:
+            print(name, error, flush=True)
+        raise SystemExit  # ends as Python does
+    os.waitpid(child, 0)
+in_child("before.ply")
+def work():
+    try:
+        {SLOW}
+    except phimvs.Cancelled:
+        pass
+thread = threading.Thread(target=work)
+thread.start()
+begun.wait()
+in_child("amid.ply")
+phimvs.cancel()
+thread.join()
+in_child("after.ply")
+""")
+    lines = output.splitlines()
+    assert lines[0] == "before.ply True" and lines[2:] == ["after.ply True"]
+    assert lines[1].startswith("amid.ply this process was forked while a phimvs call was under way in another thread")
+
+
 def test_ctrl_c_raises_keyboard_interrupt(workspace):
     code = f"""import phimvs, sys
 try:
