@@ -145,9 +145,10 @@ phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::For
            "lower "
            "--PhiStereo.min_displacement for smaller ones, or name source images in patch-match.cfg";
   }
-  return image +
-         ": no other image sees the same part of the scene; remove it from patch-match.cfg, or name its "
-         "source images there";
+  const std::string remedy = workspace.IsInMemory()
+                                 ? "leave it out, or name its source images"
+                                 : "remove it from patch-match.cfg, or name its source images there";
+  return image + ": no other image sees the same part of the scene; " + remedy;
 }
 
 std::vector<ImageJob> JobsOf(const std::vector<PatchMatchProblem>& problems) {

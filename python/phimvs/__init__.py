@@ -7,7 +7,8 @@
 Log lines go to logging.getLogger("phimvs"). Nothing opens a GPU before the first call that computes.
 """
 
-from ._core import __version__, cancel, version_text
+from . import _core
+from ._core import cancel, version_text
 from ._given import Points, from_reconstruction
 from ._run import Progress
 from .cloud import Cloud
@@ -19,9 +20,11 @@ from .options import (
 )  # fmt: skip
 from .scene import Maps, estimate, fuse, infer_planes, read_scene
 
+__version__: str = _core.__version__
+
 __all__ = [
     "Cancelled", "Cloud", "DenseOptions", "Error", "EvaluateOptions", "HoleFillerOptions", "InputError", "Maps",
     "NoDeviceError", "PatchMatchStereoOptions", "Points", "Progress", "ReportOptions", "ResourceError",
     "RetryLater", "StereoFusionOptions", "UsageError", "cancel", "colorize", "dense", "estimate", "evaluate", "from_reconstruction", "fuse",
-    "hole_filler", "infer_planes", "patch_match_stereo", "read_image", "read_map", "read_scene", "report", "stereo_fusion", "version_text", "write_map",
+    "hole_filler", "infer_planes", "patch_match_stereo", "read_image", "read_map", "read_scene", "report", "stereo_fusion", "version_text", "write_map", "__version__",
 ]  # fmt: skip

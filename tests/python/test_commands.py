@@ -376,6 +376,7 @@ def test_import_is_quick_and_opens_no_gpu():
 
 
 def test_the_program_is_in_the_package():
+    assert "__version__" in phimvs.__all__  # else type checkers take it for private
     result = subprocess.run([sys.executable, "-m", "phimvs", "--version"], capture_output=True, text=True, env=os.environ)
     assert result.stdout.startswith(f"phimvs {phimvs.__version__}\ncommit ") and "backend cpu" in result.stdout
     result = subprocess.run([sys.executable, "-m", "phimvs", "nonsense"], capture_output=True, text=True, env=os.environ)

@@ -140,6 +140,16 @@ def test_maps_made_by_hand_are_fused(scene, maps):
             phimvs.fuse([maps[0], dataclasses.replace(maps[1], **change)])
 
 
+def test_a_photo_that_looks_elsewhere(scene):
+    """The remedy is one of arrays, which have no list of images."""
+    poses = scene["poses"].copy()
+    poses[0] = np.diag([-1.0, 1, -1, 1]) @ poses[0]
+    poses[0, :3, 3] += [0, 0, -1000]
+    maps = phimvs.estimate(**{**scene, "poses": poses, "points": None}, options=SMALL)
+    assert [m.problem != "" for m in maps] == [True, False, False, False]
+    assert maps[0].problem.endswith("sees the same part of the scene; leave it out, or name its source images")
+
+
 @pytest.mark.parametrize(
     "change, sentence",
     [
