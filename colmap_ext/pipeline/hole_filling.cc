@@ -59,8 +59,9 @@ void HoleFilling::FindMeasuredMaps() {
       runner_.Fail(
           job, std::string(kMeasured),
           "image " + NameOf(job) +
-              ": its measured maps are missing or damaged, and its geometric ones hold inferred depths "
-              "already; run patch_match_stereo, which makes both again");
+              ": its measured maps are missing, damaged or of another size, and its geometric ones hold "
+              "inferred depths already; give the --PatchMatchStereo.max_image_size that "
+              "patch_match_stereo ran with, or run that, which makes both again");
     } else {
       LeaveOut("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
     }

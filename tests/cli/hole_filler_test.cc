@@ -367,7 +367,8 @@ TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
     fs::resize_file(measured, 1000);
     const ProgramResult result = workspace.Fill("mrf");
     EXPECT_EQ(result.exit_code, 4) << result.errors;
-    EXPECT_THAT(result.errors, HasSubstr("image view1.png: its measured maps are missing or damaged"));
+    EXPECT_THAT(result.errors,
+                HasSubstr("image view1.png: its measured maps are missing, damaged or of another size"));
     EXPECT_EQ(fs::file_size(measured), 1000u);
     EXPECT_EQ(ReadBytes(workspace.path() / "stereo/depth_maps/view1.png.geometric.bin"), geometric);
   }
