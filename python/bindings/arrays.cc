@@ -129,9 +129,13 @@ colmap_ext::Workspace WorkspaceOf(const Scene& scene, int max_image_size) {
   return colmap_ext::Workspace(ModelOf(scene), std::move(images), max_image_size);
 }
 
+// Options that name files, and what takes their place.
+using FileOptions = std::vector<std::pair<std::string, std::string>>;
+
 // The command line's options, with its grammar and checks.
 template <typename Options, typename Register>
-Options ParseOptions(const char* command, std::vector<std::string> words, Register register_options) {
+Options ParseOptions(const char* command, std::vector<std::string> words, const FileOptions& refused,
+                     Register register_options) {
   Options options;
   colmap_ext::OptionParser parser(command, "");
   register_options(&options, &parser);
@@ -139,6 +143,10 @@ Options ParseOptions(const char* command, std::vector<std::string> words, Regist
   std::vector<const char*> argv;
   for (const std::string& word : words) argv.push_back(word.c_str());
   parser.Parse(static_cast<int>(argv.size()), argv.data());
+  for (const auto& [name, instead] : refused) {
+    if (parser.IsSet(name))
+      throw phi::UsageError("--" + name + " names files, and has no effect on arrays; " + instead);
+  }
   options.Finish(parser);
   return options;
 }
@@ -146,7 +154,9 @@ Options ParseOptions(const char* command, std::vector<std::string> words, Regist
 colmap_ext::StereoCommandOptions ParseStereo(std::vector<std::string> words, bool filling) {
   words.insert(words.end(), {"--workspace_path", "/dev/null/memory"});
   return ParseOptions<colmap_ext::StereoCommandOptions>(
-      filling ? "infer_planes" : "estimate", std::move(words), [filling](auto* options, auto* parser) {
+      filling ? "infer_planes" : "estimate", std::move(words),
+      {{"PhiStereo.mask_path", "give masks"}, {"config_path", "give sources"}},
+      [filling](auto* options, auto* parser) {
         filling ? options->RegisterFilling(parser) : options->Register(parser);
       });
 }
@@ -309,7 +319,12 @@ nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std
   CloudArrays arrays(0, 0);
   RunSupervised(listeners, [&] {
     auto options = ParseOptions<colmap_ext::FusionCommandOptions>(
-        "fuse", words, [](auto* fusion, auto* parser) { fusion->RegisterFusion(parser); });
+        "fuse", words, {}, [](auto* fusion, auto* parser) { fusion->RegisterFusion(parser); });
+    if (options.fusion.input.kind != colmap_ext::kGeometric) {
+      throw phi::UsageError("--input_type " + options.fusion.input.kind +
+                            " chooses files, and has no effect on arrays; give "
+                            "maps with depth where it is wanted, such as m.depth * m.measured");
+    }
     arrays = ArraysOf(colmap_ext::FuseSceneMaps(WorkspaceOf(scene, -1), MapsOf(given), options.fusion).blocks);
   });
   const std::size_t n = arrays.view_counts.size(), num_views = arrays.views.size();

@@ -125,6 +125,8 @@ def with_normals(normal: np.ndarray, depth: np.ndarray, camera: np.ndarray) -> n
 def _numbers(values: Any, what: str) -> np.ndarray:
     try:
         return to_numpy(values, what).astype(np.float64)
+    except UsageError:
+        raise
     except ValueError:  # numpy's, for rows of different lengths and for text
         raise UsageError(f"{what} must be numbers, in rows of one length") from None
 

@@ -118,6 +118,15 @@ def test_normals_of_any_length_and_none(scene, maps):
         fill([-n for n in normal])
 
 
+def test_kinds_of_files_are_refused(scene, maps):
+    """The maps that are given are fused, whatever such an option asks for."""
+    assert len(phimvs.fuse(maps, options={"input_type": "geometric"}).xyz) > 1000
+    with pytest.raises(phimvs.UsageError, match="--input_type measured chooses files, .* such as m.depth . m.measured"):
+        phimvs.fuse(maps, options={"input_type": "measured"})
+    with pytest.raises(phimvs.UsageError, match="mask_path names files"):
+        phimvs.infer_planes([m.depth for m in maps], None, **scene, options={"PhiStereo.mask_path": "masks"})
+
+
 def test_maps_made_by_hand_are_fused(scene, maps):
     expected = phimvs.fuse(maps, scene["images"])
     fx, fy, cx, cy = maps[0].camera
@@ -157,10 +166,13 @@ def test_a_photo_that_looks_elsewhere(scene):
         ({"images": ["a.jpg", "b.jpg"]}, r"images\[0\] is a text, but must be a photo's pixels; phimvs.read_image"),
         ({"image_ids": [-1, 2]}, "image_ids must be 0 to 4294967294"),
         ({"image_ids": [1, 2**32]}, "image_ids must be 0 to 4294967294"),
+        ({"options": {**SMALL, "PhiStereo.mask_path": "masks"}}, "mask_path names files, and has no effect on arrays; give masks"),
+        ({"options": {**SMALL, "config_path": "some.cfg"}}, "config_path names files, and has no effect on arrays; give sources"),
+        ({"poses": [object(), object()]}, "poses is a list, but must be an array of numbers"),
         ({"cameras": [[100, 100, 60, 45], [100]]}, "cameras must be numbers, in rows of one length"),
     ],
 )
 def test_what_is_none_is_one_sentence(scene, change, sentence):
     with pytest.raises(phimvs.UsageError, match=sentence) as caught:
-        phimvs.estimate(**half(scene, **change), options=SMALL)
+        phimvs.estimate(**{**half(scene), "options": SMALL, **change})
     assert "\n" not in str(caught.value)
