@@ -50,6 +50,7 @@ class Given:
 _FOCAL_LENGTHS = {"SIMPLE_PINHOLE": 1, "PINHOLE": 2, "SIMPLE_RADIAL": 1, "RADIAL": 1, "OPENCV": 2, "FULL_OPENCV": 2}
 _ID_LIMIT = 2**32 - 1  # COLMAP's mark of no image
 _BRIGHT_OF_16_BITS = 2**14
+_COARSEST = 1e-3  # of the cameras' spread: depths have that error, too
 _MOST_OUTSIDE = 0.1  # of a photo's observations: undistortion moves some of them beyond its rim
 _NO_DISTORTION = 1e-8  # as COLMAP, whose undistortion keeps the camera then
 
@@ -134,6 +135,21 @@ def _warn_of_cameras(given: Given) -> None:
             f"{np.count_nonzero(beside)} of {len(beside)} images, {given.names[i]} the first, have their principal point or "
             f"many observations of points outside their pixels ({width}x{height}): cameras and points must be in pixels of "
             "the photos as they are given"
+        )
+
+
+def _warn_of_coarse_poses(given: Given) -> None:
+    """Translations that were in single precision, whatever they are in now, and lie far from the origin."""
+    translations = given.poses[:, :3, 3]
+    centers = -np.einsum("nji,nj->ni", given.poses[:, :3, :3], translations)
+    spread = np.linalg.norm(centers - np.median(centers, axis=0), axis=1).max()
+    with np.errstate(over="ignore", invalid="ignore"):
+        single = translations.astype(np.float32)
+        step = np.spacing(np.abs(single).max())
+    if 0 < _COARSEST * spread < step and np.array_equal(translations, single):
+        logger.warning(
+            f"the poses' translations hold single precision, whose steps of {step:.2g} world units are coarse for cameras "
+            f"within {spread:.2g} of each other: give them in double precision from the start, or near the origin"
         )
 
 
@@ -237,6 +253,7 @@ def gather(
         _check_sizes(reconstruction, given)
     if sizes is None:
         _warn_of_dim_photos(images)
+        _warn_of_coarse_poses(given)
         _warn_of_cameras(given)
         _warn_of_points(given)
     return given

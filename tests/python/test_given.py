@@ -102,6 +102,23 @@ def test_values_of_twelve_bits_are_told_of(scene, caplog):
     assert warnings_of(caplog, **{**few, "images": bits[16]}) == []
 
 
+def test_poses_far_away_in_single_precision_are_told_of(scene, caplog):
+    few = half(scene)
+    shift = np.array([400000, 5600000, 300.0])
+    far = few["poses"].copy()
+    far[:, :3, 3] -= far[:, :3, :3] @ shift
+    points = phimvs.Points(few["points"].xyz + shift, few["points"].observations)
+    few = {**few, "points": points}
+    assert warnings_of(caplog, **{**few, "poses": far}) == []
+    near = half(scene, poses=few["poses"].astype(np.float32))
+    assert warnings_of(caplog, **near) == []
+    in_one_place = {**half(scene), "poses": np.stack([np.eye(4)] * 2), "points": None, "sources": [[1], [0]]}
+    assert not any("single precision" in warning for warning in warnings_of(caplog, **in_one_place))
+    for once in (far.astype(np.float32), far.astype(np.float32).astype(np.float64)):
+        told = warnings_of(caplog, **{**few, "poses": once})
+        assert any("single precision, whose steps of 0.5 world units are coarse" in warning for warning in told), told
+
+
 def test_normals_of_any_length_and_none(scene, maps):
     depth, normal = [m.depth * m.measured for m in maps], [m.normal for m in maps]
 
@@ -166,8 +183,14 @@ def test_a_photo_that_looks_elsewhere(scene):
         ({"images": ["a.jpg", "b.jpg"]}, r"images\[0\] is a text, but must be a photo's pixels; phimvs.read_image"),
         ({"image_ids": [-1, 2]}, "image_ids must be 0 to 4294967294"),
         ({"image_ids": [1, 2**32]}, "image_ids must be 0 to 4294967294"),
-        ({"options": {**SMALL, "PhiStereo.mask_path": "masks"}}, "mask_path names files, and has no effect on arrays; give masks"),
-        ({"options": {**SMALL, "config_path": "some.cfg"}}, "config_path names files, and has no effect on arrays; give sources"),
+        (
+            {"options": {**SMALL, "PhiStereo.mask_path": "masks"}},
+            "mask_path names files, and has no effect on arrays; give masks",
+        ),
+        (
+            {"options": {**SMALL, "config_path": "some.cfg"}},
+            "config_path names files, and has no effect on arrays; give sources",
+        ),
         ({"poses": [object(), object()]}, "poses is a list, but must be an array of numbers"),
         ({"cameras": [[100, 100, 60, 45], [100]]}, "cameras must be numbers, in rows of one length"),
     ],
