@@ -51,6 +51,7 @@ _FOCAL_LENGTHS = {"SIMPLE_PINHOLE": 1, "PINHOLE": 2, "SIMPLE_RADIAL": 1, "RADIAL
 _ID_LIMIT = 2**32 - 1  # COLMAP's mark of no image
 _BRIGHT_OF_16_BITS = 2**14
 _COARSEST = 1e-3  # of the cameras' spread: depths have that error, too
+_SHORTEST_FOCAL_LENGTH = 0.1  # of the longer side, which would see 157 degrees: more likely a camera in other units
 _MOST_OUTSIDE = 0.1  # of a photo's observations: undistortion moves some of them beyond its rim
 _NO_DISTORTION = 1e-8  # as COLMAP, whose undistortion keeps the camera then
 
@@ -122,6 +123,7 @@ def _warn_of_cameras(given: Given) -> None:
     """Cameras of photos of another size make wrong maps, and nothing else would tell."""
     sizes = np.array(given.sizes)
     beside = (given.cameras[:, 2:] < 0).any(axis=1) | (given.cameras[:, 2:] >= sizes).any(axis=1)
+    beside |= (given.cameras[:, :2] < _SHORTEST_FOCAL_LENGTH * sizes.max(axis=1, keepdims=True)).any(axis=1)
     if given.points is not None and len(given.points.observations):
         _, image, u, v = given.points.observations.T
         image = image.astype(np.int64)
@@ -133,8 +135,8 @@ def _warn_of_cameras(given: Given) -> None:
         width, height = given.sizes[i]
         logger.warning(
             f"{np.count_nonzero(beside)} of {len(beside)} images, {given.names[i]} the first, have their principal point or "
-            f"many observations of points outside their pixels ({width}x{height}): cameras and points must be in pixels of "
-            "the photos as they are given"
+            f"many observations of points outside their pixels ({width}x{height}), or a tiny focal length: cameras and points "
+            "must be in pixels of the photos as they are given"
         )
 
 

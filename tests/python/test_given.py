@@ -86,6 +86,7 @@ def test_what_makes_wrong_maps_is_told(scene, caplog):
     assert warnings_of(caplog, **{**few, "points": seen.xyz}) == []
     for change, told in (
         ({"cameras": few["cameras"] * 2, "points": None}, "2 of 2 images, .* have their principal point or many observations"),
+        ({"cameras": few["cameras"] / 120, "points": None}, "2 of 2 images, .*, or a tiny focal length"),
         ({"cameras": few["cameras"] * 1.5, "points": twice}, "2 of 2 images, .* have their principal point or many observ"),
         ({"poses": inverse}, "2 of 2 images, .* have most of their sparse points behind the camera"),
         ({"points": seen.xyz + 1e6}, "2 of 2 images, .* see none of the points"),
