@@ -94,6 +94,10 @@ phi::Message ModelPosition::Text() const {
   return phi::AboutFile(*file) + ": " + unit + " " + std::to_string(number) + ": ";
 }
 
+void RemoveRigsAndFrames(const fs::path& folder, const std::string& suffix) {
+  for (const char* name : {"frames", "rigs"}) fs::remove(folder / (name + suffix));
+}
+
 std::string CameraModelName(int model_id) {
   const CameraModel* model = FindCameraModel(model_id);
   return model ? std::string(model->name) : "unknown camera model " + std::to_string(model_id);

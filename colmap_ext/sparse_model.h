@@ -65,7 +65,8 @@ std::string CameraModelName(int model_id);
 // listed instead.
 SparseModel ReadSparseModel(const std::filesystem::path& folder, ProblemList* problems = nullptr);
 
-// Both make three files. Throw phi::Error when they cannot be written.
+// Both make three files. COLMAP's rigs and frames of another model in their place go, since COLMAP would take its poses from
+// those. Throw phi::Error when they cannot be written.
 void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);
 void WriteSparseModelText(const SparseModel& model, const std::filesystem::path& folder);
 

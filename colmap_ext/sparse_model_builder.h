@@ -25,6 +25,9 @@ struct ModelPosition {
   phi::Message Text() const;
 };
 
+// Before a model is written without them. suffix: ".bin" or ".txt".
+void RemoveRigsAndFrames(const std::filesystem::path& folder, const std::string& suffix);
+
 // Number of parameters of COLMAP's camera models; nothing for unknown ones.
 std::optional<std::size_t> NumCameraParams(int model_id);
 std::optional<int> CameraModelIdFromName(std::string_view name);

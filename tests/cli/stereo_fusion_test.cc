@@ -196,6 +196,20 @@ TEST_F(StereoFusionCommand, SparseModelsHoldTheObservations) {
   }
 }
 
+// COLMAP would take the poses of a model that was there before.
+TEST_F(StereoFusionCommand, SparseModelsKeepNoRigsAndFramesOfAnother) {
+  for (const std::string type : {"BIN", "TXT"}) {
+    const std::string suffix = type == "BIN" ? ".bin" : ".txt";
+    for (const char* name : {"rigs", "frames", "own"})
+      test_support::WriteBytes(folder_ / type / (name + suffix), "of another model");
+    ASSERT_EQ(Fuse({"--output_type", type}, type).exit_code, 0);
+    std::set<std::string> files;
+    for (const auto& file : fs::directory_iterator(folder_ / type)) files.insert(file.path().filename());
+    EXPECT_EQ(files, (std::set<std::string>{"cameras" + suffix, "images" + suffix, "own" + suffix,
+                                            "points3D" + suffix}));
+  }
+}
+
 TEST_F(StereoFusionCommand, ColmapReadsTheSparseModels) {
   if (!HasProgram("colmap")) GTEST_SKIP() << "colmap is not installed";
   for (const std::string type : {"BIN", "TXT"}) {
