@@ -18,11 +18,8 @@ __global__ void __launch_bounds__(kThreads)
   const PixelPosition pixel = CheckerboardPixel(threadIdx.x, colour, launch.first_row);
   const typename V::Context context(launch);
   if (launch.state.plane.Contains(pixel.x, pixel.y)) {
-    PlaneHypothesis hypothesis;
-    if (coarse.map.data == nullptr || !HypothesisFromCoarse(launch.parameters, coarse, pixel.x, pixel.y, &hypothesis)) {
-      const DepthRange near = launch.state.ranges.At(pixel.x, pixel.y);
-      hypothesis = FirstHypothesis(launch.parameters, near, pixel.x, pixel.y);
-    }
+    const PlaneHypothesis hypothesis =
+        FirstHypothesis(launch.parameters, coarse, launch.state.ranges, pixel.x, pixel.y);
     InitializePixelState(context, pixel.x, pixel.y, hypothesis);
   }
   context.CountSamples();

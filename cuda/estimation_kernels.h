@@ -6,8 +6,8 @@
 #include "cuda/error.h"
 #include "cuda/gray_texture.h"
 #include "cuda/texture_sampler.h"
-#include "phi/matching/coarse_hypothesis.h"
 #include "phi/matching/estimate_pixel.h"
+#include "phi/matching/first_hypothesis.h"
 #include "phi/matching/window_level.h"
 
 namespace phi::gpu {

@@ -7,34 +7,22 @@
 #include "phi/cpu/cpu_context.h"
 #include "phi/cpu/estimation_work.h"
 #include "phi/initialization.h"
-#include "phi/matching/coarse_hypothesis.h"
 #include "phi/matching/coarse_start.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
+#include "phi/matching/first_hypothesis.h"
 #include "phi/matching/pyramid.h"
 
 namespace phi {
 namespace {
 
-// Where the first hypotheses come from, in this order where there are both.
-struct Start {
-  CoarseHypotheses coarse;
-  DepthRanges ranges;
-};
-
-PlaneHypothesis StartHypothesis(const EstimationParameters& p, const Start& start, int x, int y) {
-  PlaneHypothesis h;
-  if (start.coarse.map.data != nullptr && HypothesisFromCoarse(p, start.coarse, x, y, &h)) return h;
-  return FirstHypothesis(p, start.ranges.At(x, y), x, y);
-}
-
-void Run(const CpuContext& context, const Start& start, EstimationWork* work) {
+void Run(const CpuContext& context, const CoarseHypotheses& coarse, EstimationWork* work) {
   const EstimationParameters& p = context.parameters;
   const int width = p.reference.width, height = p.reference.height;
   ForEachRow(height, [&](int y) {
     const CpuContext of_row = context;
     for (int x = 0; x < width; ++x) {
-      InitializePixelState(of_row, x, y, StartHypothesis(p, start, x, y));
+      InitializePixelState(of_row, x, y, FirstHypothesis(p, coarse, context.state.ranges, x, y));
     }
     work->RowDone(width, EstimationWork::kFirstHypotheses, of_row.counts);
   });
@@ -62,14 +50,15 @@ void ReduceImages(int level, EstimationInput* input) {
   for (ViewImage& source : input->sources) reduce(&source);
 }
 
-EstimationResult EstimatePart(const PartInput& part, const Start& start, EstimationWork* work) {
+EstimationResult EstimatePart(const PartInput& part, const CoarseHypotheses& coarse, const DepthRanges& ranges,
+                              EstimationWork* work) {
   const EstimationParameters parameters = part.Parameters();
   PlaneMap plane(parameters.reference.width, parameters.reference.height);
   CostMap cost(plane.width(), plane.height());
   Array2D<std::uint8_t> changed(plane.width(), plane.height());
   const SimdMatcher matcher(part.input(), parameters, MakeRelativeViews(part.input()));
-  const CpuContext context{parameters, {plane.view(), cost.view(), changed.view(), start.ranges}, matcher};
-  Run(context, start, work);
+  const CpuContext context{parameters, {plane.view(), cost.view(), changed.view(), ranges}, matcher};
+  Run(context, coarse, work);
   return {std::move(plane), std::move(cost), {}};
 }
 
@@ -92,9 +81,8 @@ EstimationResult EstimateOnCpu(const EstimationInput& input, const StereoOptions
     PartInput of_part(input, options, part);
     ReduceImages(part.level, &of_part.input());
     const PlaneMap coarse = std::move(result.map);
-    const Start start = {.coarse = {coarse.view(), coarser_level - part.level},
-                         .ranges = {ranges.view(), kDepthRangeCell << (parts.front().level - part.level)}};
-    result = EstimatePart(of_part, start, &work);
+    result = EstimatePart(of_part, {coarse.view(), coarser_level - part.level},
+                          {ranges.view(), kDepthRangeCell << (parts.front().level - part.level)}, &work);
     coarser_level = part.level;
   }
   result.counts = work.counts();

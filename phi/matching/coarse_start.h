@@ -1,5 +1,5 @@
 // Coarse to fine: an estimation in parts, each at a level of the image pyramids. A part starts from the hypotheses of the
-// coarser one before it (coarse_hypothesis.h). A window of a reduced image sees a larger piece of the surface and an
+// coarser one before it (first_hypothesis.h). A window of a reduced image sees a larger piece of the surface and an
 // iteration there costs a quarter or a sixteenth, so that few iterations are left to the full image.
 #pragma once
 

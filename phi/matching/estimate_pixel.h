@@ -18,7 +18,6 @@
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/matching/depth_ranges.h"
-#include "phi/matching/initial_hypothesis.h"
 #include "phi/matching/propagation.h"
 #include "phi/matching/refinement.h"
 #include "phi/matching/zncc.h"
@@ -75,15 +74,19 @@ PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange nea
 // Draw numbers within an iteration.
 inline constexpr std::uint32_t kDrawRefinement = 0;
 
-// The hypothesis of pixel (x + dx, y + dy), moved to (x, y) along its plane. False when it leaves its domain
-// there.
-PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis& from, PixelOffset offset,
-                           int x, int y, PlaneHypothesis* moved) {
+// The hypothesis of image point `at`, moved to pixel (x, y) along its plane. False when it leaves its domain there.
+PHI_HD bool MovePlane(const EstimationParameters& p, const PlaneHypothesis& from, ImagePoint at, int x, int y,
+                      PlaneHypothesis* moved) {
   const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
   moved->normal = from.normal;
-  moved->depth =
-      PlaneDepthAt(p.reference, from, x + offset.dx + 0.5f, y + offset.dy + 0.5f, x + 0.5f, y + 0.5f);
+  moved->depth = PlaneDepthAt(p.reference, from, at.u, at.v, x + 0.5f, y + 0.5f);
   return p.IsInRange(moved->depth) && FacesCamera(from.normal, ray);
+}
+
+// The same of pixel (x + dx, y + dy).
+PHI_HD bool MoveHypothesis(const EstimationParameters& p, const PlaneHypothesis& from, PixelOffset offset,
+                           int x, int y, PlaneHypothesis* moved) {
+  return MovePlane(p, from, {x + offset.dx + 0.5f, y + offset.dy + 0.5f}, x, y, moved);
 }
 
 PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHypothesis& hypothesis,
@@ -93,16 +96,7 @@ PHI_HD void WriteState(const EstimationState& state, int x, int y, const PlaneHy
   state.changed(x, y) = 1;
 }
 
-// The first hypothesis, in the range of the sparse points around the pixel, or in the view's range where that is
-// unknown (too few points).
-PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, DepthRange near, int x, int y) {
-  const bool known = near.min > 0;
-  const float lo = Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest);
-  const float hi = Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest);
-  return InitialHypothesis(p.reference, x, y, lo, hi, p.key,
-                           p.rules.IsOn(Rule::kFirstHypotheses) ? p.formulas : Formulas::kPaper);
-}
-
+// `hypothesis`: see first_hypothesis.h.
 template <class Context>
 PHI_HD void InitializePixelState(const Context& context, int x, int y, const PlaneHypothesis& hypothesis) {
   WriteState(context.state, x, y, hypothesis,

@@ -15,7 +15,7 @@
 #include "phi/cpu/scalar_matcher.h"
 #include "phi/cpu/simd_matcher.h"
 #include "phi/matching/estimation_setup.h"
-#include "phi/matching/initial_hypothesis.h"
+#include "phi/matching/random_hypothesis.h"
 
 namespace phi {
 namespace {
@@ -69,7 +69,7 @@ std::vector<PlaneHypothesis> MakeHypotheses(const Setup& setup, Planes planes) {
     PlaneHypothesis h = {{0.2f, -0.1f, -0.97f}, kDepth * (1 + 1e-6f * static_cast<float>(i % 1000))};
     if (planes == Planes::kRandom) {
       const RayModel& k = setup.parameters.reference;
-      h = InitialHypothesis(k, i % k.width, i / k.width, 0.8f * kDepth, 1.5f * kDepth, {1, 2},
+      h = RandomHypothesis(k, i % k.width, i / k.width, 0.8f * kDepth, 1.5f * kDepth, {1, 2},
                             Formulas::kRobust);
     }
     h.normal = Normalized(h.normal);

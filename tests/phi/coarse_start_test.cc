@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "phi/cpu/cpu_estimation.h"
-#include "phi/matching/coarse_hypothesis.h"
 #include "phi/matching/estimation_setup.h"
+#include "phi/matching/first_hypothesis.h"
 #include "phi/matching/pyramid.h"
 #include "tests/support/exact_scenes.h"
 

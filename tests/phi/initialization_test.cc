@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "phi/matching/initial_hypothesis.h"
+#include "phi/matching/random_hypothesis.h"
 
 namespace phi {
 namespace {
@@ -148,15 +148,15 @@ TEST(NearestPointDepthRanges, AgreesWithExhaustiveSearchInAnyOrder) {
   }
 }
 
-class InitialHypothesisTest : public testing::TestWithParam<Formulas> {};
+class RandomHypothesisTest : public testing::TestWithParam<Formulas> {};
 
-TEST_P(InitialHypothesisTest, StaysInRangeAndFacesTheCamera) {
+TEST_P(RandomHypothesisTest, StaysInRangeAndFacesTheCamera) {
   const RayModel k{300, 300, 160, 120, 320, 240};
   double sum_cosine = 0, sum_depth = 0, sum_inverse = 0, sum_side = 0;
   int count = 0;
   for (int y = 0; y < k.height; ++y) {
     for (int x = 0; x < k.width; ++x, ++count) {
-      const PlaneHypothesis h = InitialHypothesis(k, x, y, 2, 10, {3, 4}, GetParam());
+      const PlaneHypothesis h = RandomHypothesis(k, x, y, 2, 10, {3, 4}, GetParam());
       const Vec3f ray = k.Ray(x + 0.5f, y + 0.5f);
       ASSERT_GE(h.depth, 2 - 1e-5f);
       ASSERT_LE(h.depth, 10 + 1e-5f);
@@ -178,13 +178,13 @@ TEST_P(InitialHypothesisTest, StaysInRangeAndFacesTheCamera) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Formulas, InitialHypothesisTest,
+INSTANTIATE_TEST_SUITE_P(Formulas, RandomHypothesisTest,
                          testing::Values(Formulas::kRobust, Formulas::kPaper));
 
-TEST(InitialHypothesis, DependsOnSeedImageAndPixelOnly) {
+TEST(RandomHypothesis, DependsOnSeedImageAndPixelOnly) {
   const RayModel k{300, 300, 160, 120, 320, 240};
   const auto draw = [&](std::uint32_t seed, std::uint32_t id, int x) {
-    return InitialHypothesis(k, x, 5, 2, 10, {seed, id}, Formulas::kRobust).depth;
+    return RandomHypothesis(k, x, 5, 2, 10, {seed, id}, Formulas::kRobust).depth;
   };
   EXPECT_EQ(draw(1, 2, 3), draw(1, 2, 3));
   EXPECT_NE(draw(1, 2, 3), draw(2, 2, 3));

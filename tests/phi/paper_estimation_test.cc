@@ -8,6 +8,7 @@
 #include "phi/inference/upsample.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
+#include "phi/matching/first_hypothesis.h"
 #include "tests/support/exact_scenes.h"
 
 namespace phi {
@@ -90,7 +91,7 @@ TEST(PaperRange, OnlyTheUserBoundsDepths) {
   const auto farthest_start = [&] {
     const EstimationParameters p = MakeEstimationParameters(input, options);
     float farthest = 0;
-    for (int x = 0; x < 40; ++x) farthest = std::max(farthest, FirstHypothesis(p, {5, 50}, x, 3).depth);
+    for (int x = 0; x < 40; ++x) farthest = std::max(farthest, DrawHypothesis(p, {5, 50}, x, 3).depth);
     return farthest;
   };
   EXPECT_LE(farthest_start(), 10);

@@ -1,4 +1,4 @@
-// A pixel's first plane hypothesis: a random depth from its range and a random normal that faces the camera.
+// A plane hypothesis by chance: a random depth from a pixel's range and a random normal that faces the camera.
 #pragma once
 
 #include <cstdint>
@@ -54,8 +54,8 @@ PHI_HD Vec3f RandomNormalOfPaper(Random4 random) {
 }
 
 // Hypothesis of pixel (x, y) with depth in [depth_min, depth_max] (world units, both > 0).
-PHI_HD PlaneHypothesis InitialHypothesis(const RayModel& k, int x, int y, float depth_min, float depth_max,
-                                         RandomKey key, Formulas formulas) {
+PHI_HD PlaneHypothesis RandomHypothesis(const RayModel& k, int x, int y, float depth_min, float depth_max,
+                                        RandomKey key, Formulas formulas) {
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * k.width + x;
   const Random4 random = Philox(key, pixel, kInitialIteration, 0);
   const Vec3f normal = formulas == Formulas::kPaper ? RandomNormalOfPaper(random)
