@@ -1,5 +1,4 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
-#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -11,12 +10,11 @@
 #include "cuda/inference_kernels.h"
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
-#include "phi/base/error.h"
 #include "phi/base/whole_array.h"
+#include "phi/inference/infer_setup.h"
 #include "phi/inference/potential_tables.h"
 #include "phi/inference/region_pixels.h"
 #include "phi/inference/region_planes.h"
-#include "phi/matching/matching_window.h"
 
 namespace phi::gpu {
 namespace {
@@ -30,14 +28,6 @@ struct SourceHandles {
   std::vector<DepthsHandle> depths;
 };
 
-void CheckInput(const InferenceInput& input) {
-  const MeasurementMap& map = *input.measured;
-  const GrayImage& image = *input.reference.image;
-  if (image.width() == map.width() && image.height() == map.height()) return;
-  throw InputError("plane inference of image " + AboutImage(input.reference.view->name) +
-                   ": the depth map's size differs from the image's; run patch_match_stereo again");
-}
-
 SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, Scratch* scratch,
                           const Task& task, InferenceLaunch* launch) {
   const cudaStream_t stream = scratch->stream.get();
@@ -45,22 +35,21 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
   handles.textures.push_back(device->images.Get(input.reference.image, stream));
   launch->reference_texture = {handles.textures.front()->level(0).get()};
   std::vector<InferenceSource> sources;
-  const std::size_t num_sources = input.NumMatched();
-  for (std::size_t j = 0; j < num_sources; ++j) {
+  for (std::size_t j = 0; j < static_cast<std::size_t>(launch->parameters.num_views); ++j) {
     const ViewImage& source = input.sources[j];
     handles.textures.push_back(device->images.Get(source.image, stream));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
     if (launch->parameters.formulas == Formulas::kPaper) continue;
-    if (j >= input.source_depths.size() || input.source_depths[j] == nullptr) continue;
-    handles.depths.push_back(device->measured.Get(input.source_depths[j], stream));
+    const auto depths = input.DepthsOf(j);
+    if (depths == nullptr) continue;
+    handles.depths.push_back(device->measured.Get(depths, stream));
     sources.back().measured = handles.depths.back()->View();
   }
   InferenceScratch& buffers = scratch->inference;
   buffers.sources.Reserve(kMaxSourceViews, task);
   buffers.sources.Upload(sources.data(), static_cast<std::int64_t>(sources.size()), stream, task);
   launch->sources = buffers.sources.data();
-  launch->parameters.num_views = static_cast<int>(sources.size());
   return handles;
 }
 
@@ -176,8 +165,8 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
                       const Task& task) {
   InferenceScratch& buffers = scratch->inference;
   FieldLaunch field;
-  field.view.width = (width + kFieldStride - 1) / kFieldStride;
-  field.view.height = (height + kFieldStride - 1) / kFieldStride;
+  field.view.width = NumNodesAlong(width);
+  field.view.height = NumNodesAlong(height);
   const std::int64_t n = static_cast<std::int64_t>(field.view.width) * field.view.height;
   buffers.node_bytes.Reserve(InferenceScratch::kByteFields * n, task);
   buffers.node_floats.Reserve(InferenceScratch::kFloatFields * n, task);
@@ -206,11 +195,10 @@ FieldLaunch BindField(Scratch* scratch, int width, int height, const PotentialTa
 }
 
 FieldStatistics Statistics(const std::int64_t* totals) {
-  constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
   return {.num_nodes = totals[kNumNodes],
-          .energy = totals[kBestEnergy] * kNats,
-          .lower_bound = totals[kLowerBound] * kNats,
-          .min_cost_energy = totals[kMinCostEnergy] * kNats,
+          .energy = totals[kBestEnergy] * kNatsPerEnergyUnit,
+          .lower_bound = totals[kLowerBound] * kNatsPerEnergyUnit,
+          .min_cost_energy = totals[kMinCostEnergy] * kNatsPerEnergyUnit,
           .num_unlike_min_cost = totals[kUnlikeMinCost],
           .num_without_hypothesis = totals[kWithoutHypothesis]};
 }
@@ -219,7 +207,7 @@ FieldStatistics Statistics(const std::int64_t* totals) {
 
 InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
                            const InferenceOptions& options) {
-  CheckInput(input);
+  CheckInferenceInput(input);
   const int width = input.measured->width(), height = input.measured->height();
   const Task task{"plane inference", input.reference.view->name, width, height};
   if (options.mode == InferenceMode::kOff) return {*input.measured, {}};
@@ -231,10 +219,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
   device->MakeRoom(CallKind::kInference, bytes, {.images = num_images, .measured = num_images}, scratch.get());
   InferenceLaunch launch;
-  launch.parameters = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
-                       .window = MakeMatchingWindow(stereo),
-                       .formulas = options.formulas,
-                       .rules = options.rules};
+  launch.parameters = MakeInferenceParameters(input, stereo, {options.formulas, options.rules});
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);

@@ -134,12 +134,11 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
 
 std::int64_t PlanInference(const InferenceInput& input, std::int64_t budget, const Task& task) {
   const std::int64_t width = input.measured->width(), height = input.measured->height();
-  const std::int64_t nodes =
-      ((width + kFieldStride - 1) / kFieldStride) * ((height + kFieldStride - 1) / kFieldStride);
+  const std::int64_t nodes = std::int64_t{NumNodesAlong(input.measured->width())} * NumNodesAlong(input.measured->height());
   const std::size_t num_matched = input.NumMatched();
   std::int64_t depth_bytes = 0;
-  for (std::size_t j = 0; j < std::min(num_matched, input.source_depths.size()); ++j) {
-    const auto& depths = input.source_depths[j];
+  for (std::size_t j = 0; j < num_matched; ++j) {
+    const auto depths = input.DepthsOf(j);
     if (depths != nullptr) depth_bytes += static_cast<std::int64_t>(depths->bytes());
   }
   const std::int64_t bytes = depth_bytes + width * height * InferenceScratch::kPixelBytes +

@@ -93,6 +93,10 @@ struct InferenceInput {
   bool keeps_measured = false;  // another program measured: holes are filled, and no measured pixel is made one
 
   std::size_t NumMatched() const { return std::min(sources.size(), static_cast<std::size_t>(max_matched)); }
+  // Null where there are none.
+  std::shared_ptr<const MeasuredDepths> DepthsOf(std::size_t source) const {
+    return source < source_depths.size() ? source_depths[source] : nullptr;
+  }
 };
 
 // Of the field: energies in Eq. 6 and 7's negative logarithms; 0 where no field was solved.

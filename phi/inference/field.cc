@@ -12,8 +12,8 @@ static_assert(kNumDirections <= kMaxLabels);
 
 Field::Field(const HypothesisMatcher& matcher, const InferenceOptions& options) : potentials_(options) {
   const ArrayView2D<const float> full = HypothesisMatcher::Context(matcher).state.evidence;
-  width_ = (full.width + kFieldStride - 1) / kFieldStride;
-  height_ = (full.height + kFieldStride - 1) / kFieldStride;
+  width_ = NumNodesAlong(full.width);
+  height_ = NumNodesAlong(full.height);
   const std::size_t n = static_cast<std::size_t>(width_) * height_;
   Array2D<float> evidence(width_, height_);
   unlabelled_ = Array2D<float>(width_, height_);

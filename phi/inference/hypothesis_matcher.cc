@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "phi/base/wide_vectors.h"
-#include "phi/matching/matching_window.h"
+#include "phi/inference/infer_setup.h"
 
 namespace phi {
 namespace {
@@ -78,19 +78,15 @@ PHI_WIDE_VECTORS void Interpolate(int n, const std::int32_t* __restrict above, c
 
 HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypotheses& hypotheses,
                                      const StereoOptions& stereo, const Method& method)
-    : reference_{input.reference.image->view()}, state_(hypotheses.state()) {
-  const std::size_t num_views = input.NumMatched();
-  for (std::size_t j = 0; j < num_views; ++j) {
+    : reference_{input.reference.image->view()},
+      parameters_(MakeInferenceParameters(input, stereo, method)),
+      state_(hypotheses.state()) {
+  for (std::size_t j = 0; j < static_cast<std::size_t>(parameters_.num_views); ++j) {
     sources_.push_back({input.sources[j].image->view()});
     views_.push_back(MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera));
-    const bool has_depths = j < input.source_depths.size() && input.source_depths[j] != nullptr;
-    source_depths_.push_back(has_depths ? input.source_depths[j]->view() : MeasuredDepthsView{});
+    const auto depths = input.DepthsOf(j);
+    source_depths_.push_back(depths != nullptr ? depths->view() : MeasuredDepthsView{});
   }
-  parameters_ = {.reference = MakeRayModel(input.reference.view->camera.pinhole),
-                 .window = MakeMatchingWindow(stereo),
-                 .num_views = static_cast<int>(num_views),
-                 .formulas = method.formulas,
-                 .rules = method.rules};
   const int n = parameters_.window.samples_per_side;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {

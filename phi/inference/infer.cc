@@ -6,10 +6,10 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/cancellation.h"
-#include "phi/base/error.h"
 #include "phi/inference/field.h"
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/hypothesis_matcher.h"
+#include "phi/inference/infer_setup.h"
 #include "phi/inference/region_pixels.h"
 #include "phi/inference/trws.h"
 #include "phi/inference/upsample.h"
@@ -49,12 +49,11 @@ InverseDepthMap ChooseByField(const HypothesisMatcher& matcher, const InferenceO
                               FieldStatistics* statistics) {
   const Field field(matcher, options);
   const TrwsResult solution = SolveTrws(field.view(), options.num_passes);
-  constexpr double kNats = 1.0 / kEnergyUnitsPerNat;
   *statistics = field.counts();
-  statistics->energy = solution.energy * kNats;
-  statistics->lower_bound = solution.lower_bounds.back() * kNats;
+  statistics->energy = solution.energy * kNatsPerEnergyUnit;
+  statistics->lower_bound = solution.lower_bounds.back() * kNatsPerEnergyUnit;
   const std::vector<std::uint8_t> min_cost_labels = MinUnaryLabels(field.view());
-  statistics->min_cost_energy = FieldEnergy(field.view(), min_cost_labels) * kNats;
+  statistics->min_cost_energy = FieldEnergy(field.view(), min_cost_labels) * kNatsPerEnergyUnit;
   for (std::size_t i = 0; i < min_cost_labels.size(); ++i) {
     statistics->num_unlike_min_cost += solution.labels[i] != min_cost_labels[i];
   }
@@ -88,21 +87,11 @@ Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
           GatherPlaneEvidence(input, method.rules)};
 }
 
-void CheckInput(const InferenceInput& input) {
-  const auto& image = input.reference.image;
-  if (!image || !input.measured || input.reference.view == nullptr ||
-      image->width() != input.measured->width() || image->height() != input.measured->height()) {
-    throw InputError("plane inference of image " +
-                     (input.reference.view != nullptr ? AboutImage(input.reference.view->name) : Message("?")) +
-                     ": the depth map's size differs from the image's; run patch_match_stereo again");
-  }
-}
-
 }  // namespace
 
 InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& stereo,
                             const InferenceOptions& options) {
-  CheckInput(input);
+  CheckInferenceInput(input);
   const MeasurementMap& measured = *input.measured;
   if (options.mode == InferenceMode::kOff) return {measured, {}};
   const Method method(options.formulas, options.rules);

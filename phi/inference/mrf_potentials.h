@@ -9,12 +9,14 @@
 #include <cstdint>
 
 #include "phi/base/hd.h"
+#include "phi/matching/zncc.h"
 
 namespace phi {
 
 inline constexpr int kEnergyUnitsPerNat = 4096;
+inline constexpr double kNatsPerEnergyUnit = 1.0 / kEnergyUnitsPerNat;
 inline constexpr int kPotentialSteps = 4096;  // table steps per unit of cost or relative difference
-inline constexpr int kUnaryTableSize = 2 * kPotentialSteps + 1;  // costs in [0, 2]
+inline constexpr int kUnaryTableSize = static_cast<int>(kMaxCost) * kPotentialSteps + 1;  // costs in [0, kMaxCost]
 inline constexpr int kPairwiseTableSize = kPotentialSteps + 1;   // relative differences in [0, 1]
 
 // Views of the two tables, trivially copyable to a device (see PotentialTables for the owner).
@@ -23,9 +25,9 @@ struct PotentialView {
   const std::int32_t* pairwise = nullptr;  // kPairwiseTableSize
 };
 
-// Energy of a matching cost in [0, C_max = 2]; 0 for a perfect match. A cost that is not a number counts as C_max.
+// Energy of a matching cost in [0, kMaxCost]; 0 for a perfect match. A cost that is not a number counts as kMaxCost.
 PHI_HD std::int32_t UnaryEnergy(const PotentialView& potentials, float cost) {
-  const float clamped = cost >= 0 ? (cost <= 2 ? cost : 2.0f) : (cost < 0 ? 0.0f : 2.0f);
+  const float clamped = cost >= 0 ? (cost <= kMaxCost ? cost : kMaxCost) : (cost < 0 ? 0.0f : kMaxCost);
   return potentials.unary[static_cast<int>(rintf(clamped * kPotentialSteps))];
 }
 

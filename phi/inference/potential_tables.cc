@@ -13,7 +13,6 @@ std::int32_t Quantise(double nats) {
 
 PotentialTables::PotentialTables(const InferenceOptions& options)
     : unary_(kUnaryTableSize), pairwise_(kPairwiseTableSize) {
-  constexpr double kMaxCost = 2;
   const double best_unary = kMaxCost / options.kappa1 + options.kappa2;
   for (int i = 0; i < kUnaryTableSize; ++i) {
     const double cost = static_cast<double>(i) / kPotentialSteps;

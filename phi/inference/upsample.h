@@ -18,6 +18,8 @@ struct HypothesisMaps {
 
 // Node (i, j) of the field is pixel (2 i, 2 j).
 inline constexpr int kFieldStride = 2;
+// Nodes in so many pixels of a row or a column.
+constexpr int NumNodesAlong(int num_pixels) { return (num_pixels + kFieldStride - 1) / kFieldStride; }
 
 // The index of the pixel's hypothesis nearest to `reference` (inverse depth; paper: nearest in depth), ties to the lowest;
 // -1 = it has none.

@@ -1,0 +1,26 @@
+#include "phi/inference/infer_setup.h"
+
+#include "phi/base/error.h"
+#include "phi/matching/matching_window.h"
+
+namespace phi {
+
+void CheckInferenceInput(const InferenceInput& input) {
+  const auto& image = input.reference.image;
+  if (!image || !input.measured || input.reference.view == nullptr ||
+      image->width() != input.measured->width() || image->height() != input.measured->height()) {
+    throw InputError("plane inference of image " +
+                     (input.reference.view != nullptr ? AboutImage(input.reference.view->name) : Message("?")) +
+                     ": the depth map's size differs from the image's; run patch_match_stereo again");
+  }
+}
+
+InferenceParameters MakeInferenceParameters(const InferenceInput& input, const StereoOptions& stereo, const Method& method) {
+  return {.reference = MakeRayModel(input.reference.view->camera.pinhole),
+          .window = MakeMatchingWindow(stereo),
+          .num_views = static_cast<int>(input.NumMatched()),
+          .formulas = method.formulas,
+          .rules = method.rules};
+}
+
+}  // namespace phi
