@@ -48,7 +48,7 @@ TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std
     handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream));
     bound.push_back(
         {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
-    const std::shared_ptr<const Mask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
+    const std::shared_ptr<const ImageMask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
     if (mask == nullptr) continue;
     handles.masks.emplace_back(*mask, stream, task);
     bound.back().mask = handles.masks.back().View();

@@ -84,9 +84,9 @@ struct InferenceInput {
   // Of the sources, which have a say in the planes of the reference's regions (FindViewRegions): empty, or parallel to sources;
   // null where there are none.
   std::vector<std::shared_ptr<const ViewRegions>> source_regions;
-  // Null, or what the reference leaves out (ImageMask): regions end there, and what other views measured behind it
+  // Null, or what the reference leaves out: regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
-  std::shared_ptr<const Array2D<std::uint8_t>> mask;
+  std::shared_ptr<const ImageMask> mask;
   // Of the reference's image, its mask cut out (FindRegions). Null: the backend finds them.
   std::shared_ptr<const ImageRegions> regions;
   float nearest = 0, farthest = std::numeric_limits<float>::infinity();  // of what is inferred: depths, world units

@@ -44,12 +44,12 @@ std::int64_t CountPublished(const MeasurementMap& map) {
   return CountIf(map.states, [](PixelState s) { return IsPublished(s); });
 }
 
-void DropMasked(const Array2D<std::uint8_t>& mask, MeasurementMap* map) {
+void DropMasked(const ImageMask& mask, MeasurementMap* map) {
   DropMasked(mask, &map->planes);
   if (!map->states.empty()) DropMasked(mask, &map->states);
 }
 
-void DropMasked(const Array2D<std::uint8_t>& mask, MeasuredDepths* depths) {
+void DropMasked(const ImageMask& mask, MeasuredDepths* depths) {
   DropMasked(mask, &depths->depths);
   if (!depths->states.empty()) DropMasked(mask, &depths->states);
 }

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "phi/base/array2d.h"
 #include "phi/base/hd.h"
+#include "phi/base/images.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
@@ -90,8 +90,8 @@ PlaneMap PublishedPlanes(const MeasurementMap& map);
 std::int64_t CountPublished(const MeasurementMap& map);
 
 // Takes away what masked pixels hold; see phi/base/image_mask.h.
-void DropMasked(const Array2D<std::uint8_t>& mask, MeasurementMap* map);
-void DropMasked(const Array2D<std::uint8_t>& mask, MeasuredDepths* depths);
+void DropMasked(const ImageMask& mask, MeasurementMap* map);
+void DropMasked(const ImageMask& mask, MeasuredDepths* depths);
 
 // The planes alone, which share the map's life.
 inline std::shared_ptr<const PlaneMap> PlanesOf(const std::shared_ptr<const MeasurementMap>& map) {

@@ -34,8 +34,8 @@ struct ViewMap {
 struct SourceMap {
   const SceneView* view = nullptr;
   std::function<std::shared_ptr<const MeasurementMap>()> load = nullptr;  // empty: the view has no map and takes no part
-  // What the view leaves out (ImageMask), where it can testify nothing; empty: nothing is left out.
-  std::function<std::shared_ptr<const Mask>()> load_mask = nullptr;
+  // What the view leaves out, where it can testify nothing; empty: nothing is left out.
+  std::function<std::shared_ptr<const ImageMask>()> load_mask = nullptr;
 };
 
 // A sparse point as seen in the reference image. u, v: pixels in K's coordinates; depth: camera z, world units.

@@ -21,7 +21,7 @@ struct Nearest {
 }  // namespace
 
 // Two sweeps, which find a nearest used pixel by steps to the side, up and down.
-Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const ImageMask& mask) {
+GrayImage ExtendIntoMask(const GrayImage& image, const ImageMask& mask) {
   const int width = image.width(), height = image.height();
   Array2D<Nearest> nearest(width, height);
   for (int y = 0; y < height; ++y) {
@@ -32,7 +32,7 @@ Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const I
       if (y > 0) here.Take(nearest(x, y - 1));
     }
   }
-  Array2D<std::uint8_t> extended(width, height);
+  GrayImage extended(width, height);
   for (int y = height - 1; y >= 0; --y) {
     for (int x = width - 1; x >= 0; --x) {
       Nearest& here = nearest(x, y);
@@ -44,9 +44,9 @@ Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const I
   return extended;
 }
 
-Array2D<std::uint8_t> CutOutMask(const Array2D<std::uint8_t>& image, const ImageMask& mask) {
+GrayImage CutOutMask(const GrayImage& image, const ImageMask& mask) {
   constexpr int kMiddle = 128;
-  Array2D<std::uint8_t> cut = ExtendIntoMask(image, mask);
+  GrayImage cut = ExtendIntoMask(image, mask);
   for (std::size_t i = 0; i < cut.size(); ++i) {
     if (mask.data()[i] == 0) cut.data()[i] = cut.data()[i] < kMiddle ? 255 : 0;
   }

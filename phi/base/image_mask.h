@@ -3,24 +3,22 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
-#include "phi/base/array2d.h"
+#include "phi/base/images.h"
 #include "phi/base/whole_array.h"
 
 namespace phi {
 
-// 0: masked; every other value: used. All arguments of one call have the same size.
-using ImageMask = Array2D<std::uint8_t>;
+// All arguments of one call have the same size.
 
 // For all that reads an image beside its mask: masked pixels take the brightness of a nearest used one, so that the mask has no
 // edge. So do the source images of the matching, whose windows count the samples that the reference's window counts.
-Array2D<std::uint8_t> ExtendIntoMask(const Array2D<std::uint8_t>& image, const ImageMask& mask);
+GrayImage ExtendIntoMask(const GrayImage& image, const ImageMask& mask);
 
 // For the reference image of the matching, and for regions: masked pixels are black or white, whichever is farther from a
 // nearest used pixel. At 128 grey levels and more from a window's centre a sample has no weight (MatchingWindow::Weight), so
 // that windows use what is outside the mask, and regions end at its edge. Not for matching without weights (the paper's).
-Array2D<std::uint8_t> CutOutMask(const Array2D<std::uint8_t>& image, const ImageMask& mask);
+GrayImage CutOutMask(const GrayImage& image, const ImageMask& mask);
 
 // Takes away what a map holds at masked pixels.
 template <typename T>

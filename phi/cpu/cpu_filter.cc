@@ -29,7 +29,7 @@ MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& option
     const std::shared_ptr<const MeasurementMap> map = view.load();
     FilterSource source{MakeRelativeView(input.reference.view->camera, view.view->camera),
                         map->planes.view()};
-    const std::shared_ptr<const Mask> mask = view.load_mask ? view.load_mask() : nullptr;
+    const std::shared_ptr<const ImageMask> mask = view.load_mask ? view.load_mask() : nullptr;
     if (mask != nullptr) source.mask = mask->view();
     const FilterTurn turn{&source, 1};
     tbb::parallel_for(0, testimonies.height(), [&](int y) {

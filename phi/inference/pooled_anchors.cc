@@ -8,7 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "phi/base/image_mask.h"
+#include "phi/base/images.h"
 #include "phi/base/random.h"
 #include "phi/geometry/depth_agreement.h"
 #include "phi/inference/source_anchors.h"

@@ -228,7 +228,7 @@ TEST_F(ParityTest, AsManyCorrectPixelsAsTheCpuFromCoarseToFine) {
 // Of which the upper half of each source's image is left out.
 std::size_t NumKeptWithMasks(const FilterInput& whole, const FilterOptions& options, Backend* backend) {
   FilterInput input = whole;
-  auto mask = std::make_shared<Mask>(whole.reference.map->width(), whole.reference.map->height(), 255);
+  auto mask = std::make_shared<ImageMask>(whole.reference.map->width(), whole.reference.map->height(), 255);
   std::fill(mask->data(), mask->data() + mask->size() / 2, std::uint8_t{0});
   for (SourceMap& source : input.sources) source.load_mask = [mask] { return mask; };
   const PlaneMap kept = backend->Filter(input, options).planes;

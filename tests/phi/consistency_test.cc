@@ -202,7 +202,7 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
 TEST_F(FilterTest, WhatAViewLeavesOutTestifiesNothing) {
   options_.max_normal_error = 60;
   AddContradictingSource();
-  const auto mask = std::make_shared<Mask>(80, 60, 255);
+  const auto mask = std::make_shared<ImageMask>(80, 60, 255);
   input_.sources[1].load_mask = [mask] { return mask; };
   EXPECT_FALSE(Keeps(60, 30));
   for (const auto& [x, y] : {std::pair(34, 30), std::pair(36, 30), std::pair(35, 29), std::pair(35, 31)})
@@ -305,7 +305,7 @@ TEST_F(FilterTest, WhatMostViewsFindEmptyIsNotFilled) {
   EXPECT_TRUE(Keeps(60, 30));
   set_empty_views(4);
   EXPECT_FALSE(Keeps(60, 30));
-  const auto mask = std::make_shared<Mask>(80, 60, 0);
+  const auto mask = std::make_shared<ImageMask>(80, 60, 0);
   input_.sources.back().load_mask = [mask] { return mask; };
   EXPECT_TRUE(Keeps(60, 30)) << "what a view leaves out is not empty";
   set_empty_views(4);
