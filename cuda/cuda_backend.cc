@@ -3,9 +3,8 @@
 #include <cstdio>
 #include <numeric>
 #include <string>
-#include <utility>
 
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "cuda/fetch_rate.h"
 #include "cuda/self_test.h"
 #include "phi/base/device_error.h"
@@ -70,13 +69,10 @@ class CudaBackend : public Backend {
 
   std::vector<DeviceStageTime> DeviceStageTimes() const override {
     std::vector<DeviceStageTime> times;
-    for (const auto& [name, stage] : {std::pair{"estimation", DeviceTimes::kEstimation},
-                                      {"sharing", DeviceTimes::kSharing},
-                                      {"inference", DeviceTimes::kInference},
-                                      {"filter", DeviceTimes::kFilter}}) {
-      const StageTime& time = device_->times.stage(stage);
+    for (const CallKind kind : kCallKinds) {
+      const KindTime& time = device_->times.Of(kind);
       if (time.num_images() > 0)
-        times.push_back({name, time.num_images(), time.BusySeconds(), time.samples()});
+        times.push_back({NameOf(kind), time.num_images(), time.BusySeconds(), time.samples()});
     }
     return times;
   }
@@ -101,26 +97,19 @@ class CudaBackend : public Backend {
  private:
   void LogTimes() const {
     if (GetLogLevel() < LogLevel::kDebug) return;  // the rate of bare fetches would be measured for nothing
-    LogStage("estimation", DeviceTimes::kEstimation);
-    LogStage("sharing", DeviceTimes::kSharing);
-    LogStage("inference", DeviceTimes::kInference);
-    LogStage("filter", DeviceTimes::kFilter);
-  }
-
-  void LogStage(const char* name, DeviceTimes::Stage stage) const {
-    const StageTime& time = device_->times.stage(stage);
-    if (time.num_images() == 0) return;
-    char text[160];
-    std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", name,
-                  time.num_images(), time.BusySeconds() / time.num_images());
-    LogDebug(Name() + text + Rate(time));
+    for (const DeviceStageTime& time : DeviceStageTimes()) {
+      char text[160];
+      std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", time.stage.c_str(),
+                    time.num_images, time.seconds / time.num_images);
+      LogDebug(Name() + text + Rate(time));
+    }
   }
 
   // Some samples are read beside the texture units, so that their share may exceed 100 %.
-  static std::string Rate(const StageTime& time) {
-    if (!(time.samples() > 0)) return "";
+  static std::string Rate(const DeviceStageTime& time) {
+    if (!(time.num_samples > 0)) return "";
     char text[128];
-    const double rate = time.samples() / time.BusySeconds();
+    const double rate = time.num_samples / time.seconds;
     int length = std::snprintf(text, sizeof(text), ", %.3g ZNCC samples/s", rate);
     try {
       std::snprintf(text + length, sizeof(text) - length, ", %.0f %% of the rate measured for bare fetches",

@@ -46,8 +46,7 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
   while (bytes > largest && !largest_call_.compare_exchange_weak(largest, bytes)) {
   }
   // Of each kind the scratch memory of all calls at once, or what a cache keeps for as many.
-  constexpr int kKinds = 4;
-  return kKinds * NumCallsOfAllStages(num_concurrent_calls) * std::max(largest, bytes) <= budget.bytes();
+  return kNumCallKinds * NumCallsOfAllStages(num_concurrent_calls) * std::max(largest, bytes) <= budget.bytes();
 }
 
 void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {

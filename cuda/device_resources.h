@@ -1,5 +1,4 @@
-// What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times. And the
-// four kinds of call.
+// What the calls on one device share: its memory budget, cached images and maps, scratch memory, measured times.
 //
 // Memory: calls of all kinds come side by side. Caches keep what the calls at once work on; where the budget cannot hold that of
 // all kinds, what the calls of the kind at hand do, and each call first gives up what only other kinds need. cuda/memory_plan.h says what a
@@ -11,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "cuda/call_kind.h"
 #include "cuda/device.h"
 #include "cuda/device_cache.h"
 #include "cuda/device_map.h"
@@ -26,8 +26,6 @@ namespace phi::gpu {
 struct CacheSizes {
   std::size_t images = 0, maps = 0, measured = 0;
 };
-
-enum class CallKind { kEstimation, kSharing, kFilter, kInference };
 
 // Of one kind that keep the device busy: one computes while another uploads or downloads, and two are at the host's part of their work. Of
 // small images more are, since that part takes longer than the device's. num_pixels: of the largest image; 0: not known.
@@ -72,12 +70,5 @@ struct DeviceResources {
 
   std::atomic<std::int64_t> largest_call_ = 0;  // bytes
 };
-
-EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& input,
-                               const StereoOptions& options);
-std::shared_ptr<const MeasurementMap> ShareOnGpu(DeviceResources* device, const SharingInput& input, const StereoOptions& options);
-MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options);
-InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input, const StereoOptions& stereo,
-                           const InferenceOptions& options);
 
 }  // namespace phi::gpu

@@ -1,4 +1,4 @@
-// How long the device worked on each stage. Calls overlap on the device, so their times are united, not summed.
+// How long the device worked on each kind of call. Calls overlap on the device, so their times are united, not summed.
 #pragma once
 
 #include <algorithm>
@@ -6,11 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "cuda/call_kind.h"
 #include "cuda/stream.h"
 
 namespace phi::gpu {
 
-class StageTime {
+class KindTime {
  public:
   void Add(double begin, double end, double samples) {
     intervals_.emplace_back(begin, end);
@@ -39,26 +40,24 @@ class StageTime {
 
 class DeviceTimes {
  public:
-  enum Stage { kEstimation, kSharing, kFilter, kInference, kNumStages };
-
   // The device must be current.
   explicit DeviceTimes(const Task& task) : origin_(Event::Timing::kOn, task) {
     origin_.Record(nullptr, task);
   }
 
   // `begin` and `end`: recorded, and passed.
-  void Add(Stage stage, const Event& begin, const Event& end, double samples, const Task& task) {
+  void Add(CallKind kind, const Event& begin, const Event& end, double samples, const Task& task) {
     std::lock_guard<std::mutex> lock(mutex_);
     const double from = Event::SecondsBetween(origin_, begin, task);
-    stages_[stage].Add(from, from + Event::SecondsBetween(begin, end, task), samples);
+    times_[static_cast<int>(kind)].Add(from, from + Event::SecondsBetween(begin, end, task), samples);
   }
 
-  const StageTime& stage(Stage stage) const { return stages_[stage]; }
+  const KindTime& Of(CallKind kind) const { return times_[static_cast<int>(kind)]; }
 
  private:
   std::mutex mutex_;
   Event origin_;
-  StageTime stages_[kNumStages];
+  KindTime times_[kNumCallKinds];
 };
 
 }  // namespace phi::gpu

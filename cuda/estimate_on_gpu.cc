@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "cuda/bind_images.h"
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "cuda/estimation_in_bands.h"
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
@@ -191,7 +191,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   device->NoteMemory(task);
   EstimationResult result = TakeResult(*scratch.get(), task);
   const double num_samples = static_cast<double>(*scratch->host_num_samples.data());
-  device->times.Add(DeviceTimes::kEstimation, scratch->begin, scratch->end, num_samples, task);
+  device->times.Add(CallKind::kEstimation, scratch->begin, scratch->end, num_samples, task);
   return result;
 }
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "cuda/filtering_kernels.h"
 #include "cuda/memory_plan.h"
 #include "phi/filtering/filter_setup.h"
@@ -102,7 +102,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   if (map.states.empty()) scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
-  device->times.Add(DeviceTimes::kFilter, scratch->begin, scratch->end, 0, task);
+  device->times.Add(CallKind::kFilter, scratch->begin, scratch->end, 0, task);
   return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
 }
 

@@ -6,7 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "cuda/inference_kernels.h"
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
@@ -246,7 +246,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   scratch->host_states.Download(scratch->states, num_pixels, stream, task);
   scratch->stream.Synchronize(task);
 
-  device->times.Add(DeviceTimes::kInference, scratch->begin, scratch->end, 0, task);
+  device->times.Add(CallKind::kInference, scratch->begin, scratch->end, 0, task);
   InferenceResult result{{PlaneMap::Uninitialized(width, height), StateMap::Uninitialized(width, height)},
                          {}};
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());

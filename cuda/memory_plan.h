@@ -32,7 +32,7 @@ struct FilterPlan {
   std::int64_t bytes = 0;
 };
 
-// Throw phi::ResourceError with the bytes needed and available when even the smallest parts need more than `budget` bytes.
+// Throw phi::DeviceError with the bytes needed and available when even the smallest parts need more than `budget` bytes.
 // coarse_start: the estimation goes from coarse to fine (phi/matching/coarse_start.h).
 EstimationPlan PlanEstimation(const EstimationInput& input, std::int64_t budget, const Task& task,
                               bool coarse_start = false);

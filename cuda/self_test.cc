@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "phi/base/device_error.h"
 #include "phi/cpu/cpu_estimation.h"
 

@@ -20,7 +20,7 @@ struct SelfTestReport {
 // Estimates the test image on both.
 SelfTestReport RunSelfTest(const DeviceProperties& device, const SelfTestOptions& options);
 
-// Throws phi::ResourceError with the reason when the device fails the short test (milliseconds).
+// Throws phi::DeviceError with the reason when the device fails the short test (milliseconds).
 void RequireWorkingDevice(const DeviceProperties& device);
 
 }  // namespace phi::gpu

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cuda/bind_images.h"
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "cuda/memory_plan.h"
 #include "cuda/sharing_kernels.h"
 #include "phi/base/cancellation.h"
@@ -148,7 +148,7 @@ std::shared_ptr<const MeasurementMap> ShareOnGpu(DeviceResources* device, const 
       copy->Copy(scratch->plane.View(size.width, size.height), stream, task);
     });
   }
-  device->times.Add(DeviceTimes::kSharing, scratch->begin, scratch->end,
+  device->times.Add(CallKind::kSharing, scratch->begin, scratch->end,
                     static_cast<double>(*scratch->host_num_samples.data()), task);
   return shared;
 }

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "cuda/calls_on_gpu.h"
 #include "cuda/cuda_backend.h"
-#include "cuda/device_resources.h"
 #include "cuda/fetch_rate.h"
 #include "cuda/memory_plan.h"
 
@@ -79,14 +79,14 @@ std::unique_ptr<DeviceResources> Device(benchmark::State* state, std::int64_t bu
   return std::make_unique<DeviceResources>(QueryDevice(0), budget_bytes);
 }
 
-// Runs call() once per iteration and reports the device time that it added to `stage`.
+// Runs call() once per iteration and reports the device time that it added to `kind`.
 template <class Call>
-void Measure(benchmark::State* state, DeviceResources* device, DeviceTimes::Stage stage, const Call& call) {
+void Measure(benchmark::State* state, DeviceResources* device, CallKind kind, const Call& call) {
   call();  // uploads, allocations
-  double before = device->times.stage(stage).BusySeconds();
+  double before = device->times.Of(kind).BusySeconds();
   for (auto _ : *state) {
     call();
-    const double now = device->times.stage(stage).BusySeconds();
+    const double now = device->times.Of(kind).BusySeconds();
     state->SetIterationTime(now - before);
     before = now;
   }
@@ -107,9 +107,9 @@ void RunEstimation(benchmark::State* state, std::int64_t budget_bytes) {
   StereoOptions options;
   options.num_iterations = static_cast<int>(state->range(0));
   const EstimationInput input = WallInput();
-  Measure(state, device.get(), DeviceTimes::kEstimation,
+  Measure(state, device.get(), CallKind::kEstimation,
           [&] { EstimateOnGpu(device.get(), input, options); });
-  const StageTime& time = device->times.stage(DeviceTimes::kEstimation);
+  const KindTime& time = device->times.Of(CallKind::kEstimation);
   state->counters["samples/s"] = time.samples() / time.BusySeconds();
   state->counters["share of bare fetches"] = time.samples() / time.BusySeconds() / MeasureFetchRate();
   state->counters["device MB"] = 1e-6 * static_cast<double>(device->peak_bytes);
@@ -147,7 +147,7 @@ void BM_Filter(benchmark::State& state) {
     const auto map = estimate();
     input.sources.push_back({&wall.views[i], [map] { return map; }});
   }
-  Measure(&state, device.get(), DeviceTimes::kFilter,
+  Measure(&state, device.get(), CallKind::kFilter,
           [&] { FilterOnGpu(device.get(), input, FilterOptions()); });
 }
 BENCHMARK(BM_Filter)->UseManualTime()->Iterations(5)->Unit(benchmark::kMillisecond);
@@ -168,7 +168,7 @@ void BM_Inference(benchmark::State& state) {
   input.reference = {&wall.views[0], wall.images[0]};
   input.sources = wall.Sources();
   input.measured = measured;
-  Measure(&state, device.get(), DeviceTimes::kInference,
+  Measure(&state, device.get(), CallKind::kInference,
           [&] { InferOnGpu(device.get(), input, StereoOptions(), InferenceOptions()); });
 }
 BENCHMARK(BM_Inference)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);

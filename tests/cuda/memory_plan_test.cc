@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "cuda/device_resources.h"
+#include "cuda/calls_on_gpu.h"
 #include "phi/base/error.h"
 #include "phi/matching/coarse_start.h"
 #include "tests/cuda/cuda_test_fixture.h"
@@ -153,7 +153,7 @@ class SplitTest : public CudaTest {
     options.num_iterations = 2;
     options.quality = quality;
     Run run{EstimateOnGpu(&device, input, options)};
-    run.samples = device.times.stage(DeviceTimes::kEstimation).samples();
+    run.samples = device.times.Of(CallKind::kEstimation).samples();
     return run;
   }
 
@@ -285,7 +285,7 @@ TEST_F(SplitTest, CountsTheSamplesOfTheWindowsThatWereRead) {
   options.num_window_levels = 1;
   DeviceResources device(QueryDevice(0), 0);
   EstimateOnGpu(&device, input, options);
-  EXPECT_EQ(device.times.stage(DeviceTimes::kEstimation).samples(), (kWidth - 14) * (kHeight - 14) * 121.0);
+  EXPECT_EQ(device.times.Of(CallKind::kEstimation).samples(), (kWidth - 14) * (kHeight - 14) * 121.0);
 }
 
 }  // namespace
