@@ -60,11 +60,9 @@ void LaunchWindowScales(const EstimationLaunch& launch, cudaStream_t stream, con
 void LaunchInitialization(const EstimationLaunch& launch, const CoarseHypotheses& coarse, cudaStream_t stream,
                           const Task& task) {
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
-    const auto kernel = InitializeKernel<decltype(variant)>;
-    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
+    using V = decltype(variant);
     for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, coarse, colour);
-      CheckLaunch("InitializeKernel", task);
+      LaunchVariant<V>("InitializeKernel", InitializeKernel<V>, launch, stream, task, coarse, colour);
     }
   });
 }
@@ -73,21 +71,17 @@ void LaunchHalfPass(const EstimationLaunch& launch, int iteration, int colour, c
                     const Task& task) {
   if (launch.parameters.ranks) return LaunchRankedHalfPass(launch, iteration, colour, stream, task);
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
-    const auto kernel = UpdateByAllSamplesKernel<decltype(variant)>;
-    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
-    kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, iteration, colour);
-    CheckLaunch("UpdateByAllSamplesKernel", task);
+    using V = decltype(variant);
+    LaunchVariant<V>("UpdateByAllSamplesKernel", UpdateByAllSamplesKernel<V>, launch, stream, task, iteration, colour);
   });
 }
 
 void LaunchViewCosts(const EstimationLaunch& launch, ArrayView2D<const PlaneHypothesis> hypotheses, Samples samples,
                      float* costs, cudaStream_t stream, const Task& task) {
   const auto launch_kernel = [&](auto variant) {
-    const auto kernel = ViewCostsKernel<decltype(variant)>;
-    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
+    using V = decltype(variant);
     for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, hypotheses, costs, colour);
-      CheckLaunch("ViewCostsKernel", task);
+      LaunchVariant<V>("ViewCostsKernel", ViewCostsKernel<V>, launch, stream, task, hypotheses, costs, colour);
     }
   };
   if (samples == Samples::kSparse) {

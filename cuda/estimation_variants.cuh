@@ -37,4 +37,13 @@ inline dim3 HalfPassGrid(const EstimationLaunch& launch) {
   return CheckerboardGrid(launch.parameters.reference.width, launch.end_row - launch.first_row);
 }
 
+// On the pixels of one colour. `arguments`: the kernel's behind the launch.
+template <class V, class Kernel, class... Arguments>
+void LaunchVariant(const char* name, Kernel kernel, const EstimationLaunch& launch, cudaStream_t stream, const Task& task,
+                   Arguments... arguments) {
+  const int shared = AllowSharedMemory(kernel, V::kSharedBytes, task);
+  kernel<<<HalfPassGrid(launch), kThreads, shared, stream>>>(launch, arguments...);
+  CheckLaunch(name, task);
+}
+
 }  // namespace phi::gpu

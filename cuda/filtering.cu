@@ -1,10 +1,11 @@
 #include "cuda/filtering_kernels.h"
+#include "cuda/pixel_grid.cuh"
 
 namespace phi::gpu {
 namespace {
 
 __global__ void AskKernel(const __grid_constant__ FilterLaunch launch, ArrayView2D<Testimonies> testimonies) {
-  const int x = blockIdx.x * blockDim.x + threadIdx.x, y = blockIdx.y * blockDim.y + threadIdx.y;
+  const int x = ThreadX(), y = ThreadY();
   if (!testimonies.Contains(x, y)) return;
   Testimonies of_pixel = testimonies(x, y);
   AskSources(launch.reference, launch.turn, x, y, &of_pixel);
@@ -13,27 +14,23 @@ __global__ void AskKernel(const __grid_constant__ FilterLaunch launch, ArrayView
 
 __global__ void JudgeKernel(const __grid_constant__ FilterReference reference,
                             ArrayView2D<const Testimonies> testimonies, ArrayView2D<FilterVerdict> verdicts) {
-  const int x = blockIdx.x * blockDim.x + threadIdx.x, y = blockIdx.y * blockDim.y + threadIdx.y;
+  const int x = ThreadX(), y = ThreadY();
   if (verdicts.Contains(x, y)) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
 }
 
 constexpr dim3 kBlock(32, 8);
 
-dim3 GridOf(int width, int height) {
-  return {(width + kBlock.x - 1) / kBlock.x, (height + kBlock.y - 1) / kBlock.y};
-}
-
 }  // namespace
 
 void LaunchAskSources(const FilterLaunch& launch, ArrayView2D<Testimonies> testimonies, cudaStream_t stream,
                       const Task& task) {
-  AskKernel<<<GridOf(testimonies.width, testimonies.height), kBlock, 0, stream>>>(launch, testimonies);
+  AskKernel<<<PixelGrid(testimonies.width, testimonies.height, kBlock), kBlock, 0, stream>>>(launch, testimonies);
   CheckLaunch("AskKernel", task);
 }
 
 void LaunchJudge(const FilterReference& reference, ArrayView2D<const Testimonies> testimonies,
                  ArrayView2D<FilterVerdict> verdicts, cudaStream_t stream, const Task& task) {
-  JudgeKernel<<<GridOf(testimonies.width, testimonies.height), kBlock, 0, stream>>>(reference, testimonies, verdicts);
+  JudgeKernel<<<PixelGrid(testimonies.width, testimonies.height, kBlock), kBlock, 0, stream>>>(reference, testimonies, verdicts);
   CheckLaunch("JudgeKernel", task);
 }
 

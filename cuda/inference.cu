@@ -1,4 +1,5 @@
 #include "cuda/inference_kernels.h"
+#include "cuda/pixel_grid.cuh"
 
 namespace phi::gpu {
 
@@ -11,14 +12,9 @@ HypothesisState InferenceLaunch::State() const {
 
 namespace {
 
-const dim3 kBlock(32, 4);
+constexpr dim3 kBlock(32, 4);
 
-dim3 Grid(int width, int height) {
-  return dim3((width + kBlock.x - 1) / kBlock.x, (height + kBlock.y - 1) / kBlock.y);
-}
-
-__device__ __forceinline__ int ThreadX() { return blockIdx.x * blockDim.x + threadIdx.x; }
-__device__ __forceinline__ int ThreadY() { return blockIdx.y * blockDim.y + threadIdx.y; }
+dim3 Grid(int width, int height) { return PixelGrid(width, height, kBlock); }
 
 // The view policy of infer_pixel.h. The samples are read again for each hypothesis and view.
 struct GpuInferenceContext {

@@ -154,23 +154,21 @@ __global__ void __launch_bounds__(kThreads)
 
 void LaunchRankedHalfPass(const EstimationLaunch& launch, int iteration, int colour, cudaStream_t stream,
                           const Task& task) {
-  const dim3 grid = HalfPassGrid(launch);
-  const auto launch_step = [&](auto variant, auto kernel, auto... arguments) {
-    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
-    kernel<<<grid, kThreads, shared, stream>>>(launch, arguments...);
-    CheckLaunch("a kernel of the half-pass", task);
-  };
   WithVariant<Samples::kSparse>(launch, [&](auto variant) {
-    launch_step(variant, RankCandidatesKernel<decltype(variant)>, iteration, colour);
+    using V = decltype(variant);
+    LaunchVariant<V>("RankCandidatesKernel", RankCandidatesKernel<V>, launch, stream, task, iteration, colour);
   });
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
-    launch_step(variant, ScoreFinalistsKernel<decltype(variant)>, colour);
+    using V = decltype(variant);
+    LaunchVariant<V>("ScoreFinalistsKernel", ScoreFinalistsKernel<V>, launch, stream, task, colour);
   });
   WithVariant<Samples::kSparse>(launch, [&](auto variant) {
-    launch_step(variant, RankVariantsKernel<decltype(variant)>, iteration, colour);
+    using V = decltype(variant);
+    LaunchVariant<V>("RankVariantsKernel", RankVariantsKernel<V>, launch, stream, task, iteration, colour);
   });
   WithVariant<Samples::kAll>(launch, [&](auto variant) {
-    launch_step(variant, ScoreVariantKernel<decltype(variant)>, iteration, colour);
+    using V = decltype(variant);
+    LaunchVariant<V>("ScoreVariantKernel", ScoreVariantKernel<V>, launch, stream, task, iteration, colour);
   });
 }
 

@@ -1,4 +1,5 @@
 #include "cuda/estimation_variants.cuh"
+#include "cuda/pixel_grid.cuh"
 #include "cuda/sharing_kernels.h"
 
 namespace phi::gpu {
@@ -6,19 +7,14 @@ namespace {
 
 constexpr dim3 kBlock(32, 8);
 
-dim3 GridOf(int width, int height) {
-  return {(width + kBlock.x - 1) / kBlock.x, (height + kBlock.y - 1) / kBlock.y};
-}
-
 __global__ void ForgetNearestKernel(const __grid_constant__ SharingLaunch launch) {
-  const int x = blockIdx.x * blockDim.x + threadIdx.x,
-            y = launch.first_row + blockIdx.y * blockDim.y + threadIdx.y;
+  const int x = ThreadX(), y = launch.first_row + ThreadY();
   if (x < launch.nearest.width && y < launch.end_row) launch.nearest(x, y) = kNoPixel;
 }
 
 __global__ void FindNearestKernel(const __grid_constant__ SharingLaunch launch,
                                   const __grid_constant__ OfferingSource source) {
-  const int x = blockIdx.x * blockDim.x + threadIdx.x, y = blockIdx.y * blockDim.y + threadIdx.y;
+  const int x = ThreadX(), y = ThreadY();
   FallenPixel fallen;
   if (!source.planes.Contains(x, y) || !FallOnReference(source, launch.parameters.reference, x, y, &fallen))
     return;
@@ -34,8 +30,7 @@ __global__ void FindNearestKernel(const __grid_constant__ SharingLaunch launch,
 
 __global__ void HearKernel(const __grid_constant__ SharingLaunch launch,
                            const __grid_constant__ OfferingSource source) {
-  const int x = blockIdx.x * blockDim.x + threadIdx.x,
-            y = launch.first_row + blockIdx.y * blockDim.y + threadIdx.y;
+  const int x = ThreadX(), y = launch.first_row + ThreadY();
   if (x >= launch.nearest.width || y >= launch.end_row) return;
   HearOffer(launch.parameters, source, launch.nearest(x, y), launch.offers, x, y);
 }
@@ -54,10 +49,10 @@ __global__ void __launch_bounds__(kThreads)
 
 void LaunchHearSource(const SharingLaunch& launch, const OfferingSource& source, cudaStream_t stream,
                       const Task& task) {
-  const dim3 pixels = GridOf(launch.nearest.width, launch.end_row - launch.first_row);
+  const dim3 pixels = PixelGrid(launch.nearest.width, launch.end_row - launch.first_row, kBlock);
   ForgetNearestKernel<<<pixels, kBlock, 0, stream>>>(launch);
   CheckLaunch("ForgetNearestKernel", task);
-  FindNearestKernel<<<GridOf(source.planes.width, source.planes.height), kBlock, 0, stream>>>(launch, source);
+  FindNearestKernel<<<PixelGrid(source.planes.width, source.planes.height, kBlock), kBlock, 0, stream>>>(launch, source);
   CheckLaunch("FindNearestKernel", task);
   HearKernel<<<pixels, kBlock, 0, stream>>>(launch, source);
   CheckLaunch("HearKernel", task);
@@ -66,11 +61,9 @@ void LaunchHearSource(const SharingLaunch& launch, const OfferingSource& source,
 void LaunchChoosePlanes(const EstimationLaunch& matching, const OffersView& offers, cudaStream_t stream,
                         const Task& task) {
   WithVariant<Samples::kAll>(matching, [&](auto variant) {
-    const auto kernel = ChooseKernel<decltype(variant)>;
-    const int shared = AllowSharedMemory(kernel, variant.kSharedBytes, task);
+    using V = decltype(variant);
     for (int colour = 0; colour < 2; ++colour) {
-      kernel<<<HalfPassGrid(matching), kThreads, shared, stream>>>(matching, offers, colour);
-      CheckLaunch("ChooseKernel", task);
+      LaunchVariant<V>("ChooseKernel", ChooseKernel<V>, matching, stream, task, offers, colour);
     }
   });
 }
