@@ -24,7 +24,7 @@ void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput&
 void BindSampleCount(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
   DeviceBuffer<unsigned long long>& counter = scratch->num_samples;
   counter.Reserve(1, task);
-  Check(cudaMemsetAsync(counter.data(), 0, counter.bytes(), scratch->stream.get()), "cudaMemsetAsync", task);
+  ClearOnDevice(counter.data(), 1, scratch->stream.get(), task);
   launch->num_samples = counter.data();
 }
 

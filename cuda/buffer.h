@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cuda/error.h"
+#include "cuda/transfer.h"
 #include "phi/base/array2d.h"
 
 namespace phi::gpu {
@@ -50,9 +51,7 @@ class DeviceBuffer {
   }
   void UploadAt(std::int64_t first, const T* host, std::int64_t size, cudaStream_t stream,
                 const Task& task) const {
-    Check(cudaMemcpyAsync(data_ + first, host, static_cast<std::size_t>(size) * sizeof(T),
-                          cudaMemcpyHostToDevice, stream),
-          "cudaMemcpyAsync to the device", task);
+    CopyToDevice(data_ + first, host, size, stream, task);
   }
 
  private:
@@ -83,9 +82,7 @@ class PinnedBuffer {
 
   void Download(const DeviceBuffer<T>& device, std::int64_t size, cudaStream_t stream, const Task& task) {
     Reserve(size, task);
-    Check(cudaMemcpyAsync(data_, device.data(), static_cast<std::size_t>(size) * sizeof(T),
-                          cudaMemcpyDeviceToHost, stream),
-          "cudaMemcpyAsync to the host", task);
+    CopyToHost(data_, device.data(), size, stream, task);
   }
 
   T* data() const { return data_; }

@@ -30,9 +30,7 @@ class DeviceArray2D {
     width_ = map.width;
     height_ = map.height;
     buffer_.Reserve(map.size(), task);
-    Check(cudaMemcpyAsync(buffer_.data(), map.data, static_cast<std::size_t>(map.size()) * sizeof(Pixel),
-                          cudaMemcpyDeviceToDevice, stream),
-          "cudaMemcpyAsync on the device", task);
+    CopyOnDevice(buffer_.data(), map.data, map.size(), stream, task);
     Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's copy", task);
   }
 

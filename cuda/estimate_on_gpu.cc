@@ -126,16 +126,14 @@ class PartsOnGpu {
   void StartFromCoarse(int shift) {
     coarse_.shift = shift;
     const ArrayView2D<PlaneHypothesis> found = launch_.state.plane;
-    const std::size_t bytes = static_cast<std::size_t>(found.size()) * sizeof(PlaneHypothesis);
     if (IsWhole()) {
       const DeviceBuffer<PlaneHypothesis>& kept = scratch_->estimation.coarse_plane;
-      Check(cudaMemcpyAsync(kept.data(), found.data, bytes, cudaMemcpyDeviceToDevice, scratch_->stream.get()),
-            "cudaMemcpyAsync on the device", task_);
+      CopyOnDevice(kept.data(), found.data, found.size(), scratch_->stream.get(), task_);
       coarse_.map = kept.View(found.width, found.height);
     } else {
       scratch_->stream.Synchronize(task_);
       host_coarse_ = PlaneMap(found.width, found.height);
-      std::memcpy(host_coarse_.data(), scratch_->host_plane.data(), bytes);
+      std::memcpy(host_coarse_.data(), scratch_->host_plane.data(), host_coarse_.bytes());
     }
   }
 

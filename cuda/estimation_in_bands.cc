@@ -6,16 +6,6 @@
 #include "phi/matching/propagation.h"
 
 namespace phi::gpu {
-namespace {
-
-template <typename T>
-void CopyRows(T* to, const T* from, std::int64_t count, cudaMemcpyKind kind, cudaStream_t stream,
-              const Task& task) {
-  Check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(count) * sizeof(T), kind, stream),
-        "cudaMemcpyAsync of a band of rows", task);
-}
-
-}  // namespace
 
 EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_rows, Scratch* scratch,
                                      const Task& task)
@@ -86,9 +76,9 @@ void EstimationInBands::CopyNeighbourRows(const Band& band, int first, int end, 
   const auto copy = [&](auto* host_data, auto* device_data) {
     const cudaStream_t stream = scratch_->stream.get();
     if (direction == Direction::kToDevice) {
-      CopyRows(device_data + device, host_data + host, count, cudaMemcpyHostToDevice, stream, task_);
+      CopyToDevice(device_data + device, host_data + host, count, stream, task_);
     } else {
-      CopyRows(host_data + host, device_data + device, count, cudaMemcpyDeviceToHost, stream, task_);
+      CopyToHost(host_data + host, device_data + device, count, stream, task_);
     }
   };
   copy(scratch_->host_plane.data(), scratch_->plane.data());

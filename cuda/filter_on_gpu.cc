@@ -81,8 +81,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   scratch->testimonies.Reserve(num_pixels, task);
   scratch->verdicts.Reserve(num_pixels, task);
   const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());
-  const std::size_t num_bytes = static_cast<std::size_t>(num_pixels) * sizeof(Testimonies);
-  Check(cudaMemsetAsync(testimonies.data, 0, num_bytes, stream), "cudaMemsetAsync", task);
+  ClearOnDevice(testimonies.data, num_pixels, stream, task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   TurnMaps handles;  // of the turn under way: the last one's go when the device has ended

@@ -107,8 +107,7 @@ void UploadLineLimits(const RegionPlanes& planes, Scratch* scratch, const Infere
   const Mask limits = planes.LineLimits(launch.parameters.rules);
   std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(limits.size())).line_limits;
   CopyAll(limits.data(), limits.size(), host);
-  Check(cudaMemcpyAsync(launch.line_limits.data, host, limits.size(), cudaMemcpyHostToDevice, scratch->stream.get()),
-        "cudaMemcpyAsync to the device", task);
+  CopyToDevice(launch.line_limits.data, host, launch.line_limits.size(), scratch->stream.get(), task);
 }
 
 // Planes are found on the host; then the scanlines run, while the host works out the planes' depths.
@@ -138,12 +137,6 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
   return planes;
 }
 
-void CopyToHost(ArrayView2D<const float> device, float* host, cudaStream_t stream, const Task& task) {
-  Check(cudaMemcpyAsync(host, device.data, static_cast<std::size_t>(device.size()) * sizeof(float),
-                        cudaMemcpyDeviceToHost, stream),
-        "cudaMemcpyAsync to the host", task);
-}
-
 // Returns the regions' planes; nullopt: none were looked for.
 std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch* scratch,
                                            const InferenceLaunch& launch, const Task& task) {
@@ -154,7 +147,8 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
     return std::nullopt;
   }
   const Event anchors_ready(Event::Timing::kOff, task);
-  CopyToHost(launch.carrying, RegionBuffers(scratch, launch.carrying.size()).anchors, stream, task);
+  const std::int64_t num_pixels = launch.carrying.size();
+  CopyToHost(RegionBuffers(scratch, num_pixels).anchors, launch.carrying.data, num_pixels, stream, task);
   anchors_ready.Record(stream, task);
   const std::shared_ptr<const ImageRegions> regions = RegionsOf(input, launch.parameters.rules);
   anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free

@@ -1,5 +1,6 @@
 #include "cuda/inference_kernels.h"
 #include "cuda/pixel_grid.cuh"
+#include "cuda/transfer.h"
 
 namespace phi::gpu {
 
@@ -186,8 +187,7 @@ void LaunchMinCostChoice(const InferenceLaunch& launch, cudaStream_t stream, con
 void LaunchFieldSetup(const InferenceLaunch& launch, const FieldLaunch& field, cudaStream_t stream,
                       const Task& task) {
   const dim3 grid = Grid(field.view.width, field.view.height);
-  Check(cudaMemsetAsync(field.totals, 0, kNumFieldTotals * sizeof(std::int64_t), stream), "cudaMemsetAsync",
-        task);
+  ClearOnDevice(field.totals, kNumFieldTotals, stream, task);
   NodeEvidenceKernel<<<grid, kBlock, 0, stream>>>(launch, field.evidence);
   CheckLaunch("NodeEvidenceKernel", task);
   NodeKernel<<<grid, kBlock, 0, stream>>>(launch, launch.State(), field);

@@ -59,8 +59,8 @@ class SharingOnGpu {
   void ShareBand(int first, int end) {
     const std::int64_t offset = static_cast<std::int64_t>(first) * task_.width;
     const std::int64_t count = static_cast<std::int64_t>(end - first) * task_.width;
-    Clear(scratch_->plane.data(), count);
-    Clear(scratch_->sharing.leads.data(), count);
+    ClearOnDevice(scratch_->plane.data(), count, stream_, task_);
+    ClearOnDevice(scratch_->sharing.leads.data(), count, stream_, task_);
     launch_.offers = {own_->View(),
                       {scratch_->plane.data() - offset, task_.width, task_.height},
                       {scratch_->sharing.leads.data() - offset, task_.width, task_.height}};
@@ -69,10 +69,7 @@ class SharingOnGpu {
     launch_.end_row = matching_.end_row = end;
     HearSources(first == 0);
     LaunchChoosePlanes(matching_, launch_.offers, stream_, task_);
-    Check(cudaMemcpyAsync(scratch_->host_plane.data() + offset, scratch_->plane.data(),
-                          static_cast<std::size_t>(count) * sizeof(PlaneHypothesis), cudaMemcpyDeviceToHost,
-                          stream_),
-          "cudaMemcpyAsync to the host", task_);
+    CopyToHost(scratch_->host_plane.data() + offset, scratch_->plane.data(), count, stream_, task_);
   }
 
   void HearSources(bool is_first_band) {
@@ -93,12 +90,6 @@ class SharingOnGpu {
   OfferingSource Offering(std::size_t source, const DeviceMap& map) const {
     const Camera& camera = input_.sources[source].view->camera;
     return {MakeRelativeView(camera, input_.own.view->camera), MakeRayModel(camera.pinhole), map.View()};
-  }
-
-  template <typename T>
-  void Clear(T* data, std::int64_t count) {
-    Check(cudaMemsetAsync(data, 0, static_cast<std::size_t>(count) * sizeof(T), stream_), "cudaMemsetAsync",
-          task_);
   }
 
   DeviceResources* device_;

@@ -7,6 +7,7 @@
 // That is a chain of thousands of steps, whose latency is the sweep's time. All that a step needs is therefore in shared
 // memory (cuda/trws_tile.cuh), and what does not depend on other steps is worked out before by a whole block.
 #include "cuda/inference_kernels.h"
+#include "cuda/transfer.h"
 #include "cuda/trws_tile.cuh"
 
 namespace phi::gpu {
@@ -107,24 +108,19 @@ __global__ void CountUnlikeMinCostKernel(const __grid_constant__ FieldLaunch fie
   if (field.best_labels[node] != cheapest) AddTotal(field, kUnlikeMinCost, 1);
 }
 
-void Clear(void* data, std::size_t bytes, cudaStream_t stream, const Task& task) {
-  Check(cudaMemsetAsync(data, 0, bytes, stream), "cudaMemsetAsync", task);
-}
-
 }  // namespace
 
 void LaunchFieldSolution(const FieldLaunch& field, int num_passes, cudaStream_t stream, const Task& task) {
   const std::int64_t num_nodes = static_cast<std::int64_t>(field.view.width) * field.view.height;
-  const std::size_t message_bytes = static_cast<std::size_t>(num_nodes) * kMaxLabels * sizeof(std::int32_t);
   const int blocks = static_cast<int>((num_nodes + kBlock - 1) / kBlock);
-  Clear(field.view.horizontal, message_bytes, stream, task);
-  Clear(field.view.vertical, message_bytes, stream, task);
+  ClearOnDevice(field.view.horizontal, kMaxLabels * num_nodes, stream, task);
+  ClearOnDevice(field.view.vertical, kMaxLabels * num_nodes, stream, task);
   MinUnaryKernel<<<blocks, kBlock, 0, stream>>>(field, num_nodes);
   CheckLaunch("MinUnaryKernel", task);
   LaunchEnergy(field, kMinCostEnergy, true, stream, task);
   for (int pass = 0; pass < num_passes; ++pass) {
-    Clear(field.totals + kEnergy, sizeof(std::int64_t), stream, task);
-    Clear(field.totals + kLowerBound, sizeof(std::int64_t), stream, task);
+    ClearOnDevice(field.totals + kEnergy, 1, stream, task);
+    ClearOnDevice(field.totals + kLowerBound, 1, stream, task);
     LaunchSweep<true>(field, stream, task);
     LaunchSweep<false>(field, stream, task);
     LaunchEnergy(field, kEnergy, false, stream, task);
