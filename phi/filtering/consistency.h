@@ -78,36 +78,44 @@ PHI_HD bool IsHidden(ArrayView2D<const PlaneHypothesis> source_map, float su, fl
   return 2 * nearer > asked;
 }
 
-// A hypothesis's point in the frames of both cameras, and where the source sees it.
+// A source view relative to the reference, its map, and what its mask leaves out.
+struct FilterSource {
+  RelativeView view;
+  ArrayView2D<const PlaneHypothesis> map;
+  ArrayView2D<const std::uint8_t> mask = {};  // of the map's size, 0: left out; no data: nothing is
+};
+
+// A hypothesis's point in the frames of both cameras, and where they see it.
 struct ProjectedPoint {
   Vec3f in_reference, in_source;
-  ImagePoint at;  // of the source
+  ImagePoint at_reference, at_source;
 };
 
 // Whether the source view can see the hypothesis at all.
-PHI_HD bool CanSee(const RelativeView& view, const PlaneHypothesis& h, const ProjectedPoint& point,
-                   ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
-  if (!(point.at.u >= t.window_reach && point.at.v >= t.window_reach &&
-        point.at.u <= source_map.width - t.window_reach &&
-        point.at.v <= source_map.height - t.window_reach)) {
+PHI_HD bool CanSee(const FilterSource& source, const PlaneHypothesis& h, const ProjectedPoint& point,
+                   const ConsistencyThresholds& t) {
+  const ImagePoint at = point.at_source;
+  if (!(at.u >= t.window_reach && at.v >= t.window_reach && at.u <= source.map.width - t.window_reach &&
+        at.v <= source.map.height - t.window_reach)) {
     return false;
   }
   const float distance = Norm(point.in_source);
   const Vec3f ray =
-      TransposedTimes(view.rotation, point.in_source);  // from the source's centre, in the reference's axes
+      TransposedTimes(source.view.rotation, point.in_source);  // from the source's centre, in the reference's axes
   if (!(-Dot(h.normal, ray) > t.min_facing_cosine * distance)) return false;
   if (!(Dot(ray, point.in_reference) > t.min_rays_cosine * distance * Norm(point.in_reference))) return false;
-  return !IsHidden(source_map, point.at.u, point.at.v, point.in_source.z, t.depth_gap);
+  return !IsHidden(source.map, at.u, at.v, point.in_source.z, t.depth_gap);
 }
 
 // Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
 enum class Agreement : std::uint8_t { kNothingThere, kNone, kWithin, kClose };  // kNothingThere: the map has no depth
 
-// `point`: of `h` at the reference pixel (u, v).
-PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, float u, float v,
-                                const PlaneHypothesis& h, const ProjectedPoint& point,
-                                ArrayView2D<const PlaneHypothesis> source_map, const ConsistencyThresholds& t) {
-  const float depth = InterpolatedDepth(source_map, point.at.u, point.at.v, t.formulas, t.same_depth);
+// `point`: of `h`.
+PHI_HD Agreement CompareWithMap(const RayModel& reference, const FilterSource& source, const PlaneHypothesis& h,
+                                const ProjectedPoint& point, const ConsistencyThresholds& t) {
+  const RelativeView& view = source.view;
+  const ImagePoint at = point.at_source;
+  const float depth = InterpolatedDepth(source.map, at.u, at.v, t.formulas, t.same_depth);
   if (!(depth > 0)) return Agreement::kNothingThere;
 
   const float own_depth = point.in_source.z;
@@ -116,15 +124,15 @@ PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& v
   if (!depths_agree) return Agreement::kNone;
 
   // Back from the source's own depth to the reference image.
-  const Vec3f y_source = depth * view.source.Ray(point.at.u, point.at.v);
+  const Vec3f y_source = depth * view.source.Ray(at.u, at.v);
   const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
   if (!(y_reference.z > 0)) return Agreement::kNone;
   const ImagePoint met = reference.Project(y_reference);
-  const float du = met.u - u, dv = met.v - v;
+  const float du = met.u - point.at_reference.u, dv = met.v - point.at_reference.v;
   const float error = sqrtf(du * du + dv * dv);
   if (!(error < t.max_reprojection_error)) return Agreement::kNone;
 
-  const Vec3f source_normal = source_map(static_cast<int>(floorf(point.at.u)), static_cast<int>(floorf(point.at.v))).normal;
+  const Vec3f source_normal = source.map(static_cast<int>(floorf(at.u)), static_cast<int>(floorf(at.v))).normal;
   if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return Agreement::kNone;
 
   if (t.max_ray_cosine < 1) {
@@ -138,26 +146,26 @@ PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& v
   return is_close ? Agreement::kClose : Agreement::kWithin;
 }
 
-PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, float u, float v) {
-  const int x = static_cast<int>(floorf(u)), y = static_cast<int>(floorf(v));
+PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, ImagePoint at) {
+  const int x = static_cast<int>(floorf(at.u)), y = static_cast<int>(floorf(at.v));
   return mask.data != nullptr && mask.Contains(x, y) && mask(x, y) == 0;
 }
 
-// Of the source view about `h` at the reference pixel (u, v). source_mask: of the map's size, 0: left out; no data: nothing is.
-PHI_HD Testimony Ask(const RayModel& reference, const RelativeView& view, float u, float v,
-                     const PlaneHypothesis& h, ArrayView2D<const PlaneHypothesis> source_map,
-                     const ConsistencyThresholds& t, ArrayView2D<const std::uint8_t> source_mask = {}) {
+// Of the source view about `h` at a point of the reference image.
+PHI_HD Testimony Ask(const RayModel& reference, ImagePoint at, const PlaneHypothesis& h, const FilterSource& source,
+                     const ConsistencyThresholds& t) {
   ProjectedPoint point;
-  point.in_reference = h.depth * reference.Ray(u, v);
-  point.in_source = view.rotation * point.in_reference + view.translation;
+  point.at_reference = at;
+  point.in_reference = h.depth * reference.Ray(at.u, at.v);
+  point.in_source = source.view.rotation * point.in_reference + source.view.translation;
   if (!(point.in_source.z > 0)) return Testimony::kNone;
-  point.at = view.source.Project(point.in_source);
-  if (IsLeftOut(source_mask, point.at.u, point.at.v)) return Testimony::kNone;
-  const Agreement agreement = CompareWithMap(reference, view, u, v, h, point, source_map, t);
+  point.at_source = source.view.source.Project(point.in_source);
+  if (IsLeftOut(source.mask, point.at_source)) return Testimony::kNone;
+  const Agreement agreement = CompareWithMap(reference, source, h, point, t);
   if (agreement == Agreement::kClose) return Testimony::kConfirmsClosely;
   if (agreement == Agreement::kWithin) return Testimony::kConfirms;
   // What hides the point is looked for only here: it takes nine reads.
-  if (!CanSee(view, h, point, source_map, t)) return Testimony::kNone;
+  if (!CanSee(source, h, point, t)) return Testimony::kNone;
   return agreement == Agreement::kNothingThere ? Testimony::kFindsNothing : Testimony::kContradicts;
 }
 

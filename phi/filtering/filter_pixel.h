@@ -31,13 +31,6 @@ struct FilterReference {
   ArrayView2D<const PixelState> states = {};  // no data: estimates, which are judged for the first time
 };
 
-// A source view relative to the reference, its map, and what its mask leaves out.
-struct FilterSource {
-  RelativeView view;
-  ArrayView2D<const PlaneHypothesis> map;
-  ArrayView2D<const std::uint8_t> mask = {};  // no data: nothing is left out
-};
-
 struct FilterTurn {
   const FilterSource* sources = nullptr;
   int num_sources = 0;
@@ -82,8 +75,7 @@ PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, 
   ConsistencyThresholds thresholds = f.thresholds;
   if (was_inferred) thresholds.max_reprojection_error = f.max_reprojection_error_inferred;
   for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
-    const FilterSource& source = turn.sources[j];
-    switch (Ask(f.rays, source.view, x + 0.5f, y + 0.5f, h, source.map, thresholds, source.mask)) {
+    switch (Ask(f.rays, {x + 0.5f, y + 0.5f}, h, turn.sources[j], thresholds)) {
       case Testimony::kNone:
         break;
       case Testimony::kFindsNothing:

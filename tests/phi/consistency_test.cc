@@ -30,7 +30,7 @@ class ConsistencyTest : public ::testing::Test {
     return AskAt(60.5f, {normal, depth}) >= Testimony::kConfirms;
   }
   Testimony AskAt(float u, const PlaneHypothesis& h) const {
-    return Ask(k_, view_, u, 30.5f, h, map_.view(), thresholds_);
+    return Ask(k_, {u, 30.5f}, h, {view_, map_.view()}, thresholds_);
   }
 
   Camera reference_, source_;
