@@ -23,16 +23,16 @@ struct SourceView {
 };
 
 // 1 << pyramid level, the range step, and a bit for the narrow window.
-inline constexpr std::uint8_t kNearWindowBit = 0x80;
+inline constexpr std::uint8_t kNarrowWindowBit = 0x80;
 inline constexpr int kRangeStepShift = kMaxPyramidLevels;
-static_assert(kMaxRangeStep << kRangeStepShift < kNearWindowBit);
+static_assert(kMaxRangeStep << kRangeStepShift < kNarrowWindowBit);
 PHI_HD std::uint8_t PackWindowScale(WindowScale scale) {
   return static_cast<std::uint8_t>(1 << scale.level | scale.range_step << kRangeStepShift |
-                                   (scale.near ? kNearWindowBit : 0));
+                                   (scale.is_narrow ? kNarrowWindowBit : 0));
 }
 // All but the level, which kernels take from the bit.
 PHI_HD WindowScale UnpackWindowScale(std::uint8_t packed) {
-  return {0, (packed & kNearWindowBit) != 0,
+  return {0, (packed & kNarrowWindowBit) != 0,
           static_cast<std::uint8_t>(packed >> kRangeStepShift & kMaxRangeStep)};
 }
 

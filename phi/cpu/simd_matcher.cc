@@ -11,7 +11,7 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
     : rays_(parameters.reference),
       matching_window_(parameters.window),
       window_(parameters.window),
-      near_window_(parameters.window.Near()) {
+      narrow_window_(parameters.window.Narrow()) {
   const int num_levels = parameters.num_levels;
   const std::vector<GrayImage> reference = BuildPyramid(*input.reference.image, num_levels);
   levels_.push_back({PackedImage(*input.reference.image), {}, {}});
@@ -32,9 +32,9 @@ SimdMatcher::SimdMatcher(const EstimationInput& input, const EstimationParameter
 
 // As SelectWindowScales of pyramid.h does, but for rounding.
 Array2D<WindowScale> SimdMatcher::SelectScales() const {
-  const auto variance = [this](int level, bool is_near, float u, float v) {
+  const auto variance = [this](int level, bool is_narrow, float u, float v) {
     SimdPatch patch;
-    LoadSimdPatch(levels_[level].reference, is_near ? near_window_ : window_, matching_window_.weight_decay, u, v, &patch);
+    LoadSimdPatch(levels_[level].reference, is_narrow ? narrow_window_ : window_, matching_window_.weight_decay, u, v, &patch);
     return patch.all.variance;
   };
   const PackedImage& reference = levels_[0].reference;

@@ -53,13 +53,13 @@ class SimdMatcher {
   };
 
   Array2D<WindowScale> SelectScales() const;
-  const SimdWindow& Window(WindowScale scale) const { return scale.near ? near_window_ : window_; }
+  const SimdWindow& Window(WindowScale scale) const { return scale.is_narrow ? narrow_window_ : window_; }
   // `sum`: SumSparseSamples or AddOtherSamples.
   void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;
 
   RayModel rays_;
   MatchingWindow matching_window_;
-  SimdWindow window_, near_window_;
+  SimdWindow window_, narrow_window_;
   std::vector<Level> levels_;
   Array2D<WindowScale> window_scales_;
 };

@@ -13,8 +13,6 @@
 namespace phi {
 namespace {
 
-constexpr float kNearStep = 1.0f;  // pixels between the samples of a narrow window
-
 // The change of inverse depth that moves a match by one pixel, for the median source view. Displacement is
 // about f_source * baseline * change, where the baseline is taken across the line of sight.
 float InverseDepthPerPixel(const EstimationInput& input, const std::vector<RelativeView>& views) {
@@ -77,9 +75,9 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.window = MakeMatchingWindow(options);
   // One fixed window on request (one level).
   const Rules& rules = options.rules;
-  if (options.num_window_levels > 1 && p.window.step > kNearStep && rules.IsOn(Rule::kNarrowWindows)) {
-    p.window.near_step = kNearStep;
-    p.window.near_variance = NearWindowVariance(input.noise, rules.Factor(Rule::kNarrowWindows));
+  if (options.num_window_levels > 1 && p.window.step > kNarrowStep && rules.IsOn(Rule::kNarrowWindows)) {
+    p.window.narrow_step = kNarrowStep;
+    p.window.narrow_variance = NarrowWindowVariance(input.noise, rules.Factor(Rule::kNarrowWindows));
   }
   p.window.level_variance = LevelVariance(input.noise, rules.Scale(Rule::kReducedImages));
   const float half_weight = rules.Scale(Rule::kSampleWeights) * kHalfWeightDifference;

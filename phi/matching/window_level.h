@@ -19,14 +19,15 @@ namespace phi {
 
 inline constexpr int kMaxPyramidLevels = 4;  // level 3: 1/8 of the resolution
 
-// Variance that the narrow window needs: twice the noise's, within these limits.
-inline constexpr float kNearVarianceOverNoise = 2.0f;
-inline constexpr float kMinNearVariance = 1.0f, kMaxNearVariance = 10.0f;
+inline constexpr float kNarrowStep = 1.0f;  // pixels between the samples of a narrow window
+// Variance that it needs: twice the noise's, within these limits.
+inline constexpr float kNarrowVarianceOverNoise = 2.0f;
+inline constexpr float kMinNarrowVariance = 1.0f, kMaxNarrowVariance = 10.0f;
 
 // `noise`: standard deviation, grey levels; scale: of the result.
-inline float NearWindowVariance(double noise, float scale = 1) {
-  return scale * Clamp(kNearVarianceOverNoise * static_cast<float>(noise * noise), kMinNearVariance,
-                       kMaxNearVariance);
+inline float NarrowWindowVariance(double noise, float scale = 1) {
+  return scale * Clamp(kNarrowVarianceOverNoise * static_cast<float>(noise * noise), kMinNarrowVariance,
+                       kMaxNarrowVariance);
 }
 
 // Variance that the whole window needs at level 0: the noise's and a tenth more, or this if it is more.
@@ -40,7 +41,7 @@ inline constexpr int kMaxRangeStep = 7;
 
 struct WindowScale {
   std::uint8_t level = 0;  // of the pyramid
-  bool near = false;       // samples MatchingWindow::near_step apart; at level 0 only
+  bool is_narrow = false;  // samples MatchingWindow::narrow_step apart; at level 0 only
   // The half-weight difference is 1 + range_step / kMaxRangeStep times MatchingWindow's, see RangeStep.
   std::uint8_t range_step = 0;
 };
@@ -58,7 +59,7 @@ PHI_HD std::uint8_t RangeStep(const MatchingWindow& window, float variance) {
 
 // The window of a pixel, in pixels of its level.
 PHI_HD MatchingWindow WindowAtScale(const MatchingWindow& window, WindowScale scale) {
-  MatchingWindow result = scale.near ? window.Near() : window;
+  MatchingWindow result = scale.is_narrow ? window.Narrow() : window;
   const float wider = 1 + static_cast<float>(scale.range_step) / kMaxRangeStep;
   result.weight_decay /= wider * wider;
   return result;
@@ -85,17 +86,17 @@ PHI_HD float WindowVariance(const Sampler& image, const MatchingWindow& window, 
 }
 
 // The scale for the pixel (u, v) (K's coordinates of level 0); the coarsest level where none has enough contrast.
-// variance(level, is_near, u, v): WindowVariance of the whole or the narrow window on that level.
+// variance(level, is_narrow, u, v): WindowVariance of the whole or the narrow window on that level.
 template <class Variance>
 PHI_HD WindowScale SelectWindowScaleBy(const Variance& variance_of, int num_levels, const MatchingWindow& window, float u,
                                        float v) {
   WindowScale result;
-  if (window.near_step > 0) {
+  if (window.narrow_step > 0) {
     const float variance = variance_of(0, true, u, v);
-    result.near = variance >= window.near_variance;
-    if (result.near) result.range_step = RangeStep(window, variance);
+    result.is_narrow = variance >= window.narrow_variance;
+    if (result.is_narrow) result.range_step = RangeStep(window, variance);
   }
-  if (result.near) return result;
+  if (result.is_narrow) return result;
   float needed = window.level_variance, scale = 1.0f;
   for (; result.level + 1 < num_levels; ++result.level) {
     const float variance = variance_of(result.level, false, u * scale, v * scale);
@@ -113,8 +114,8 @@ PHI_HD WindowScale SelectWindowScaleBy(const Variance& variance_of, int num_leve
 template <class Sampler>
 PHI_HD WindowScale SelectWindowScale(const Sampler* levels, int num_levels, const MatchingWindow& window,
                                      float u, float v) {
-  const auto variance = [&](int level, bool is_near, float at_u, float at_v) {
-    return WindowVariance(levels[level], is_near ? window.Near() : window, at_u, at_v);
+  const auto variance = [&](int level, bool is_narrow, float at_u, float at_v) {
+    return WindowVariance(levels[level], is_narrow ? window.Narrow() : window, at_u, at_v);
   };
   return SelectWindowScaleBy(variance, num_levels, window, u, v);
 }

@@ -35,8 +35,8 @@ PHI_HD constexpr int SparseOffset(int i, int n) {
 struct MatchingWindow {
   int samples_per_side = 5;  // r_now
   float step = 1.4f;         // r_orig / r_now, pixels
-  float near_step = 0;       // the same where texture is rich, see window_level.h; 0: no such windows
-  float near_variance = 10;  // squared grey levels that the narrow form needs
+  float narrow_step = 0;     // the same where texture is rich, see window_level.h; 0: no such windows
+  float narrow_variance = 10;  // squared grey levels that the narrow form needs
   float level_variance = 3;  // the same of the whole one at level 0 of the pyramid, see window_level.h
   // Where the surface itself has texture, differences of brightness weigh less, see RangeStep in window_level.h.
   bool range_follows_texture = false;
@@ -49,9 +49,9 @@ struct MatchingWindow {
 
   PHI_HD int NumSamples() const { return (2 * samples_per_side + 1) * (2 * samples_per_side + 1); }
   // The window's narrow form.
-  PHI_HD MatchingWindow Near() const {
+  PHI_HD MatchingWindow Narrow() const {
     MatchingWindow window = *this;
-    window.step = near_step;
+    window.step = narrow_step;
     return window;
   }
 

@@ -111,7 +111,7 @@ TEST(PaperWindow, OneLevelIsOneWindow) {
   options.num_window_levels = 1;
   const EstimationParameters p = MakeEstimationParameters(input, options);
   EXPECT_EQ(p.num_levels, 1);
-  EXPECT_EQ(p.window.near_step, 0);
+  EXPECT_EQ(p.window.narrow_step, 0);
   EXPECT_EQ(p.window.weight_decay, 0);
 }
 

@@ -52,7 +52,7 @@ TEST(SelectWindowScales, MirrorWithTheImage) {
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       const WindowScale other = of_mirrored(kSide - 1 - x, kSide - 1 - y);
-      num_different += scales(x, y).level != other.level || scales(x, y).near != other.near;
+      num_different += scales(x, y).level != other.level || scales(x, y).is_narrow != other.is_narrow;
       ++num_levels[scales(x, y).level];
     }
   }

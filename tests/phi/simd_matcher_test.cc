@@ -212,7 +212,7 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
       const SimdMatcher::Patch patch = simd.LoadPatch(x, y);
       const ScalarMatcher::Patch scalar_patch = scalar.LoadPatch(x, y);
       ASSERT_EQ(patch.scale.level, scalar_patch.scale.level);
-      ASSERT_EQ(patch.scale.near, scalar_patch.scale.near);
+      ASSERT_EQ(patch.scale.is_narrow, scalar_patch.scale.is_narrow);
       ASSERT_EQ(patch.scale.range_step, scalar_patch.scale.range_step);
       range_steps |= 1 << patch.scale.range_step;
       float expected[4], actual[4];
@@ -224,7 +224,7 @@ TEST(SimdMatcher, AgreesAtEveryWindowScale) {
           continue;
         }
         if (expected[j] == kMaxCost) continue;
-        ++compared[patch.scale.near ? 3 : patch.scale.level];
+        ++compared[patch.scale.is_narrow ? 3 : patch.scale.level];
         ASSERT_NEAR(actual[j], expected[j], 1e-3) << "pixel " << x << " " << y << ", view " << j;
       }
     }

@@ -30,11 +30,11 @@ int Level(const GrayImage& image, int num_levels) {
   return SelectWindowScale(levels.data(), num_levels, MatchingWindow{}, 128.5f, 128.5f).level;
 }
 
-bool Near(const GrayImage& image, float near_step) {
+bool IsNarrow(const GrayImage& image, float narrow_step) {
   const GraySampler level = {image.view()};
   MatchingWindow window;
-  window.near_step = near_step;
-  return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
+  window.narrow_step = narrow_step;
+  return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).is_narrow;
 }
 
 TEST(WindowLevel, StrongTextureStaysAtFullResolution) { EXPECT_EQ(Level(Sine(20, 10), 4), 0); }
@@ -60,7 +60,7 @@ WindowScale ScaleAt(const GrayImage& image, int x) {
   const std::vector<GrayImage> coarse = BuildPyramid(image, 3);
   const std::vector<GraySampler> levels = {{image.view()}, {coarse[0].view()}, {coarse[1].view()}};
   MatchingWindow window;
-  window.near_step = 1;
+  window.narrow_step = 1;
   window.weight_decay = 1.0f / 81;
   window.range_follows_texture = true;
   return SelectWindowScale(levels.data(), 3, window, x + 0.5f, 128.5f);
@@ -108,24 +108,24 @@ TEST(WindowLevel, TheRangeGrowsWithTheVariance) {
 
 // The narrow window needs variance 10: amplitude 20 has 200, amplitude 4 has 8.
 TEST(WindowLevel, RichTextureTakesTheNarrowWindow) {
-  EXPECT_TRUE(Near(Sine(20, 10), 1));
-  EXPECT_FALSE(Near(Sine(4, 10), 1));
-  EXPECT_FALSE(Near(Sine(20, 10), 0));
+  EXPECT_TRUE(IsNarrow(Sine(20, 10), 1));
+  EXPECT_FALSE(IsNarrow(Sine(4, 10), 1));
+  EXPECT_FALSE(IsNarrow(Sine(20, 10), 0));
 }
 
 // Twice the noise's variance: with noise of 1.8 grey levels 6.5, which an amplitude of 4 (8) has and one of 2 (2) has not.
 TEST(WindowLevel, CleanImagesTakeTheNarrowWindowForFainterTexture) {
   MatchingWindow window;
-  window.near_step = 1;
-  window.near_variance = NearWindowVariance(1.8);
-  const auto near = [&](const GrayImage& image) {
+  window.narrow_step = 1;
+  window.narrow_variance = NarrowWindowVariance(1.8);
+  const auto is_narrow = [&](const GrayImage& image) {
     const GraySampler level = {image.view()};
-    return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).near;
+    return SelectWindowScale(&level, 1, window, 128.5f, 128.5f).is_narrow;
   };
-  EXPECT_TRUE(near(Sine(4, 10)));
-  EXPECT_FALSE(near(Sine(2, 10)));
-  EXPECT_FLOAT_EQ(NearWindowVariance(0), 1);
-  EXPECT_FLOAT_EQ(NearWindowVariance(20), 10);
+  EXPECT_TRUE(is_narrow(Sine(4, 10)));
+  EXPECT_FALSE(is_narrow(Sine(2, 10)));
+  EXPECT_FLOAT_EQ(NarrowWindowVariance(0), 1);
+  EXPECT_FLOAT_EQ(NarrowWindowVariance(20), 10);
 }
 
 // The whole window at full size needs 3, or a tenth more than the noise's own variance: with 4 grey levels 17.6.
@@ -142,8 +142,8 @@ TEST(WindowLevel, TextureBeyondTheNarrowWindowDoesNotCount) {
   for (int y = 0; y < 256; ++y) {
     for (int x = 134; x < 256; ++x) image(x, y) = x % 2 == 0 ? 100 : 150;  // 6 pixels from the centre
   }
-  EXPECT_FALSE(Near(image, 1));
-  EXPECT_TRUE(Near(image, 1.4f));
+  EXPECT_FALSE(IsNarrow(image, 1));
+  EXPECT_TRUE(IsNarrow(image, 1.4f));
 }
 
 TEST(WindowLevel, NoTextureTakesTheCoarsest) {
