@@ -4,7 +4,7 @@
 #include <array>
 
 #include "phi/matching/estimation_setup.h"
-#include "phi/matching/window_level.h"
+#include "phi/matching/pyramid.h"
 
 namespace phi {
 namespace {
@@ -42,12 +42,7 @@ LevelShare Scaled(LevelShare share, const Rules& rules) {
 }
 
 int LargestLevel(const Pinhole& size, const Rules& rules) {
-  constexpr int kMinSide = 96;  // pixels: windows should be small beside the image
-  const int side = std::min(size.width, size.height);
-  const int min_side = rules.Count(Rule::kCoarseToFine, kMinSide);
-  int level = 0;
-  while (level + 1 < kMaxPyramidLevels && (side >> (level + 1)) >= min_side) ++level;
-  return level;
+  return NumLevels(size, rules.Count(Rule::kCoarseToFine, kMinLevelSide), kMaxPyramidLevels) - 1;
 }
 
 }  // namespace

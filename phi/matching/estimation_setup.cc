@@ -8,6 +8,7 @@
 #include "phi/base/error.h"
 #include "phi/base/median.h"
 #include "phi/matching/matching_window.h"
+#include "phi/matching/pyramid.h"
 #include "phi/matching/window_level.h"
 
 namespace phi {
@@ -27,17 +28,9 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
   return static_cast<float>(Median(&per_pixel));
 }
 
-// Levels on which a window is still small beside the image.
 int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
-  constexpr int kMinSide = 96;  // pixels
   if (!options.rules.IsOn(Rule::kReducedImages)) return 1;
-  const int min_side = options.rules.Count(Rule::kReducedImages, kMinSide);
-  int num_levels = 1;
-  while (num_levels < options.num_window_levels &&
-         (std::min(size.width, size.height) >> num_levels) >= min_side) {
-    ++num_levels;
-  }
-  return num_levels;
+  return NumLevels(size, options.rules.Count(Rule::kReducedImages, kMinLevelSide), options.num_window_levels);
 }
 
 }  // namespace

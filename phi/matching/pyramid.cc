@@ -3,7 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <utility>
+
+#include "phi/geometry/camera.h"
 
 namespace phi {
 
@@ -26,6 +27,12 @@ std::vector<GrayImage> BuildPyramid(const GrayImage& image, int num_levels) {
     levels.push_back(HalveImage(level == 1 ? image : levels.back()));
   }
   return levels;
+}
+
+int NumLevels(const Pinhole& size, int min_side, int most) {
+  int num_levels = 1;
+  while (num_levels < most && (std::min(size.width, size.height) >> num_levels) >= min_side) ++num_levels;
+  return num_levels;
 }
 
 Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vector<GrayImage>& coarser,

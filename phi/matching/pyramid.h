@@ -28,6 +28,12 @@ Array2D<WindowScale> ScalesOfPixels(int width, int height, const Select& select)
   return scales;
 }
 
+// Windows should be small beside the image; pixels of a level's shorter side.
+inline constexpr int kMinLevelSide = 96;
+
+// The levels of an image of that size whose shorter side has at least min_side pixels: 1 at least, `most` at most.
+int NumLevels(const Pinhole& size, int min_side, int most);
+
 // The scale of each pixel's window (see window_level.h). `coarser`: BuildPyramid(image, ...).
 Array2D<WindowScale> SelectWindowScales(const GrayImage& image, const std::vector<GrayImage>& coarser,
                                         const MatchingWindow& window);
