@@ -8,9 +8,9 @@
 #include "cuda/estimation_in_bands.h"
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
-#include "phi/initialization.h"
 #include "phi/matching/coarse_start.h"
 #include "phi/matching/estimation_setup.h"
+#include "phi/nearest_point_ranges.h"
 
 namespace phi::gpu {
 namespace {

@@ -1,11 +1,11 @@
+#include "phi/nearest_point_ranges.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include <tbb/parallel_for.h>
-
-#include "phi/initialization.h"
 
 namespace phi {
 namespace {

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "phi/base/cancellation.h"
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 #include "phi/view_coverage.h"
 #include "phi/view_samples.h"
 

@@ -17,7 +17,7 @@
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 
 namespace colmap_ext {
 namespace {

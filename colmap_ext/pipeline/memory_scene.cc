@@ -13,7 +13,7 @@
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #include "phi/base/whole_array.h"
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 
 namespace colmap_ext {
 namespace {

@@ -12,7 +12,7 @@
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "colmap_ext/progress.h"
 #include "phi/geometry/depth_precision.h"
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 
 namespace colmap_ext {
 

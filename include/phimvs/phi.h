@@ -9,8 +9,8 @@
 #include "phi/base/log.h"               // where lines of log go
 #include "phi/fusion/fusion_options.h"  // options of fusion
 #include "phi/fusion/image_fusion.h"    // maps of one image and its neighbours to points
-#include "phi/initialization.h"         // depth range and first depths from sparse points
 #include "phi/options.h"                // options of the stages
+#include "phi/sparse_depth.h"           // depth range of a view, and the points that may initialise its depths
 #include "phi/sparse_scene.h"           // sparse points and their tracks
 #include "phi/view_selection.h"         // source images
 #include "phimvs/version.h"

@@ -6,12 +6,12 @@
 
 #include "phi/cpu/cpu_context.h"
 #include "phi/cpu/estimation_work.h"
-#include "phi/initialization.h"
 #include "phi/matching/coarse_start.h"
 #include "phi/matching/estimate_pixel.h"
 #include "phi/matching/estimation_setup.h"
 #include "phi/matching/first_hypothesis.h"
 #include "phi/matching/pyramid.h"
+#include "phi/nearest_point_ranges.h"
 
 namespace phi {
 namespace {

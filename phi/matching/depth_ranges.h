@@ -1,4 +1,4 @@
-// Ranges of depth around each pixel, from the sparse points near it (see NearestPointDepthRanges).
+// Ranges of depth around each pixel, from the sparse points near it (phi/nearest_point_ranges.h).
 #pragma once
 
 #include "phi/base/array2d.h"

@@ -18,7 +18,7 @@
 #include "phi/backend.h"
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 
 namespace {
 

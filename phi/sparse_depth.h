@@ -1,12 +1,10 @@
-// From sparse points to initial depths (paper section B): which points of a view may initialise depth, the
-// robust depth range of the view, and for each cell of pixels the range of the nearest point in each of its
-// four quadrants.
+// What the sparse points tell of a view's depths (paper section B): which of them may initialise depth, and the robust depth
+// range of the view.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "phi/base/array2d.h"
 #include "phi/base/rules.h"
 #include "phi/matching/depth_ranges.h"
 #include "phi/scene_view.h"
@@ -45,13 +43,5 @@ class SparseDepthSource {
 // the distances to the neighbouring cameras. scale: of the share left out and of the factor.
 DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const SparseScene& scene, int view,
                                       float scale = 1);
-
-// Depth range of the nearest points, one in each quadrant and none farther than width / 10. One range for
-// each cell of kDepthRangeCell x kDepthRangeCell pixels, exact at the cell's centre. Unknown where fewer than
-// two points are near: there the view's robust range applies.
-using DepthRangeMap = Array2D<DepthRange>;  // element (x / kDepthRangeCell, y / kDepthRangeCell)
-
-// Does not depend on the order of the points.
-DepthRangeMap NearestPointDepthRanges(const std::vector<SparseObservation>& points, int width, int height);
 
 }  // namespace phi

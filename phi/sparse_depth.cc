@@ -1,4 +1,4 @@
-#include "phi/initialization.h"
+#include "phi/sparse_depth.h"
 
 #include <algorithm>
 #include <cmath>
