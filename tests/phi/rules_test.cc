@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -80,15 +81,38 @@ TEST(Rules, ARefusedTextChangesNothing) {
   EXPECT_EQ(rules.Text(RuleStage::kSourceViews, RuleStage::kFusion), "own_texture=0");
 }
 
-TEST(Rules, AreThoseOfThePage) {
+std::string Page() {
   std::ifstream file(PHIMVS_SOURCE_DIR "/docs/development/rules.md");
-  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Rules, AreThoseOfThePage) {
+  const std::string page = Page();
   std::multiset<std::string> listed, names;
   const std::regex row(R"(\n\| `([a-z_]+)` \|)");
   for (std::sregex_iterator it(page.begin(), page.end(), row), end; it != end; ++it) listed.insert((*it)[1]);
   for (const RuleDescription& rule : kRules) names.insert(rule.name);
   EXPECT_EQ(listed, names);
   EXPECT_THAT(page, HasSubstr("\n" + std::to_string(kNumRules) + " rules;"));
+}
+
+// Their constants are sought where the page says.
+TEST(Rules, NameFilesThatAreThere) {
+  namespace fs = std::filesystem;
+  std::set<std::string> there;
+  for (const char* folder : {"phi", "colmap_ext"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(PHIMVS_SOURCE_DIR) / folder))
+      there.insert(entry.path().filename().string());
+  }
+  const std::string page = Page();
+  const std::regex row(R"(\n\| `[a-z_]+` \|[^\n]*)"), name(R"(`([a-z_]+\.(h|cc))`)");
+  int num_names = 0;
+  for (std::sregex_iterator it(page.begin(), page.end(), row), end; it != end; ++it) {
+    const std::string text = it->str();
+    for (std::sregex_iterator file(text.begin(), text.end(), name); file != end; ++file, ++num_names)
+      EXPECT_TRUE(there.contains((*file)[1])) << text;
+  }
+  EXPECT_GE(num_names, static_cast<int>(kNumRules));
 }
 
 }  // namespace
