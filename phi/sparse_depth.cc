@@ -127,10 +127,7 @@ DepthRange DepthRangeWithoutOwnPoints(const std::vector<SceneView>& views, const
   for (std::size_t point = 0; point < scene.num_points(); point += stride) {
     const Eigen::Vector3d in_camera = InCamera(camera, center, scene.point(point));
     if (in_camera.z() <= 0) continue;
-    const Eigen::Vector2d pixel = camera.pinhole.Project(in_camera);
-    const bool inside = pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= camera.pinhole.width &&
-                        pixel.y() <= camera.pinhole.height;
-    if (inside) depths.push_back(static_cast<float>(in_camera.z()));
+    if (camera.pinhole.Contains(camera.pinhole.Project(in_camera))) depths.push_back(static_cast<float>(in_camera.z()));
   }
   const DepthRange range = RobustRange(std::move(depths), scale);
   return range.max > 0 ? range : RangeFromBaselines(views, view);

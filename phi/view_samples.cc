@@ -17,15 +17,11 @@ constexpr double kWidestAngle = 60 * std::numbers::pi / 180;
 
 double FocalLength(const Pinhole& pinhole) { return std::sqrt(pinhole.fx * pinhole.fy); }
 
+}  // namespace
+
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
-
-bool Contains(const Pinhole& k, const Eigen::Vector2d& pixel) {
-  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= k.width && pixel.y() <= k.height;
-}
-
-}  // namespace
 
 ViewSampler::ViewSampler(const std::vector<SceneView>& views, const std::vector<Eigen::Vector3d>& centers,
                          const ViewSelectionOptions& options, int reference)
@@ -46,7 +42,7 @@ bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool in
   const Eigen::Vector3d in_source = source.pose.rotation * from_source;
   if (in_reference.z() <= 0 || in_source.z() <= 0) return false;
   const Eigen::Vector2d pixel = source.pinhole.Project(in_source);
-  if (inside && !Contains(source.pinhole, pixel)) return false;
+  if (inside && !source.pinhole.Contains(pixel)) return false;
   // Eq. 1 moves the point along the reference's ray: (1 + eps) X - eps C.
   const Eigen::Vector3d moved =
       in_source + options_.displacement_epsilon * (source.pose.rotation * from_reference);

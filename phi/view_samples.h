@@ -13,6 +13,9 @@
 
 namespace phi {
 
+// Radian, [0, pi].
+double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
 // One point, seen by the reference view and by one source view.
 struct ViewSample {
   int view = 0;             // the source

@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Geometry>
 
 #include "phi/base/cancellation.h"
 #include "phi/sparse_depth.h"
@@ -101,8 +100,7 @@ std::vector<SourceView> RankByPaper(const std::vector<SceneView>& views,
     if (e.median_angle * kDegrees < options.min_triangulation_angle)
       continue;  // not the paper's: its preset sets 0
     const double baseline = (centers[e.view] - centers[reference]).norm();
-    const Eigen::Vector3d a = axis(reference), b = axis(e.view);
-    const double theta = std::atan2(a.cross(b).norm(), a.dot(b));
+    const double theta = AngleBetween(axis(reference), axis(e.view));
     ranked.push_back(MakeSourceView(e, /*from_points=*/true));
     ranked.back().score = std::min(baseline, 0.1) * std::min(theta, 0.05) / e.num_points;
   }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -90,7 +91,7 @@ double DeviationOfQuietBlocks(ArrayView2D<const Value> values, int values_per_le
   std::nth_element(means.begin(), quiet, means.end());
   // A second difference in both directions, which planes of brightness do not have, of white noise has 6 times its standard deviation; the
   // mean size of a normal variable is sqrt(2 / pi) of its own.
-  return *quiet * std::sqrt(M_PI / 2) / 6 / shape.quiet_over_true;
+  return *quiet * std::sqrt(std::numbers::pi / 2) / 6 / shape.quiet_over_true;
 }
 
 }  // namespace

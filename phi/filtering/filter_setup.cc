@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "phi/base/whole_array.h"
 #include "phi/geometry/camera.h"
@@ -16,7 +17,7 @@ PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
   return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
 }
 
-constexpr double kPi = 3.14159265358979323846, kRadianPerDegree = kPi / 180;
+constexpr double kPi = std::numbers::pi, kRadianPerDegree = kPi / 180;
 
 // Of an angle so many times as wide.
 float ScaledCosine(float cosine, double scale) {

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <string>
 
@@ -15,7 +16,7 @@
 namespace phi {
 namespace {
 
-float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * M_PI / 180)); }
+float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * std::numbers::pi / 180)); }
 
 void ApplyRules(const Rules& rules, FusionGates* gates) {
   gates->min_ray_cosine *= rules.Scale(Rule::kRayAgreement);

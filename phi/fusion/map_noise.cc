@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "phi/base/median.h"
 #include "phi/fusion/neighbor_lookup.h"
 #include "phi/geometry/device_camera.h"
 
@@ -141,11 +142,9 @@ void SmoothRow(float noise, const InverseDepthRow& row, const RowSums& sums, int
 float EstimateNoise(const FusionMap& map, const Pinhole& pinhole) {
   std::vector<float> deviations = SampleDeviations(map, MakeRayModel(pinhole));
   if (deviations.size() < static_cast<std::size_t>(kFewestSamples)) return 0;
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
   // Of a normal distribution the median is 0.6745 standard deviations; that of a pixel less the mean of two others is
   // sqrt(1.5) times a pixel's.
-  return *middle / (0.6745f * std::sqrt(1.5f));
+  return Median(&deviations) / (0.6745f * std::sqrt(1.5f));
 }
 
 void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map, float scale) {

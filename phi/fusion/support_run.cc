@@ -1,9 +1,7 @@
 // Compiled once for each instruction set: foreach_target.h includes this file again.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "phi/fusion/support_run.cc"
-// SSSE3 and AVX3_DL gain nothing over SSE4 and AVX3 here; vectors without a fixed length cannot be array
-// elements.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include "phi/base/simd_targets.h"
 #include "phi/fusion/support_run.h"
 
 #include <algorithm>

@@ -18,6 +18,10 @@ struct Pinhole {
   Eigen::Vector2d Project(const Eigen::Vector3d& p) const {
     return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
   }
+  // Of a place in K's coordinates; the border belongs to the image.
+  bool Contains(const Eigen::Vector2d& pixel) const {
+    return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width && pixel.y() <= height;
+  }
 };
 
 Eigen::Matrix3d CalibrationMatrix(const Pinhole& pinhole);
