@@ -32,8 +32,7 @@ DeviceProperties QueryDevice(int index) {
   cudaDeviceProp properties;
   Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties",
         Task{.stage = "device query"});
-  return {index, properties.name, 10 * properties.major + properties.minor, properties.totalGlobalMem,
-          properties.multiProcessorCount};
+  return {index, properties.name, properties.multiProcessorCount};
 }
 
 ScopedDevice::ScopedDevice(int index) {

@@ -1,16 +1,13 @@
 // The GPUs of this machine.
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 namespace phi::gpu {
 
 struct DeviceProperties {
   int index = 0;
-  std::string name;              // "NVIDIA H200"
-  int compute_capability = 0;    // 10 * major + minor
-  std::size_t total_memory = 0;  // bytes
+  std::string name;  // "NVIDIA H200"
   int num_multiprocessors = 0;
 };
 

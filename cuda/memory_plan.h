@@ -4,7 +4,7 @@
 //   estimation  the state of the pixels stays in host memory, and each half-pass goes over bands of rows, which come with the
 //               rows around them that propagation reads
 //   sharing     the source maps take turns, then bands of rows, too
-//   filter      the source maps take turns; the count of confirming views is carried on
+//   filter      the source maps take turns; what they say of each pixel is carried on
 //   inference   not done in parts
 #pragma once
 

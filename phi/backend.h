@@ -1,6 +1,6 @@
 // The interface behind which the CPU and the CUDA backends meet: whole images in, whole maps out.
 //
-// Implementations are safe to call from several threads at once (the scheduler runs two images of each of two stages per
+// Implementations are safe to call from several threads at once (the scheduler runs several images of each of two stages per
 // device so that uploads, kernels, downloads and the host's work overlap). All inputs are at one working resolution per
 // view. Errors are phi::Error.
 #pragma once
@@ -127,7 +127,7 @@ constexpr int NumCallsOfAllStages(int num_of_one) { return num_of_one > 1 ? 2 * 
 class Backend {
  public:
   virtual ~Backend() = default;
-  virtual std::string Name() const = 0;         // for the log: "cpu (16 threads, AVX2)", "cuda:0 NVIDIA H200"
+  virtual std::string Name() const = 0;         // for the log: "cpu (16 threads)", "cuda:0 NVIDIA H200"
   // How many calls of one stage at once keep the device busy, at least 1. More: those of several stages come side by side.
   virtual int NumConcurrentImages() const = 0;
   // Estimation with the default options, of the reference's pixels times source views, for a first guess of the time;

@@ -7,10 +7,6 @@
 
 namespace phi {
 
-struct Vec2f {
-  float x = 0, y = 0;
-};
-
 struct Vec3f {
   float x = 0, y = 0, z = 0;
 };

@@ -336,8 +336,6 @@ void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdP
   SumSamples<true>(window, sources, patch, u, v, plane, window.end_of_sparse, static_cast<int>(window.dx.size()), sums);
 }
 
-std::string TargetName() { return hwy::TargetName(HWY_TARGET); }
-
 }  // namespace HWY_NAMESPACE
 }  // namespace phi
 HWY_AFTER_NAMESPACE();
@@ -348,7 +346,6 @@ namespace phi {
 HWY_EXPORT(LoadPatch);
 HWY_EXPORT(SumSparse);
 HWY_EXPORT(AddOthers);
-HWY_EXPORT(TargetName);
 
 SimdWindow::SimdWindow(const MatchingWindow& window) : radius(window.Radius()) {
   const int n = window.samples_per_side;
@@ -419,8 +416,6 @@ void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_v
     costs[j] = std::clamp(1.0f - covariance * reference.inverse_deviation / std::sqrt(variance), 0.0f, kMaxCost);
   }
 }
-
-std::string SimdTargetName() { return HWY_DYNAMIC_DISPATCH(TargetName)(); }
 
 }  // namespace phi
 #endif  // HWY_ONCE

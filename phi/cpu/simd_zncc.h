@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "phi/cpu/simd_image.h"
@@ -84,8 +83,5 @@ void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const
                      const PlaneAtPixel& plane, SimdSums* sums);
 // The cost in each source view (Eq. 4) of what was summed.
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs);
-
-// "AVX2", "AVX3", "SSE4", ...
-std::string SimdTargetName();
 
 }  // namespace phi

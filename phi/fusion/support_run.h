@@ -48,7 +48,7 @@ struct SupportRun {
   RunBits has_depth = 0;
   RunBits covered = 0;  // by a point of an earlier image
 
-  // Images whose answer is no agreement, by the test that failed (see Agreement).
+  // Images whose answer is no agreement, by the test that failed (NeighborTest in support_pixel.h).
   alignas(64) std::int32_t num_depth[kRunLength], num_reprojection[kRunLength], num_normal[kRunLength];
   alignas(64) std::int32_t num_seen_through[kRunLength];  // among num_depth
   alignas(64) std::int32_t num_agreeing[kRunLength];      // the reference included
