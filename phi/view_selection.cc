@@ -28,8 +28,8 @@ constexpr double kAnglePercentile = 0.75;
 // Cameras that stand at one place triangulate nothing: share of the angle's bound below which no view is taken.
 constexpr double kOnePlace = 0.1;
 
-// All samples of one pair.
-struct Evidence {
+// What all samples of a pair say.
+struct PairSummary {
   int view = 0;
   int num_points = 0;
   double median_angle = 0, wide_angle = 0;  // radians; the latter at kAnglePercentile
@@ -53,12 +53,12 @@ double MeanInPlace(std::vector<float>& values) {
 }
 
 // By source view.
-std::vector<Evidence> Summarize(std::vector<ViewSample> samples, const Rules& rules) {
+std::vector<PairSummary> Summarize(std::vector<ViewSample> samples, const Rules& rules) {
   const double wide_percentile =
       std::min(1.0, static_cast<double>(rules.Scale(Rule::kWeakViews)) * kAnglePercentile);
   std::stable_sort(samples.begin(), samples.end(),
                    [](const ViewSample& a, const ViewSample& b) { return a.view < b.view; });
-  std::vector<Evidence> all;
+  std::vector<PairSummary> all;
   std::vector<float> angles, displacements;
   for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
     angles.clear();
@@ -76,11 +76,11 @@ std::vector<Evidence> Summarize(std::vector<ViewSample> samples, const Rules& ru
   return all;
 }
 
-SourceView MakeSourceView(const Evidence& evidence, bool from_points) {
-  return {.view = evidence.view,
-          .num_shared_points = from_points ? evidence.num_points : 0,
-          .triangulation_angle = evidence.median_angle * kDegrees,
-          .displacement = evidence.displacement};
+SourceView MakeSourceView(const PairSummary& pair, bool from_points) {
+  return {.view = pair.view,
+          .num_shared_points = from_points ? pair.num_points : 0,
+          .triangulation_angle = pair.median_angle * kDegrees,
+          .displacement = pair.displacement};
 }
 
 bool IsSelected(const std::vector<SourceView>& selected, int view) {
@@ -92,17 +92,17 @@ bool IsSelected(const std::vector<SourceView>& selected, int view) {
 std::vector<SourceView> RankByPaper(const std::vector<SceneView>& views,
                                     const std::vector<Eigen::Vector3d>& centers,
                                     const ViewSelectionOptions& options, int reference,
-                                    const std::vector<Evidence>& evidence) {
+                                    const std::vector<PairSummary>& pairs) {
   const auto axis = [&](int view) -> Eigen::Vector3d { return views[view].camera.pose.rotation.row(2); };
   std::vector<SourceView> ranked;
-  for (const Evidence& e : evidence) {
-    if (e.displacement < options.min_displacement) continue;
-    if (e.median_angle * kDegrees < options.min_triangulation_angle)
+  for (const PairSummary& pair : pairs) {
+    if (pair.displacement < options.min_displacement) continue;
+    if (pair.median_angle * kDegrees < options.min_triangulation_angle)
       continue;  // not the paper's: its preset sets 0
-    const double baseline = (centers[e.view] - centers[reference]).norm();
-    const double theta = AngleBetween(axis(reference), axis(e.view));
-    ranked.push_back(MakeSourceView(e, /*from_points=*/true));
-    ranked.back().score = std::min(baseline, 0.1) * std::min(theta, 0.05) / e.num_points;
+    const double baseline = (centers[pair.view] - centers[reference]).norm();
+    const double theta = AngleBetween(axis(reference), axis(pair.view));
+    ranked.push_back(MakeSourceView(pair, /*from_points=*/true));
+    ranked.back().score = std::min(baseline, 0.1) * std::min(theta, 0.05) / pair.num_points;
   }
   const auto id = [&](const SourceView& s) { return views[s.view].image_id; };
   std::sort(ranked.begin(), ranked.end(), [&](const SourceView& a, const SourceView& b) {
@@ -111,25 +111,40 @@ std::vector<SourceView> RankByPaper(const std::vector<SceneView>& views,
   return ranked;
 }
 
-// Appends views that cover the image, to at most `size`: those of `evidence` whose angles are at least min_angle degrees
-// and below max_angle.
-void Cover(const std::vector<Evidence>& evidence, double min_angle, double max_angle, bool from_points,
-           std::size_t size, ViewCoverage* coverage, std::vector<SourceView>* selected) {
-  std::vector<int> candidates;
-  for (const Evidence& e : evidence) {
-    const double angle = e.wide_angle * kDegrees;
-    if (e.num_points >= kFewestSharedPoints && angle >= min_angle && angle < max_angle &&
-        !IsSelected(*selected, e.view)) {
-      candidates.push_back(e.view);
+// The pairs that some samples tell of: shared points, or those of the reference's frustum.
+class CoveringPairs {
+ public:
+  CoveringPairs(const std::vector<ViewSample>& samples, const std::vector<std::uint32_t>& image_ids, const Rules& rules,
+                bool from_points)
+      : pairs_(Summarize(samples, rules)),
+        coverage_(samples, image_ids, rules.Scale(Rule::kViewCoverage)),
+        from_points_(from_points) {}
+
+  const std::vector<PairSummary>& pairs() const { return pairs_; }
+
+  // Appends views that cover the image, to at most `size`: those whose angles are at least min_angle degrees and below max_angle.
+  void Cover(double min_angle, double max_angle, std::size_t size, std::vector<SourceView>* selected) {
+    std::vector<int> candidates;
+    for (const PairSummary& pair : pairs_) {
+      const double angle = pair.wide_angle * kDegrees;
+      if (pair.num_points >= kFewestSharedPoints && angle >= min_angle && angle < max_angle &&
+          !IsSelected(*selected, pair.view)) {
+        candidates.push_back(pair.view);
+      }
+    }
+    if (selected->size() >= size) return;
+    for (const int view : coverage_.Take(candidates, size - selected->size())) {
+      const auto of_view =
+          std::find_if(pairs_.begin(), pairs_.end(), [view](const PairSummary& pair) { return pair.view == view; });
+      selected->push_back(MakeSourceView(*of_view, from_points_));
     }
   }
-  if (selected->size() >= size) return;
-  for (const int view : coverage->Take(candidates, size - selected->size())) {
-    const auto of_view =
-        std::find_if(evidence.begin(), evidence.end(), [view](const Evidence& e) { return e.view == view; });
-    selected->push_back(MakeSourceView(*of_view, from_points));
-  }
-}
+
+ private:
+  std::vector<PairSummary> pairs_;
+  ViewCoverage coverage_;
+  bool from_points_;
+};
 
 }  // namespace
 
@@ -150,34 +165,30 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
   const double bound = options_.min_triangulation_angle;
   ThrowIfCancelled();  // all of a large model take minutes
   const ViewSampler sampler(views_, centers_, options_, reference);
-  std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
-  std::vector<Evidence> evidence = Summarize(samples, options_.rules);
+  const std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
+  const Rules& rules = options_.rules;
   if (options_.formulas == Formulas::kPaper) {
-    std::vector<SourceView> ranked = RankByPaper(views_, centers_, options_, reference, evidence);
+    std::vector<SourceView> ranked = RankByPaper(views_, centers_, options_, reference, Summarize(samples, rules));
     ranked.resize(std::min(ranked.size(), size));
     return ranked;
   }
-  const Rules& rules = options_.rules;
   const int wanted = rules.IsOn(Rule::kWeakViews) ? rules.Count(Rule::kWeakViews, kFewestViews) : 0;
   const std::size_t fewest = std::min<std::size_t>(size, wanted);
-  const float scale = rules.Scale(Rule::kViewCoverage);
   std::vector<SourceView> selected;
-  ViewCoverage coverage(samples, image_ids_, scale);
+  CoveringPairs sharing(samples, image_ids_, rules, /*from_points=*/true);
   if (rules.IsOn(Rule::kViewCoverage)) {
-    Cover(evidence, bound, kAnyAngle, /*from_points=*/true, size, &coverage, &selected);
+    sharing.Cover(bound, kAnyAngle, size, &selected);
   } else {
-    selected = RankByPaper(views_, centers_, options_, reference, evidence);
+    selected = RankByPaper(views_, centers_, options_, reference, sharing.pairs());
     selected.resize(std::min(selected.size(), size));
   }
-  Cover(evidence, kOnePlace * bound, bound, /*from_points=*/true, fewest, &coverage, &selected);
+  sharing.Cover(kOnePlace * bound, bound, fewest, &selected);
   if (!rules.IsOn(Rule::kWeakViews) || selected.size() >= std::max<std::size_t>(fewest, 1)) return selected;
 
   const DepthRange range = DepthRangeWithoutOwnPoints(views_, scene_, reference);
-  samples = sampler.FromFrustum(range.min, range.max);
-  evidence = Summarize(samples, options_.rules);
-  coverage = ViewCoverage(samples, image_ids_, scale);
-  Cover(evidence, bound, kAnyAngle, /*from_points=*/false, size, &coverage, &selected);
-  Cover(evidence, kOnePlace * bound, bound, /*from_points=*/false, fewest, &coverage, &selected);
+  CoveringPairs looking(sampler.FromFrustum(range.min, range.max), image_ids_, rules, /*from_points=*/false);
+  looking.Cover(bound, kAnyAngle, size, &selected);
+  looking.Cover(kOnePlace * bound, bound, fewest, &selected);
   return selected;
 }
 
