@@ -31,15 +31,10 @@ std::vector<std::string> StageNames(const std::vector<ShardProcess>& shards,
   return names;
 }
 
-// Pending ones are of the last run whatever its options.
-bool IsOfOptions(const TaskRecord& record, const std::string& options_hash) {
-  return record.options_hash.empty() || record.options_hash == options_hash;
-}
-
 // Whether the image gets no map of this stage any more.
 bool Count(const TaskRecord* record, const std::string& options_hash, bool has_failed, StageStatus* stage,
            double* seconds) {
-  const bool is_current = record != nullptr && IsOfOptions(*record, options_hash);
+  const bool is_current = record != nullptr && record->IsOfOptions(options_hash);
   if (is_current && record->state == "done") {
     ++stage->num_done;
     *seconds += record->seconds;
@@ -110,7 +105,7 @@ RunStatus FindStatus(const RunRecord& record) {
   std::map<std::string, KindOfRecords> images;
   for (auto& [task, known] : record.Tasks()) {
     // A run of all images has marked what it is to make. Shards have not: of theirs, earlier maps wait.
-    if (shards.empty() && !IsOfOptions(known, record.options_hash())) continue;
+    if (shards.empty() && !known.IsOfOptions(record.options_hash())) continue;
     images[task.first][task.second] = std::move(known);
   }
   RunStatus status;

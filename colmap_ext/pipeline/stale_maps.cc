@@ -64,7 +64,7 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
       failed.Add(name);
     } else if (task->state != "done") {
       unfinished.Add(name);
-    } else if (!task->options_hash.empty() && task->options_hash != record.options_hash()) {
+    } else if (!task->IsOfOptions(record.options_hash())) {
       older.Add(name);
     }
   }

@@ -242,7 +242,7 @@ void StereoPipeline::RecordImpossibleJobs() {
   std::vector<RunRecord::Task> tasks;
   for (const phi::Message& failure : runner_.summary().failures) {
     const auto known = record.Find(failure.image, failure.stage);
-    if (known && known->state == "done" && (known->options_hash.empty() || known->options_hash == record.options_hash())) continue;
+    if (known && known->state == "done" && known->IsOfOptions(record.options_hash())) continue;
     failures.push_back(&failure);
     tasks.emplace_back(failure.image, failure.stage);
   }

@@ -23,6 +23,9 @@ struct TaskRecord {
   std::vector<FileIdentity> files = {};    // of the result; none where an earlier program made it
   std::vector<FileIdentity> earlier = {};  // of earlier results that may still lie under its names
   std::string options_hash = {};  // of the last run that made it or found it up to date; empty: not known
+
+  // Those that nobody knows the options of are taken for any run's.
+  bool IsOfOptions(const std::string& hash) const { return options_hash.empty() || options_hash == hash; }
 };
 
 using RecordedTask = std::pair<std::string, std::string>;  // (image name, kind of result)
