@@ -338,6 +338,7 @@ void OptionParser::PrintJson() const {
                        {"help", option.help()},
                        {"unit", option.unit()},
                        {"default", option.default_text()},
+                       {"value", option.Text()},
                        {"choices", option.choices()},
                        {"required", option.required()}});
   }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import tempfile
 from pathlib import Path
 from typing import Any, Union
@@ -17,10 +16,19 @@ StrPath = Union[str, "os.PathLike[str]"]
 _SOME_IMAGES_FAILED, _RETRY_LATER = 4, 6  # exit codes
 
 
+def _words(arguments: dict[str, Any], options: Any) -> list[str]:
+    return words_of({key: value for key, value in arguments.items() if value is not None}) + words_of(options)
+
+
+def _values(name: str, arguments: dict[str, Any], options: Any) -> dict[str, str]:
+    """Of all options, those that a project file gives among them."""
+    described = json.loads(_core.describe_command(name, _words(arguments, options)))
+    return {option["name"]: option["value"] for option in described["options"]}
+
+
 def _call(name: str, arguments: dict[str, Any], options: Any, progress: ProgressCallable | None) -> tuple[Run, str]:
     run = Run(progress)
-    given = {key: value for key, value in arguments.items() if value is not None}
-    code, printed = compute(_core.run_command, name, words_of(given) + words_of(options), run.listeners)
+    code, printed = compute(_core.run_command, name, _words(arguments, options), run.listeners)
     if code == _RETRY_LATER:
         waiting = [warning for warning in run.warnings if warning.endswith("again later")]
         raise RetryLater(waiting[-1] if waiting else f"{name} waits for other shards; run this shard again later")
@@ -88,20 +96,6 @@ def stereo_fusion(
     return {"path": os.fspath(output_path), "errors": run.image_errors}
 
 
-def _place(given: StrPath | None, name: str, options: Any, default: Path) -> StrPath:
-    """Where a file goes: the options name it too, a project file's among them."""
-    if given is not None:
-        return given
-    options = options.changed() if hasattr(options, "changed") else options or {}
-    if name in options:
-        return options[name]
-    if "project_path" in options:
-        own = Path(options["project_path"]).read_text().split("\n[")[0]  # what follows is of groups
-        if found := re.search(rf"^\s*{name}\s*=\s*(\S.*?)\s*$", own, re.MULTILINE):
-            return found[1]
-    return default
-
-
 def dense(
     workspace_path: StrPath,
     output_path: StrPath | None = None,
@@ -114,10 +108,10 @@ def dense(
     patch_match_stereo's as `stereo`, and `report_path`."""
     arguments = {"workspace_path": workspace_path, "output_path": output_path, "report_path": report_path}
     run, _ = _call("dense", arguments, options, progress)
-    folder = _workspace(workspace_path)
-    result = _cloud_result(_place(output_path, "output_path", options, folder / "fused.ply"), run)
+    folder, values = _workspace(workspace_path), _values("dense", arguments, options)
+    result = _cloud_result(values["output_path"] or folder / "fused.ply", run)
     result["stereo"] = _stereo_result(workspace_path, run)
-    result["report_path"] = os.fspath(_place(report_path, "report_path", options, folder / "report.html"))
+    result["report_path"] = values["report_path"] or str(folder / "report.html")
     return result
 
 
