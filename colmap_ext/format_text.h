@@ -17,7 +17,8 @@ std::string FormatText(const char* format, Values... values) {
 }
 
 // "640x480".
-inline std::string SizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+template <typename Number>
+std::string SizeText(Number width, Number height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 // Of ASCII: names and suffixes of files, words of options.
 inline std::string Lowercase(std::string text) {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/plane_channels.h"
 #include "colmap_ext/thinning.h"
@@ -31,7 +32,7 @@ std::uint64_t DataBytes(const MapSize& size) {
 }
 
 std::string MapSizeText(const MapSize& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height) + "x" + std::to_string(size.channels);
+  return SizeText(size.width, size.height) + "x" + std::to_string(size.channels);
 }
 
 // Parses `W&H&C&`; returns the header's length in bytes, or 0 when it is malformed.

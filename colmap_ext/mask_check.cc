@@ -19,10 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path MaskPath(const Workspace& workspace, const fs::path& folder, int image) {
-  return folder / (workspace.views()[image].name + ".png");
-}
-
 // Without a camera there is no size that the mask should have.
 bool HasSize(const Workspace& workspace, int image) { return workspace.views()[image].camera.pinhole.width > 0; }
 
@@ -38,7 +34,7 @@ std::string StereoMaskWarning(const Workspace& workspace, int image) {
 
 // As fusion does, which stretches masks of other sizes over the image.
 std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder, int image) {
-  const fs::path path = MaskPath(workspace, folder, image);
+  const fs::path path = workspace.MaskPathIn(folder, image);
   if (!fs::exists(path)) return "";
   const phi::GrayImage mask = ReadGrayImage(path);
   const phi::Pinhole& size = workspace.views()[image].camera.pinhole;
@@ -61,7 +57,7 @@ std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folde
   // One without a mask: its may be among them.
   const auto& views = workspace.views();
   int example = 0;
-  while (example + 1 < static_cast<int>(views.size()) && fs::exists(MaskPath(workspace, folder, example))) ++example;
+  while (example + 1 < static_cast<int>(views.size()) && fs::exists(workspace.MaskPathIn(folder, example))) ++example;
   const std::string count = std::to_string(stray.size()), first = "'" + stray.front().string() + "'";
   return folder.string() + ": " +
          (stray.size() == 1 ? first + " is the mask of no image" : count + " files are masks of no image, " + first + " the first") +
@@ -95,10 +91,10 @@ std::string DescribeMissingMasks(const Workspace& workspace, const fs::path& fol
   if (folder.empty()) return "";
   std::vector<int> without;
   std::copy_if(images.begin(), images.end(), std::back_inserter(without),
-               [&](int image) { return !fs::exists(MaskPath(workspace, folder, image)); });
+               [&](int image) { return !fs::exists(workspace.MaskPathIn(folder, image)); });
   if (without.empty()) return "";
   return std::to_string(without.size()) + " of " + std::to_string(images.size()) +
-         " images have no mask and are used whole; the first would be " + MaskPath(workspace, folder, without.front()).string();
+         " images have no mask and are used whole; the first would be " + workspace.MaskPathIn(folder, without.front()).string();
 }
 
 void CheckMasks(const Workspace& workspace, ProblemList* errors, ProblemList* warnings) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/sparse_model_builder.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -81,8 +82,7 @@ std::string CameraProblem(const SparseCamera& camera) {
   }
   if (camera.width < 1 || camera.height < 1 || camera.width > kMaxImageSide ||
       camera.height > kMaxImageSide) {
-    return "has an impossible size of " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-           " pixels";
+    return "has an impossible size of " + SizeText(camera.width, camera.height) + " pixels";
   }
   if (!AllFinite(camera.params)) return "has a parameter that is not a finite number";
   return "";

@@ -235,9 +235,9 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
                                  static_cast<std::uint64_t>(picture->height()) == camera.height)) {
         return;
       }
-      throw phi::InputError("image " + phi::AboutImage(views_[i].name) + ": its " + what + " is " + std::to_string(picture->width()) + "x" +
-                            std::to_string(picture->height()) + " pixels, but its camera " +
-                            std::to_string(camera.width) + "x" + std::to_string(camera.height));
+      throw phi::InputError("image " + phi::AboutImage(views_[i].name) + ": its " + what + " is " +
+                            SizeText(picture->width(), picture->height()) + " pixels, but its camera " +
+                            SizeText(camera.width, camera.height));
     };
     check(memory_images_[i].gray, "photo");
     check(memory_images_[i].color, "photo");
@@ -318,8 +318,10 @@ fs::path Workspace::FilledMaskPath(int image, std::string_view kind) const {
   return path.parent_path() / (path.stem().string() + "." + std::string(kind) + path.extension().string());
 }
 
+fs::path Workspace::MaskPathIn(const fs::path& folder, int image) const { return folder / (views_[image].name + ".png"); }
+
 fs::path Workspace::ImageMaskPath(int image) const {
-  return mask_path_.empty() ? fs::path() : mask_path_ / (views_[image].name + ".png");
+  return mask_path_.empty() ? fs::path() : MaskPathIn(mask_path_, image);
 }
 
 std::shared_ptr<const PhotoFile> Workspace::ReadPhoto(int image) const {
@@ -334,9 +336,8 @@ Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
   return decode(photo != nullptr ? *photo : ReadPhotoFile(path), [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
     throw phi::InputError(
-        phi::AboutFile(path) + ": the image is " + std::to_string(width) + "x" + std::to_string(height) +
-        " pixels but its camera " + std::to_string(camera.camera_id) + " is " + std::to_string(camera.width) +
-        "x" + std::to_string(camera.height) +
+        phi::AboutFile(path) + ": the image is " + SizeText(width, height) + " pixels but its camera " +
+        std::to_string(camera.camera_id) + " is " + SizeText(camera.width, camera.height) +
         "; put back the image that colmap image_undistorter wrote. With --max_image_size it shrinks images but not the cameras of "
         "photos without distortion: leave that out there, and use --PatchMatchStereo.max_image_size here");
   });
@@ -371,9 +372,8 @@ std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const 
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
   const auto check_size = [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
-    throw phi::InputError(phi::AboutFile(path) + ": the mask is " + std::to_string(width) + "x" +
-                          std::to_string(height) + " pixels but its image is " +
-                          std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+    throw phi::InputError(phi::AboutFile(path) + ": the mask is " + SizeText(width, height) + " pixels but its image is " +
+                          SizeText(camera.width, camera.height) +
                           "; make masks of the undistorted images");
   };
   const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadGrayImage(path, check_size);

@@ -91,6 +91,8 @@ class Workspace {
   bool HasImageMask(int image) const;
   // Of --PhiStereo.mask_path, whether it is there or not; empty without a folder of masks.
   std::filesystem::path ImageMaskPath(int image) const;
+  // The image's in a folder of masks, as COLMAP names them.
+  std::filesystem::path MaskPathIn(const std::filesystem::path& folder, int image) const;
 
   // The photo's file, for those who want it in gray and in colour. Not of a workspace in memory. Throws phi::InputError
   // naming the file when it is missing or cannot be read.

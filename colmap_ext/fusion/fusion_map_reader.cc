@@ -86,9 +86,7 @@ FusionMapReader::FusionMapReader(const Workspace& workspace, FusionInput input, 
   }
 }
 
-fs::path FusionMapReader::MaskPath(int image) const {
-  return input_.mask_path / (workspace_.views()[static_cast<std::size_t>(image)].name + ".png");
-}
+fs::path FusionMapReader::MaskPath(int image) const { return workspace_.MaskPathIn(input_.mask_path, image); }
 
 bool FusionMapReader::Exists(int image) const {
   if (Handed(image).map != nullptr || fs::exists(CompactPath(image))) return true;

@@ -143,8 +143,7 @@ class PartedFusion {
           workspace_.FilledMaskPath(image, kind), workspace_.ImagePath(image)}) {
       AddFile(path, &key);
     }
-    if (!options_.input.mask_path.empty())
-      AddFile(options_.input.mask_path / (workspace_.views()[Index(image)].name + ".png"), &key);
+    if (!options_.input.mask_path.empty()) AddFile(workspace_.MaskPathIn(options_.input.mask_path, image), &key);
     known = key.Hex();
     return known;
   }

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/mask_check.h"
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -136,7 +137,7 @@ phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::For
   const phi::Pinhole& working = workspace.views()[job.image].camera.pinhole;
   const int longest = std::max(working.width, working.height);
   if (longest < kFewestPixels) {
-    return image + ": at " + std::to_string(working.width) + "x" + std::to_string(working.height) +
+    return image + ": at " + SizeText(working.width, working.height) +
            " pixels no other image sees the scene from another side; raise --PatchMatchStereo.max_image_size";
   }
   if (formulas == phi::Formulas::kPaper) {
@@ -203,12 +204,9 @@ std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>
     num_sources.insert(job.sources.size());
     num_matched.insert(job.NumMatched());
   }
-  const auto size_text = [](const std::pair<int, int>& size) {
-    return std::to_string(size.first) + "x" + std::to_string(size.second);
-  };
   std::string text = std::to_string(jobs.size()) + (jobs.size() == 1 ? " image, " : " images, ");
-  text += size_text(*sizes.begin());
-  if (sizes.size() > 1) text += " to " + size_text(*sizes.rbegin());
+  text += SizeText(sizes.begin()->first, sizes.begin()->second);
+  if (sizes.size() > 1) text += " to " + SizeText(sizes.rbegin()->first, sizes.rbegin()->second);
   const auto count_text = [](const std::set<std::size_t>& counts) {
     std::string range = std::to_string(*counts.begin());
     if (counts.size() > 1) range += " to " + std::to_string(*counts.rbegin());
