@@ -94,8 +94,10 @@ phi::Message ModelPosition::Text() const {
   return phi::AboutFile(*file) + ": " + unit + " " + std::to_string(number) + ": ";
 }
 
-void RemoveRigsAndFrames(const fs::path& folder, const std::string& suffix) {
+void PublishModel(const fs::path& folder, const std::string& suffix, const std::array<AtomicFile*, 3>& files) {
+  for (AtomicFile* file : files) file->Complete();
   for (const char* name : {"frames", "rigs"}) fs::remove(folder / (name + suffix));
+  for (AtomicFile* file : files) file->Commit();
 }
 
 std::string CameraModelName(int model_id) {

@@ -66,7 +66,7 @@ std::string CameraModelName(int model_id);
 SparseModel ReadSparseModel(const std::filesystem::path& folder, ProblemList* problems = nullptr);
 
 // Both make three files. COLMAP's rigs and frames of another model in their place go, since COLMAP would take its poses from
-// those. Throw phi::Error when they cannot be written.
+// those. Throw phi::Error when they cannot be written, and then an earlier model is whole.
 void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);
 void WriteSparseModelText(const SparseModel& model, const std::filesystem::path& folder);
 

@@ -212,10 +212,7 @@ void WriteSparseModelBinary(const SparseModel& model, const fs::path& folder) {
   for (const SparseImage& image : model.images) WriteImage(&images, image);
   WriteValue(&points, std::uint64_t{model.points.size()});
   for (const SparsePoint& point : model.points) WritePoint(&points, point);
-  RemoveRigsAndFrames(folder, ".bin");
-  cameras.Commit();
-  images.Commit();
-  points.Commit();
+  PublishModel(folder, ".bin", {&cameras, &images, &points});
 }
 
 }  // namespace colmap_ext

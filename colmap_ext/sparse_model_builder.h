@@ -1,6 +1,7 @@
-// Internal to the sparse model's readers: puts records together and checks each against those before it.
+// Internal to the sparse model's readers and writers: puts records together and checks each against those before it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/problem_list.h"
 #include "colmap_ext/sparse_model.h"
 
@@ -25,8 +27,9 @@ struct ModelPosition {
   phi::Message Text() const;
 };
 
-// Before a model is written without them. suffix: ".bin" or ".txt".
-void RemoveRigsAndFrames(const std::filesystem::path& folder, const std::string& suffix);
+// Gives a model's cameras, images and points their names, once the disk has all of them. COLMAP's rigs and frames of another model in
+// their place go first. suffix: ".bin" or ".txt".
+void PublishModel(const std::filesystem::path& folder, const std::string& suffix, const std::array<AtomicFile*, 3>& files);
 
 // Number of parameters of COLMAP's camera models; nothing for unknown ones.
 std::optional<std::size_t> NumCameraParams(int model_id);

@@ -280,10 +280,7 @@ void WriteSparseModelText(const SparseModel& model, const fs::path& folder) {
   PutHeader(&points, "POINT3D_ID X Y Z R G B ERROR (IMAGE_ID OBSERVATION_INDEX)...", "points",
             model.points.size());
   for (const SparsePoint& point : model.points) WritePoint(&points, point);
-  RemoveRigsAndFrames(folder, ".txt");
-  cameras.Commit();
-  images.Commit();
-  points.Commit();
+  PublishModel(folder, ".txt", {&cameras, &images, &points});
 }
 
 }  // namespace colmap_ext

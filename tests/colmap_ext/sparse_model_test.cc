@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 #include <random>
 
+#include "phi/base/error.h"
 #include "tests/colmap_ext/sparse_model_golden.h"
 #include "tests/support/error_message.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -16,6 +19,7 @@ namespace colmap_ext {
 namespace {
 
 using test_support::ExpectSameModel;
+using test_support::FileSizeLimit;
 using test_support::GoldenBytes;
 using test_support::InputErrorOf;
 using test_support::ReadBytes;
@@ -57,6 +61,26 @@ TEST_F(SparseModelTest, TextFilesHaveTheExactBytes) {
   EXPECT_EQ(ReadBytes(folder_ / "cameras.txt"), GoldenCamerasTxt());
   EXPECT_EQ(ReadBytes(folder_ / "images.txt"), GoldenImagesTxt());
   EXPECT_EQ(ReadBytes(folder_ / "points3D.txt"), GoldenPointsTxt());
+}
+
+// The cameras have room, the points have not.
+TEST_F(SparseModelTest, AFullDiskLeavesTheEarlierModelWhole) {
+  SparseModel larger = SmallModel();
+  larger.cameras.begin()->second.params[0] += 1;
+  larger.points.resize(1000, larger.points[0]);
+  for (const bool is_text : {false, true}) {
+    const auto write = is_text ? WriteSparseModelText : WriteSparseModelBinary;
+    const std::string suffix = is_text ? ".txt" : ".bin";
+    write(SmallModel(), folder_.path());
+    for (const char* name : {"rigs", "frames"}) WriteBytes(folder_ / (name + suffix), "of COLMAP 4");
+    {
+      const FileSizeLimit limit(4096);
+      EXPECT_THROW(write(larger, folder_.path()), phi::Error);
+    }
+    EXPECT_EQ(ReadBytes(folder_ / ("cameras" + suffix)), is_text ? GoldenCamerasTxt() : GoldenCamerasBin());
+    EXPECT_EQ(ReadBytes(folder_ / ("points3D" + suffix)), is_text ? GoldenPointsTxt() : GoldenPointsBin());
+    for (const char* name : {"rigs", "frames"}) EXPECT_TRUE(std::filesystem::exists(folder_ / (name + suffix)));
+  }
 }
 
 TEST_F(SparseModelTest, ReadsBinaryInTheFilesOrder) {
