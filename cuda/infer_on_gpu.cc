@@ -40,7 +40,7 @@ SourceHandles BindSources(DeviceResources* device, const InferenceInput& input, 
     handles.textures.push_back(device->images.Get(source.image, stream));
     sources.push_back({MakeRelativeView(input.reference.view->camera, source.view->camera),
                        {handles.textures.back()->level(0).get()}});
-    if (launch->parameters.formulas == Formulas::kPaper) continue;
+    if (launch->parameters.method.formulas == Formulas::kPaper) continue;
     const auto depths = input.DepthsOf(j);
     if (depths == nullptr) continue;
     handles.depths.push_back(device->measured.Get(depths, stream));
@@ -74,7 +74,7 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->states = scratch->states.View(width, height);
   // Needed after the measured states were read, until the field is set up; the new states come last.
   static_assert(sizeof(PixelState) == sizeof(std::uint8_t));
-  if (launch->parameters.formulas != Formulas::kRobust) return;
+  if (launch->parameters.method.formulas != Formulas::kRobust) return;
   launch->from_region = {reinterpret_cast<std::uint8_t*>(launch->states.data), width, height};
   launch->line_limits = launch->from_region;
 }
@@ -104,7 +104,7 @@ struct RegionBuffers {
 };
 
 void UploadLineLimits(const RegionPlanes& planes, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
-  const Mask limits = planes.LineLimits(launch.parameters.rules);
+  const Mask limits = planes.LineLimits(launch.parameters.method.rules);
   std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(limits.size())).line_limits;
   CopyAll(limits.data(), limits.size(), host);
   CopyToDevice(launch.line_limits.data, host, launch.line_limits.size(), scratch->stream.get(), task);
@@ -116,10 +116,10 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
   const int width = launch.carrying.width, height = launch.carrying.height;
   const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
-  const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.rules);
+  const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.method.rules);
   const RegionBuffers host_buffers(scratch, n);
   RegionPlanes planes(std::move(regions), {host_buffers.anchors, width, height},
-                      input.reference.view->image_id, evidence, launch.parameters.rules);
+                      input.reference.view->image_id, evidence, launch.parameters.method.rules);
   const cudaStream_t stream = scratch->stream.get();
   UploadLineLimits(planes, scratch, launch, task);
   LaunchScanlines(launch, stream, task);
@@ -142,7 +142,7 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
                                            const InferenceLaunch& launch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   LaunchInverseDepths(launch, stream, task);
-  if (launch.parameters.formulas == Formulas::kPaper) {
+  if (launch.parameters.method.formulas == Formulas::kPaper) {
     LaunchScanlines(launch, stream, task);
     return std::nullopt;
   }
@@ -150,7 +150,7 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
   const std::int64_t num_pixels = launch.carrying.size();
   CopyToHost(RegionBuffers(scratch, num_pixels).anchors, launch.carrying.data, num_pixels, stream, task);
   anchors_ready.Record(stream, task);
-  const std::shared_ptr<const ImageRegions> regions = RegionsOf(input, launch.parameters.rules);
+  const std::shared_ptr<const ImageRegions> regions = RegionsOf(input, launch.parameters.method.rules);
   anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free
   return AddRegionPlanes(input, regions, scratch, launch, task);
 }
@@ -213,7 +213,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
   device->MakeRoom(CallKind::kInference, bytes, {.images = num_images, .measured = num_images}, scratch.get());
   InferenceLaunch launch;
-  launch.parameters = MakeInferenceParameters(input, stereo, {options.formulas, options.rules});
+  launch.parameters = MakeInferenceParameters(input, stereo, options.method);
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
   UploadMeasured(*input.measured, scratch.get(), task);
@@ -246,7 +246,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
   if (region_planes)
-    FinishRegionPixels(*region_planes, launch.parameters.reference, input.keeps_measured, options.rules, &result.map);
+    FinishRegionPixels(*region_planes, launch.parameters.reference, input.keeps_measured, options.method.rules, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -48,7 +48,7 @@ __global__ void InverseDepthKernel(const __grid_constant__ InferenceLaunch launc
   const PixelState state = launch.states(x, y);
   const float depth = launch.measured(x, y).depth;
   launch.evidence(x, y) = EvidenceAt(state, depth);
-  launch.carrying(x, y) = AnchorAt(state, depth, launch.parameters.formulas);
+  launch.carrying(x, y) = AnchorAt(state, depth, launch.parameters.method.formulas);
 }
 
 __global__ void LineAnchorKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -76,7 +76,7 @@ __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch
   if (!(launch.evidence(x, y) > 0)) {
     float planes[kPlanesPerRegion];
     for (int i = 0; i < kPlanesPerRegion; ++i) planes[i] = launch.region_planes[i](x, y);
-    const bool asks_brightness = launch.parameters.rules.IsOn(Rule::kOverexposed);
+    const bool asks_brightness = launch.parameters.method.rules.IsOn(Rule::kOverexposed);
     const float brightness = asks_brightness ? launch.reference_texture(x + 0.5f, y + 0.5f) : 0.0f;
     from_region = PutRegionPlanes(planes, brightness, x, y, launch.hypotheses);
   }
@@ -131,7 +131,7 @@ __global__ void UpsampleKernel(const __grid_constant__ InferenceLaunch launch,
                                ArrayView2D<const float> chosen) {
   const int x = ThreadX(), y = ThreadY();
   if (launch.inferred.Contains(x, y))
-    launch.inferred(x, y) = UpsampledInverseDepth(state, chosen, launch.parameters.formulas, x, y);
+    launch.inferred(x, y) = UpsampledInverseDepth(state, chosen, launch.parameters.method.formulas, x, y);
 }
 
 __global__ void MarkKernel(const __grid_constant__ InferenceLaunch launch,
@@ -168,8 +168,7 @@ void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const T
   CheckLaunch("LineAnchorKernel", task);
   constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
   const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
-  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(
-      launch, MakeLineOptions({launch.parameters.formulas, launch.parameters.rules}));
+  ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, MakeLineOptions(launch.parameters.method));
   CheckLaunch("ScanlineKernel", task);
 }
 

@@ -250,7 +250,7 @@ MeanMove MeanMoveOf(const std::vector<ViewFit>& fits, const std::vector<SceneVie
 ImageCorrections FindImageCorrections(const std::vector<SceneView>& views, const SparseScene& scene,
                                       const Method& method) {
   ImageCorrections corrections;
-  if (method.formulas == Formulas::kPaper || !method.rules.IsOn(Rule::kImageCorrections)) return corrections;
+  if (method.FormulasOf(Rule::kImageCorrections) == Formulas::kPaper) return corrections;
   if (scene.num_points() == 0) return corrections;
   Adjustment adjustment(views, scene);
   adjustment.FitFirst((scene.num_views() + kMostAsked - 1) / kMostAsked);

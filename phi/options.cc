@@ -38,10 +38,10 @@ std::string ViewSelectionOptions::Check() const { return ViewSelectionOptions(*t
 
 OptionList StereoOptions::List() {
   OptionList list;
-  list.AddChoice<Formulas>("PhiStereo.formulas", &formulas,
+  list.AddChoice<Formulas>("PhiStereo.formulas", &method.formulas,
                            {{"robust", Formulas::kRobust}, {"paper", Formulas::kPaper}},
                            "paper = the paper's equations; --preset paper sets this and its values");
-  list.AddRules("PhiStereo.rules", &rules, RuleStage::kSourceViews, RuleStage::kInference)
+  list.AddRules("PhiStereo.rules", &method.rules, RuleStage::kSourceViews, RuleStage::kInference)
       .NotInKey("each stage's key holds its own rules");
   list.Add("PatchMatchStereo.num_iterations", &num_iterations, "Rounds of propagation and refinement")
       .ColmapDefault("5")

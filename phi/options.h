@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <string>
 
+#include "phi/base/hd.h"
 #include "phi/base/option.h"
+#include "phi/base/rules.h"
 
 namespace phi {
 
@@ -15,24 +17,26 @@ namespace phi {
 // with one of the two and stands in docs/development/paper_mode.md.
 enum class Formulas { kRobust, kPaper };
 
-// The form in which the method runs: one of the two, and in the robust one the rules with their factors.
+// The form in which the method runs: one of the two, and in the robust one the rules with their factors. All stages of a run
+// have the same, fusion its own. Plain data: passed to kernels by value.
 struct Method {
   Formulas formulas = Formulas::kRobust;
   Rules rules = {};
 
-  Method(Formulas form = Formulas::kRobust, const Rules& of_robust = {}) : formulas(form), rules(of_robust) {}
+  PHI_HD constexpr Method(Formulas form = Formulas::kRobust, const Rules& of_robust = {}) : formulas(form), rules(of_robust) {}
+  // Of what the rule changes: the paper's where it is off.
+  PHI_HD Formulas FormulasOf(Rule rule) const { return rules.IsOn(rule) ? formulas : Formulas::kPaper; }
 };
 
 enum class Quality { kStandard, kFast };
 
 struct ViewSelectionOptions {
-  int num_source_views = 8;               // that matching compares
-  int num_witness_views = 16;             // that confirm or refute depths: these and more
-  double displacement_epsilon = 0.002;    // eps of Eq. 1, relative depth change
-  double min_displacement = 0.1;          // t_tau of Eq. 2, pixels at the working resolution
-  double min_triangulation_angle = 1;     // degrees
-  Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
-  Rules rules = {};                       // as StereoOptions::rules
+  int num_source_views = 8;             // that matching compares
+  int num_witness_views = 16;           // that confirm or refute depths: these and more
+  double displacement_epsilon = 0.002;  // eps of Eq. 1, relative depth change
+  double min_displacement = 0.1;        // t_tau of Eq. 2, pixels at the working resolution
+  double min_triangulation_angle = 1;   // degrees
+  Method method = {};
 
   // What is selected: the views to match, best first, and the witnesses behind them.
   int NumSelectedViews() const { return std::max(num_source_views, num_witness_views); }
@@ -45,8 +49,7 @@ struct StereoOptions {
   double window_step = 1.4;  // r_orig / r_now, pixels
   int num_iterations = 8;
   int num_window_levels = 3;
-  Formulas formulas = Formulas::kRobust;
-  Rules rules = {};  // of all stages but fusion
+  Method method = {};  // the one that is on the list; PipelineOptions::SetMethod hands it to the other stages
   Quality quality = Quality::kStandard;
   std::uint32_t seed = 0;  // --default_random_seed, which every command has
 
@@ -64,12 +67,11 @@ struct FilterOptions {
   int min_num_consistent_inferred = 1;  // the same for inferred pixels
   double max_reprojection_error = 1;    // pixels
   double max_relative_depth_error = 0.01;
-  double max_depth_error = 0;             // world units; 0: the relative one counts
-  double max_normal_error = 60;           // degrees
-  double min_triangulation_angle = 0;     // degrees; 0 = off
-  double min_ncc = -1;                    // 1 - matching cost; -1 = off; never applied to filled pixels
-  Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
-  Rules rules = {};                       // as StereoOptions::rules
+  double max_depth_error = 0;          // world units; 0: the relative one counts
+  double max_normal_error = 60;        // degrees
+  double min_triangulation_angle = 0;  // degrees; 0 = off
+  double min_ncc = -1;                 // 1 - matching cost; -1 = off; never applied to filled pixels
+  Method method = {};
 
   bool UsesCost() const { return min_ncc > -1; }
   OptionList List();
@@ -81,12 +83,11 @@ enum class InferenceMode { kOff, kMinCost, kMrf };
 // Plane hypothesis inference (paper section E).
 struct InferenceOptions {
   InferenceMode mode = InferenceMode::kMrf;
-  int num_passes = 1;                     // of TRW-S
-  double kappa1 = 4, kappa2 = 0.5;        // Eq. 6
-  double kappa3 = 2;                      // Eq. 7
-  double truncation = 1;                  // of the relative difference in Eq. 7
-  Formulas formulas = Formulas::kRobust;  // as StereoOptions::formulas
-  Rules rules = {};                       // as StereoOptions::rules
+  int num_passes = 1;               // of TRW-S
+  double kappa1 = 4, kappa2 = 0.5;  // Eq. 6
+  double kappa3 = 2;                // Eq. 7
+  double truncation = 1;            // of the relative difference in Eq. 7
+  Method method = {};
   OptionList List();
   std::string Check() const;
 };

@@ -28,7 +28,7 @@ ViewSampler::ViewSampler(const std::vector<SceneView>& views, const std::vector<
     : views_(views),
       centers_(centers),
       options_(options),
-      scale_(options.rules.Scale(Rule::kWeakViews)),
+      scale_(options.method.rules.Scale(Rule::kWeakViews)),
       reference_(reference) {}
 
 // False when the point is behind one of the cameras, or when `inside` asks for it and the source's image misses it.
@@ -48,7 +48,7 @@ bool ViewSampler::Measure(int source_view, const Eigen::Vector3d& world, bool in
       in_source + options_.displacement_epsilon * (source.pose.rotation * from_reference);
   if (moved.z() <= 0) return false;
   sample->angle = static_cast<float>(AngleBetween(from_reference, from_source));
-  if (options_.formulas == Formulas::kRobust && sample->angle > scale_ * kWidestAngle) return false;
+  if (options_.method.formulas == Formulas::kRobust && sample->angle > scale_ * kWidestAngle) return false;
   sample->view = source_view;
   sample->displacement = static_cast<float>((source.pinhole.Project(moved) - pixel).norm());
   sample->log_scale = static_cast<float>(std::log(FocalLength(source.pinhole) / in_source.z() *
@@ -78,8 +78,8 @@ std::vector<ViewSample> ViewSampler::FromPoints(const SparseScene& scene,
 
 std::vector<Eigen::Vector3d> ViewSampler::FrustumPoints(double depth_min, double depth_max) const {
   constexpr Rule kRule = Rule::kWeakViews;
-  const int num_columns = options_.rules.Count(kRule, 8), num_rows = options_.rules.Count(kRule, 6),
-            num_depths = options_.rules.Count(kRule, 6);
+  const int num_columns = options_.method.rules.Count(kRule, 8), num_rows = options_.method.rules.Count(kRule, 6),
+            num_depths = options_.method.rules.Count(kRule, 6);
   const Camera& camera = views_[reference_].camera;
   const Pinhole& k = camera.pinhole;
   std::vector<Eigen::Vector3d> points;
@@ -104,7 +104,7 @@ std::vector<int> ViewSampler::NearbyCameras() const {
     order.emplace_back((centers_[view] - centers_[reference_]).squaredNorm(), views_[view].image_id, view);
   }
   const std::size_t count =
-      std::min<std::size_t>(order.size(), options_.rules.Count(Rule::kWeakViews, kMostNearbyCameras));
+      std::min<std::size_t>(order.size(), options_.method.rules.Count(Rule::kWeakViews, kMostNearbyCameras));
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end());
   std::vector<int> nearby;
   for (std::size_t i = 0; i < count; ++i) nearby.push_back(std::get<2>(order[i]));

@@ -166,8 +166,8 @@ std::vector<SourceView> ViewSelector::Select(int reference, int max_num_views) c
   ThrowIfCancelled();  // all of a large model take minutes
   const ViewSampler sampler(views_, centers_, options_, reference);
   const std::vector<ViewSample> samples = sampler.FromPoints(scene_, visible_points_[reference]);
-  const Rules& rules = options_.rules;
-  if (options_.formulas == Formulas::kPaper) {
+  const Rules& rules = options_.method.rules;
+  if (options_.method.formulas == Formulas::kPaper) {
     std::vector<SourceView> ranked = RankByPaper(views_, centers_, options_, reference, Summarize(samples, rules));
     ranked.resize(std::min(ranked.size(), size));
     return ranked;

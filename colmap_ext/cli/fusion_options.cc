@@ -33,8 +33,8 @@ void FusionCommandOptions::RegisterFusion(OptionParser* parser) {
 
 void FusionCommandOptions::Finish(const OptionParser& parser) {
   workspace.path = FindWorkspaceFolder(workspace.path);
-  if (!fusion.rule.rules.IsOn(phi::Rule::kRayAgreement)) fusion.rule.formulas = phi::Formulas::kPaper;
-  if (fusion.rule.formulas == phi::Formulas::kPaper) {
+  if (!fusion.rule.method.rules.IsOn(phi::Rule::kRayAgreement)) fusion.rule.method.formulas = phi::Formulas::kPaper;
+  if (fusion.rule.method.formulas == phi::Formulas::kPaper) {
     parser.WarnWithoutEffect({"StereoFusion.max_reproj_error", "StereoFusion.max_normal_error",
                               "PhiFusion.max_normal_error_in_holes", "PhiFusion.min_support",
                               "PhiFusion.min_support_inferred", "PhiFusion.max_conflicts"},

@@ -27,13 +27,13 @@ struct StereoInput {
   StereoInput(Workspace read, const StereoCommandOptions& options, const Shard& shard)
       : workspace(std::move(read)),
         scene(MakeSparseScene(workspace.model())),
-        sparse_depth(workspace.views(), scene, options.pipeline.stereo.rules),
+        sparse_depth(workspace.views(), scene, options.pipeline.stereo.method.rules),
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
     workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
-    AddInputs(workspace, scene, options.pipeline.view_selection.formulas, JobsInReach(stages, jobs, scope), &jobs);
+    AddInputs(workspace, scene, options.pipeline.view_selection.method.formulas, JobsInReach(stages, jobs, scope), &jobs);
   }
 
   Workspace workspace;

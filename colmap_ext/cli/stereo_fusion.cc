@@ -77,7 +77,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
     phi::LogWarning(sentence);
   }
   const std::filesystem::path parts = PartsFolder(output.path);
-  const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.formulas != phi::Formulas::kPaper;
+  const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.method.formulas != phi::Formulas::kPaper;
   RequireAnImage(workspace);  // parts, too, are made anew without the photos
   RefuseItsOwnModel(workspace, output);
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);

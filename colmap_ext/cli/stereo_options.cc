@@ -84,8 +84,8 @@ void StereoCommandOptions::RegisterPreset(OptionParser* parser) {
 }
 
 void StereoCommandOptions::ApplyFormulas(const OptionParser& parser) {
-  pipeline.SetMethod({pipeline.stereo.formulas, pipeline.stereo.rules});
-  if (pipeline.stereo.formulas == phi::Formulas::kPaper) {
+  pipeline.SetMethod(pipeline.stereo.method);
+  if (pipeline.stereo.method.formulas == phi::Formulas::kPaper) {
     parser.WarnWithoutEffect({"PhiStereo.quality"},
                              "with --PhiStereo.formulas paper all iterations are at full size");
   }

@@ -192,7 +192,7 @@ fs::path PartsFolder(const fs::path& cloud) { return fs::path(cloud) += ".parts"
 
 ShardFusionReport FuseShard(const Workspace& workspace, const SceneFusionOptions& options,
                             const fs::path& parts_folder, const Shard& shard) {
-  if (options.rule.formulas == phi::Formulas::kPaper) {
+  if (options.rule.method.formulas == phi::Formulas::kPaper) {
     throw phi::UsageError(
         "--shard is not for --PhiFusion.formulas paper, in which every image waits for all before it");
   }

@@ -198,7 +198,7 @@ phi::FusionMap SceneFuser::ReadMap(int position) {
 }
 
 void SceneFuser::Smooth(int position, phi::FusionMap* map) {
-  const float scale = options_.rule.rules.Factor(phi::Rule::kMapNoise);
+  const float scale = options_.rule.method.rules.Factor(phi::Rule::kMapNoise);
   if (scale == 0) return;
   const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
   const float noise = phi::EstimateNoise(*map, pinhole);

@@ -68,7 +68,7 @@ class SceneFuser {
 
  private:
   static std::size_t Index(int position) { return static_cast<std::size_t>(position); }
-  bool IsPaper() const { return options_.rule.formulas == phi::Formulas::kPaper; }
+  bool IsPaper() const { return options_.rule.method.formulas == phi::Formulas::kPaper; }
 
   void FindImages();
   // From the maps' headers. Images whose maps are damaged are left out.

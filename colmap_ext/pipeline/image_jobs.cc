@@ -260,7 +260,7 @@ std::vector<ImageJob> MakeImageJobs(const Workspace& workspace, const phi::Spars
   std::vector<ImageJob> jobs = ListImageJobs(workspace, scene, config_path, options);
   std::vector<int> all(jobs.size());
   std::iota(all.begin(), all.end(), 0);
-  AddInputs(workspace, scene, options.formulas, all, &jobs);
+  AddInputs(workspace, scene, options.method.formulas, all, &jobs);
   return jobs;
 }
 
@@ -276,7 +276,7 @@ std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::Spar
   std::vector<ImageJob> jobs = JobsOf(problems);
   SelectSources(workspace, scene, problems, options, &jobs);
   FindSourceJobs(workspace, &jobs);
-  for (ImageJob& job : jobs) job.problem = ProblemOf(workspace, job, options.formulas);
+  for (ImageJob& job : jobs) job.problem = ProblemOf(workspace, job, options.method.formulas);
   return jobs;
 }
 

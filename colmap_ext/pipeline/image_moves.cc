@@ -72,7 +72,7 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::Spa
 
 void MoveImages(const phi::SparseScene& scene, const phi::StereoOptions& options, Workspace* workspace) {
   phi::ImageCorrections corrections =
-      phi::FindImageCorrections(workspace->views(), scene, {options.formulas, options.rules});
+      phi::FindImageCorrections(workspace->views(), scene, options.method);
   if (const std::string warning = PoseWarning(corrections, scene, *workspace); !warning.empty())
     phi::LogWarning(warning);
   workspace->SetCorrections(std::move(corrections.of_view));

@@ -42,7 +42,7 @@ class MemoryRun {
       : workspace_(workspace),
         stages_(std::move(stages)),
         scene_(MakeSparseScene(workspace.model())),
-        sparse_depth_(workspace.views(), scene_, options.stereo.rules),
+        sparse_depth_(workspace.views(), scene_, options.stereo.method.rules),
         jobs_(MakeJobs(workspace, scene_, sources, options.view_selection, stages_.front().kind != StageKind::kEstimate)),
         options_(options),
         loop_(workspace, jobs_, options_, [this](int image) { return sparse_depth_.ForView(image); }, backends,

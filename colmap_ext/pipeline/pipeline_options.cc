@@ -63,8 +63,7 @@ phi::OptionList PipelineOptions::List() {
 }
 
 void PipelineOptions::SetMethod(const phi::Method& method) {
-  view_selection.formulas = stereo.formulas = filter.formulas = inference.formulas = method.formulas;
-  view_selection.rules = stereo.rules = filter.rules = inference.rules = method.rules;
+  view_selection.method = stereo.method = filter.method = inference.method = method;
 }
 
 std::int64_t PipelineOptions::CacheBytes() const {

@@ -31,7 +31,7 @@ struct PipelineOptions {
   // Every option of the stages, this struct's included.
   phi::OptionList List();
 
-  // The stages compute by the same formulas and rules.
+  // Every stage's.
   void SetMethod(const phi::Method& method);
   // -1: half of the memory that the process may use, at most 32 GB.
   std::int64_t CacheBytes() const;

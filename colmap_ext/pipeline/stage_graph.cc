@@ -29,19 +29,19 @@ std::string RevisionText(int revision, phi::Formulas formulas) {
 }
 
 std::string EstimationText(PipelineOptions o) {
-  return RevisionText(kEstimateRevision, o.stereo.formulas) + o.stereo.List().KeyText() +
+  return RevisionText(kEstimateRevision, o.stereo.method.formulas) + o.stereo.List().KeyText() +
          o.EstimationList().KeyText() + " seed=" + std::to_string(o.stereo.seed) +
-         " cost=" + std::to_string(o.NeedsCost()) + o.stereo.rules.KeyText(phi::RuleStage::kEstimation);
+         " cost=" + std::to_string(o.NeedsCost()) + o.stereo.method.rules.KeyText(phi::RuleStage::kEstimation);
 }
 
 std::string FilterText(phi::FilterOptions o) {
-  return RevisionText(kFilterRevision, o.formulas) + o.List().KeyText() +
-         o.rules.KeyText(phi::RuleStage::kFilter);
+  return RevisionText(kFilterRevision, o.method.formulas) + o.List().KeyText() +
+         o.method.rules.KeyText(phi::RuleStage::kFilter);
 }
 
 std::string InferenceText(phi::InferenceOptions o) {
-  return RevisionText(kInferRevision, o.formulas) + o.List().KeyText() +
-         o.rules.KeyText(phi::RuleStage::kInference);
+  return RevisionText(kInferRevision, o.method.formulas) + o.List().KeyText() +
+         o.method.rules.KeyText(phi::RuleStage::kInference);
 }
 
 Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
@@ -54,18 +54,17 @@ Stage MakeFilter(std::string_view result, const PipelineOptions& options) {
 
 // Whatever the inference: measured means one thing. The paper's form knows no such rule.
 bool JudgesMeasurements(const PipelineOptions& options) {
-  return options.filter.formulas == phi::Formulas::kRobust;
+  return options.filter.method.formulas == phi::Formulas::kRobust;
 }
 
 bool SharesHypotheses(const PipelineOptions& options) {
-  return options.filter_maps && options.filter.formulas == phi::Formulas::kRobust &&
-         options.filter.rules.IsOn(phi::Rule::kSharedHypotheses);
+  return options.filter_maps && options.filter.method.FormulasOf(phi::Rule::kSharedHypotheses) == phi::Formulas::kRobust;
 }
 
 Stage MakeShare(const PipelineOptions& options) {
   return {.kind = StageKind::kShare,
           .result = std::string(kShared),
-          .options = RevisionText(kShareRevision, options.filter.formulas),
+          .options = RevisionText(kShareRevision, options.filter.method.formulas),
           .is_output = false,
           .transient = true,
           .reads_source_maps = true,

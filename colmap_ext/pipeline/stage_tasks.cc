@@ -82,7 +82,7 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   phi::EstimationInput input;
   // Samples count by their grey level: those of the reference's mask must differ. Those of a source's must not, since
   // only the reference decides which samples of a window count, and an edge that is not there would outweigh the rest.
-  const bool has_weights = options_.stereo.formulas != phi::Formulas::kPaper;
+  const bool has_weights = options_.stereo.method.formulas != phi::Formulas::kPaper;
   input.reference = {&workspace_.views()[job.image],
                      has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
   input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
@@ -147,7 +147,7 @@ StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
   if (stage.judges_measurements) {
     const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
     phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes,
-                           &filtered, options_.filter.rules);
+                           &filtered, options_.filter.method.rules);
   }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
@@ -175,7 +175,7 @@ phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
 
 void StageTasks::PrepareInference(int job) const noexcept {
   try {
-    if (AsksRegions()) store_.Regions(jobs_[job].image, options_.inference.rules);
+    if (AsksRegions()) store_.Regions(jobs_[job].image, options_.inference.method.rules);
   } catch (...) {
     // inference meets it again
   }
@@ -195,7 +195,7 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.measured = store_.Map(job.image, previous.result);
   input.source_depths = SourceDepths(previous, input_keys, job, used);
   input.source_regions = SourceRegions(job, used, input);
-  if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.rules);
+  if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.method.rules);
   input.keeps_measured = job.keeps_measured;
   if (options_.depth_min > 0) input.nearest = static_cast<float>(options_.depth_min);
   if (options_.depth_max > 0) input.farthest = static_cast<float>(options_.depth_max);
@@ -262,23 +262,23 @@ std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths
 
 bool StageTasks::AsksRegions() const {
   return options_.inference.mode != phi::InferenceMode::kOff &&
-         options_.inference.formulas == phi::Formulas::kRobust;
+         options_.inference.method.formulas == phi::Formulas::kRobust;
 }
 
 std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(
     const ImageJob& job, const std::vector<int>& used, const phi::InferenceInput& input) const {
   std::vector<std::shared_ptr<const phi::ViewRegions>> regions;
   const phi::InferenceOptions& options = options_.inference;
-  if (!AsksRegions() || !options.rules.IsOn(phi::Rule::kSourceRegions)) return regions;
+  if (!AsksRegions() || !options.method.rules.IsOn(phi::Rule::kSourceRegions)) return regions;
   regions.resize(used.size());
   tbb::parallel_for(std::size_t{0}, used.size(), [&](std::size_t i) {
     const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
     if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
     regions[i] = regions_.Get(source.image, [&] {
-      return phi::FindViewRegions(store_.Regions(source.image, options.rules), *depths,
+      return phi::FindViewRegions(store_.Regions(source.image, options.method.rules), *depths,
                                   workspace_.views()[source.image].image_id, PrecisionOf(source),
-                                  options.rules);
+                                  options.method.rules);
     });
   });
   return regions;

@@ -200,7 +200,7 @@ void StereoPipeline::WarnOfFewWitnesses() const {
     if (first < 0) first = j;
   }
   if (num_affected == 0) return;
-  const bool accepts_few = options_.filter.formulas == phi::Formulas::kRobust && options_.filter.rules.IsOn(phi::Rule::kFewViews);
+  const bool accepts_few = options_.filter.method.FormulasOf(phi::Rule::kFewViews) == phi::Formulas::kRobust;
   phi::LogWarning(
       (accepts_few ? "only what no source image contradicts will be kept of " : "nothing will be kept of ") +
       std::to_string(num_affected) + " of " + std::to_string(own_.size()) + " images, " + NameOf(first) +

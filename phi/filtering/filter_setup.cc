@@ -47,21 +47,18 @@ void ApplyRules(const Rules& rules, ConsistencyThresholds* t) {
   t->min_rays_cosine = ScaledCosine(t->min_rays_cosine, few);
 }
 
-bool IsOn(const FilterOptions& options, Rule rule) {
-  return options.formulas == Formulas::kRobust && options.rules.IsOn(rule);
-}
-
 // Pixels.
 float MaxReprojectionErrorInferred(const FilterOptions& options) {
-  return IsOn(options, Rule::kFilterTolerances) ? std::numeric_limits<float>::infinity()
-                                                : static_cast<float>(options.max_reprojection_error);
+  const bool is_asked = options.method.FormulasOf(Rule::kFilterTolerances) == Formulas::kPaper;
+  return is_asked ? static_cast<float>(options.max_reprojection_error) : std::numeric_limits<float>::infinity();
 }
 
 float MaxEmptyRatio(const FilterOptions& options) {
   constexpr float kEmptyViewsForEach = 2;
   // Who asks for no view's word gets what was filled.
-  const bool is_asked = options.min_num_consistent_inferred > 0 && IsOn(options, Rule::kEmptyViews);
-  return is_asked ? options.rules.Scale(Rule::kEmptyViews) * kEmptyViewsForEach : 0;
+  const bool is_asked =
+      options.min_num_consistent_inferred > 0 && options.method.FormulasOf(Rule::kEmptyViews) == Formulas::kRobust;
+  return is_asked ? options.method.rules.Scale(Rule::kEmptyViews) * kEmptyViewsForEach : 0;
 }
 
 }  // namespace
@@ -75,8 +72,8 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
                          ? static_cast<float>(std::cos(options.min_triangulation_angle * kRadianPerDegree))
                          : 1.0f;
   t.max_depth_error = static_cast<float>(options.max_depth_error);
-  t.formulas = options.formulas;
-  ApplyRules(options.rules, &t);
+  t.formulas = options.method.formulas;
+  ApplyRules(options.method.rules, &t);
   return t;
 }
 
@@ -88,7 +85,7 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_empty_ratio = MaxEmptyRatio(options),
                     .max_cost = static_cast<float>(1 - options.min_ncc),
-                    .accepts_few_views = options.rules.IsOn(Rule::kFewViews),
+                    .accepts_few_views = options.method.rules.IsOn(Rule::kFewViews),
                     .map = input.reference.map->planes.view()};
   if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
   if (!input.reference.map->states.empty()) f.states = input.reference.map->states.view();

@@ -4,10 +4,10 @@ namespace phi {
 
 OptionList FusionOptions::List() {
   OptionList list;
-  list.AddChoice<Formulas>("PhiFusion.formulas", &formulas,
+  list.AddChoice<Formulas>("PhiFusion.formulas", &method.formulas,
                            {{"robust", Formulas::kRobust}, {"paper", Formulas::kPaper}},
                            "paper = the paper's fusion; --preset paper sets this and its values");
-  list.AddRules("PhiFusion.rules", &rules, RuleStage::kFusion, RuleStage::kFusion);
+  list.AddRules("PhiFusion.rules", &method.rules, RuleStage::kFusion, RuleStage::kFusion);
   list.Add("StereoFusion.min_num_pixels", &min_num_views, "Images that must agree on a point")
       .ColmapDefault("5")
       .AtLeast(1);

@@ -8,10 +8,9 @@
 namespace phi {
 
 struct FusionOptions {
-  Formulas formulas = Formulas::kRobust;  // robust: image_fusion.h, paper: paper_fusion.h
-  Rules rules = {};
-  int min_num_views = 2;                  // images that must agree on a point, its own included
-  int max_num_views = 10000;              // most measurements merged into one point
+  Method method = {};         // robust: image_fusion.h, paper: paper_fusion.h
+  int min_num_views = 2;      // images that must agree on a point, its own included
+  int max_num_views = 10000;  // most measurements merged into one point
   // Pixels of the neighbour: of the whole difference in depth. COLMAP's 2 is of the pixel that its depth is read from,
   // which in a direct comparison is always nearer.
   double max_reproj_error = 8;

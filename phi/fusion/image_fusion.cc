@@ -39,7 +39,7 @@ FusionGates MakeGates(const FusionOptions& options) {
   gates.max_conflicts = static_cast<float>(options.max_conflicts);
   gates.min_num_views = options.min_num_views;
   gates.max_num_views = options.max_num_views;
-  ApplyRules(options.rules, &gates);
+  ApplyRules(options.method.rules, &gates);
   return gates;
 }
 
@@ -72,12 +72,12 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       rays_(MakeRayModel(reference.camera.pinhole)),
       gates_(MakeGates(options)),
       hole_gates_(gates_),
-      hole_edge_(options.rules.Count(Rule::kCloudHoles, kMaxEdgeOfHole)),
+      hole_edge_(options.method.rules.Count(Rule::kCloudHoles, kMaxEdgeOfHole)),
       box_(box),
       device_(device),
       outcomes_(reference.map->width(), reference.map->height(), PixelOutcome::kNoDepth) {
   // With the same gates no hole is looked for.
-  if (options.rules.IsOn(Rule::kCloudHoles)) {
+  if (options.method.rules.IsOn(Rule::kCloudHoles)) {
     hole_gates_.min_normal_cosine =
         std::min(gates_.min_normal_cosine, CosineOfDegrees(options.max_normal_error_in_holes));
   }
@@ -94,7 +94,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
         throw ResourceError(AboutStage("fusion") + ": a depth map of " + std::to_string(k.width) + "x" +
                             std::to_string(k.height) + " is too large; lower --StereoFusion.max_image_size");
       }
-      neighbors_.push_back({image.index, earlier && options.rules.IsOn(Rule::kCover),
+      neighbors_.push_back({image.index, earlier && options.method.rules.IsOn(Rule::kCover),
                             MakeRelativeView(reference.camera, image.camera), static_cast<float>(1 / k.fx),
                             static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view()});
     }

@@ -41,7 +41,7 @@ InverseDepthMap ChooseMinCost(const HypothesisMatcher& matcher) {
 // The hypotheses that the field chose, at full size.
 InverseDepthMap Upsample(const HypothesisMatcher& matcher, const Array2D<float>& chosen) {
   return ForPixels<float>(matcher, [&](const auto& context, int x, int y) {
-    return UpsampledInverseDepth(context.state, chosen.view(), context.parameters.formulas, x, y);
+    return UpsampledInverseDepth(context.state, chosen.view(), context.parameters.method.formulas, x, y);
   });
 }
 
@@ -94,10 +94,9 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   CheckInferenceInput(input);
   const MeasurementMap& measured = *input.measured;
   if (options.mode == InferenceMode::kOff) return {measured, {}};
-  const Method method(options.formulas, options.rules);
-  const Hypotheses hypotheses = MakeHypotheses(input, method);
+  const Hypotheses hypotheses = MakeHypotheses(input, options.method);
   ThrowIfCancelled();
-  const HypothesisMatcher matcher(input, hypotheses, stereo, method);
+  const HypothesisMatcher matcher(input, hypotheses, stereo, options.method);
   InferenceResult result;
   const InverseDepthMap inferred = options.mode == InferenceMode::kMinCost
                                  ? ChooseMinCost(matcher)
@@ -106,7 +105,7 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   result.map = Compose(measured.planes, matcher, inferred);
   if (hypotheses.region_planes() != nullptr) {
     FinishRegionPixels(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
-                       input.keeps_measured, options.rules, &result.map);
+                       input.keeps_measured, options.method.rules, &result.map);
   }
   return result;
 }

@@ -32,8 +32,7 @@ struct InferenceParameters {
   RayModel reference = {};
   MatchingWindow window = {};
   int num_views = 0;
-  Formulas formulas = Formulas::kRobust;
-  Rules rules = {};
+  Method method = {};
 };
 
 // What is known of the pixels before one is chosen. Inverse depths; arrays of the reference's size.
@@ -102,8 +101,8 @@ PHI_HD PixelHypotheses JudgeHypotheses(const Context& context, int x, int y) {
     context.Costs(patch, x, y, k, costs);
     result.cost[k] = CombineCosts(costs, p.num_views, ViewMean::kHarmonic);
   }
-  if (p.formulas == Formulas::kRobust) {
-    PreferRegionPlanes(context.state.FromRegion(x, y), &result, p.rules.Factor(Rule::kRegionsFirst));
+  if (p.method.formulas == Formulas::kRobust) {
+    PreferRegionPlanes(context.state.FromRegion(x, y), &result, p.method.rules.Factor(Rule::kRegionsFirst));
   }
   return result;
 }
@@ -163,7 +162,7 @@ PHI_HD float UpsampledInverseDepth(const HypothesisState& state, ArrayView2D<con
 template <class Context>
 PHI_HD PixelState StateAfterInference(const Context& context, int x, int y, float inferred) {
   if (!(inferred > 0)) return context.state.IsHole(x, y) ? PixelState::kNone : PixelState::kMeasured;
-  const bool asks_views = context.parameters.formulas == Formulas::kRobust;
+  const bool asks_views = context.parameters.method.formulas == Formulas::kRobust;
   return !asks_views || IsConfirmed(context, x, y, inferred) ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 
@@ -171,7 +170,7 @@ PHI_HD PixelState StateAfterInference(const Context& context, int x, int y, floa
 PHI_HD PlaneHypothesis ComposedPlane(const InferenceParameters& p, const PlaneHypothesis& measured,
                                      bool is_evidence, float inferred, ArrayView2D<const float> all, int x,
                                      int y) {
-  if (inferred > 0) return {FilledNormal(p.reference, all, x, y, p.formulas), 1 / inferred};
+  if (inferred > 0) return {FilledNormal(p.reference, all, x, y, p.method.formulas), 1 / inferred};
   return is_evidence ? measured : PlaneHypothesis();
 }
 

@@ -19,8 +19,7 @@ InferenceParameters MakeInferenceParameters(const InferenceInput& input, const S
   return {.reference = MakeRayModel(input.reference.view->camera.pinhole),
           .window = MakeMatchingWindow(stereo),
           .num_views = static_cast<int>(input.NumMatched()),
-          .formulas = method.formulas,
-          .rules = method.rules};
+          .method = method};
 }
 
 }  // namespace phi

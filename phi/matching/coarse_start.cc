@@ -49,15 +49,13 @@ int LargestLevel(const Pinhole& size, const Rules& rules) {
 
 std::vector<EstimationPart> EstimationParts(const EstimationInput& input, const StereoOptions& options) {
   const int end = options.num_iterations;
-  const int largest_level = LargestLevel(input.reference.view->camera.pinhole, options.rules);
-  if (options.formulas == Formulas::kPaper || largest_level == 0 || !options.rules.IsOn(Rule::kCoarseToFine)) {
-    return {{0, 0, end}};
-  }
+  const int largest_level = LargestLevel(input.reference.view->camera.pinhole, options.method.rules);
+  if (options.method.FormulasOf(Rule::kCoarseToFine) == Formulas::kPaper || largest_level == 0) return {{0, 0, end}};
   std::vector<EstimationPart> parts;
   for (const LevelShare& share : options.quality == Quality::kFast ? kFastSchedule : kStandardSchedule) {
     if (share.level > largest_level) continue;
     // Rounded apart, so that each part has an iteration.
-    const LevelShare scaled = Scaled(share, options.rules);
+    const LevelShare scaled = Scaled(share, options.method.rules);
     parts.push_back({share.level, scaled.first_eighth * end / 8, (scaled.end_eighth * end + 7) / 8});
   }
   parts.front().first_iteration = 0;

@@ -19,8 +19,8 @@ enum class ViewMean : std::uint8_t {
 };
 
 // Of the estimation. Much in a reduced image is as thin as a window, which then matches what lies behind it in some view or other.
-inline ViewMean ChooseViewMean(Formulas formulas, const Rules& rules, bool is_reduced) {
-  const bool is_cubic = formulas == Formulas::kRobust && rules.IsOn(Rule::kViewMean) && !is_reduced;
+inline ViewMean ChooseViewMean(const Method& method, bool is_reduced) {
+  const bool is_cubic = method.FormulasOf(Rule::kViewMean) == Formulas::kRobust && !is_reduced;
   return is_cubic ? ViewMean::kCubic : ViewMean::kHarmonic;
 }
 

@@ -40,8 +40,7 @@ struct EstimationParameters {
   int num_levels = 1;                          // of the image pyramids, see window_level.h
   ViewMean view_mean = ViewMean::kCubic;
   bool ranks = false;                          // by sparse samples what is scored by all
-  Formulas formulas = Formulas::kRobust;
-  Rules rules = {};
+  Method method = {};
 
   // near: of the sparse points around the pixel.
   PHI_HD RefinementRange Range(int iteration, DepthRange near) const;
@@ -61,9 +60,9 @@ PHI_HD RefinementRange EstimationParameters::Range(int iteration, DepthRange nea
   constexpr float kFirstPixels = 16.0f, kLastPixels = 0.2f;
   constexpr float kFirstAngle = 0.8f, kLastAngle = 0.05f;  // radian
   const float t = num_iterations > 1 ? static_cast<float>(iteration) / (num_iterations - 1) : 1.0f;
-  const float scale = rules.Scale(Rule::kRefinement);
+  const float scale = method.rules.Scale(Rule::kRefinement);
   RefinementRange range;
-  range.formulas = rules.IsOn(Rule::kRefinement) ? formulas : Formulas::kPaper;
+  range.formulas = method.FormulasOf(Rule::kRefinement);
   range.depth = (near.max > 0 ? near.max : depth_max) / 4;
   range.inverse_depth =
       inverse_depth_per_pixel * (scale * kFirstPixels) * powf(kLastPixels / kFirstPixels, t);
@@ -191,7 +190,7 @@ PHI_HD PlaneHypothesis Disturbed(const EstimationParameters& p, const Estimation
   const Random4 random = Philox(p.key, pixel, static_cast<std::uint32_t>(iteration), kDrawRefinement);
   const Vec3f ray = p.reference.Ray(x + 0.5f, y + 0.5f);
   // Only the paper's range depends on the pixel.
-  const DepthRange near = p.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
+  const DepthRange near = p.method.formulas == Formulas::kPaper ? state.ranges.At(x, y) : DepthRange();
   return DisturbHypothesis(h, p.Range(iteration, near), ray, p.nearest, p.farthest, random);
 }
 

@@ -29,8 +29,8 @@ float InverseDepthPerPixel(const EstimationInput& input, const std::vector<Relat
 }
 
 int NumWindowLevels(const Pinhole& size, const StereoOptions& options) {
-  if (!options.rules.IsOn(Rule::kReducedImages)) return 1;
-  return NumLevels(size, options.rules.Count(Rule::kReducedImages, kMinLevelSide), options.num_window_levels);
+  if (!options.method.rules.IsOn(Rule::kReducedImages)) return 1;
+  return NumLevels(size, options.method.rules.Count(Rule::kReducedImages, kMinLevelSide), options.num_window_levels);
 }
 
 }  // namespace
@@ -67,20 +67,20 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.reference = MakeRayModel(input.reference.view->camera.pinhole);
   p.window = MakeMatchingWindow(options);
   // One fixed window on request (one level).
-  const Rules& rules = options.rules;
+  const Rules& rules = options.method.rules;
   if (options.num_window_levels > 1 && p.window.step > kNarrowStep && rules.IsOn(Rule::kNarrowWindows)) {
     p.window.narrow_step = kNarrowStep;
     p.window.narrow_variance = NarrowWindowVariance(input.noise, rules.Factor(Rule::kNarrowWindows));
   }
   p.window.level_variance = LevelVariance(input.noise, rules.Scale(Rule::kReducedImages));
   const float half_weight = rules.Scale(Rule::kSampleWeights) * kHalfWeightDifference;
-  const bool has_weights = options.formulas != Formulas::kPaper && rules.IsOn(Rule::kSampleWeights);
+  const bool has_weights = options.method.FormulasOf(Rule::kSampleWeights) == Formulas::kRobust;
   p.window.weight_decay = has_weights ? 1.0f / (half_weight * half_weight) : 0.0f;
   p.window.range_follows_texture = !input.is_reduced;
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
-  const bool has_bounds = options.formulas == Formulas::kRobust && rules.IsOn(Rule::kDepthBounds);
+  const bool has_bounds = options.method.FormulasOf(Rule::kDepthBounds) == Formulas::kRobust;
   const bool is_free = !has_bounds && !input.depth_range_is_given;
   p.nearest = is_free ? std::numeric_limits<float>::min() : p.depth_min;
   p.farthest = is_free ? std::numeric_limits<float>::max() : p.depth_max;
@@ -89,10 +89,9 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.num_iterations = options.num_iterations;
   p.end_iteration = options.num_iterations;
   p.num_levels = NumWindowLevels(input.reference.view->camera.pinhole, options);
-  p.view_mean = ChooseViewMean(options.formulas, options.rules, input.is_reduced);
-  p.formulas = options.formulas;
-  p.rules = options.rules;
-  p.ranks = options.formulas == Formulas::kRobust && p.rules.IsOn(Rule::kSparseRanking) &&
+  p.view_mean = ChooseViewMean(options.method, input.is_reduced);
+  p.method = options.method;
+  p.ranks = p.method.FormulasOf(Rule::kSparseRanking) == Formulas::kRobust &&
             p.window.samples_per_side >= kMinSideForSparse;
   return p;
 }

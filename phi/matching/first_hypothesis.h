@@ -33,7 +33,7 @@ PHI_HD PlaneHypothesis DrawHypothesis(const EstimationParameters& p, DepthRange 
   const float lo = Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest);
   const float hi = Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest);
   return RandomHypothesis(p.reference, x, y, lo, hi, p.key,
-                          p.rules.IsOn(Rule::kFirstHypotheses) ? p.formulas : Formulas::kPaper);
+                          p.method.FormulasOf(Rule::kFirstHypotheses));
 }
 
 PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, const CoarseHypotheses& coarse,

@@ -32,10 +32,10 @@ TEST(StereoOptions, FastLeavesTheCountOfIterations) {
 // The paper's section IV, and its section III for the filter.
 TEST(StereoOptions, ThePaperPresetSetsThePapersValues) {
   const PipelineOptions paper = Parsed({"--preset", "paper"});
-  EXPECT_EQ(paper.stereo.formulas, phi::Formulas::kPaper);
-  EXPECT_EQ(paper.view_selection.formulas, phi::Formulas::kPaper);
-  EXPECT_EQ(paper.filter.formulas, phi::Formulas::kPaper);
-  EXPECT_EQ(paper.inference.formulas, phi::Formulas::kPaper);
+  EXPECT_EQ(paper.stereo.method.formulas, phi::Formulas::kPaper);
+  EXPECT_EQ(paper.view_selection.method.formulas, phi::Formulas::kPaper);
+  EXPECT_EQ(paper.filter.method.formulas, phi::Formulas::kPaper);
+  EXPECT_EQ(paper.inference.method.formulas, phi::Formulas::kPaper);
   EXPECT_EQ(paper.view_selection.num_source_views, 8);
   EXPECT_EQ(paper.view_selection.NumSelectedViews(), 8);
   EXPECT_EQ(paper.view_selection.min_displacement, 0.1);
@@ -60,7 +60,7 @@ TEST(StereoOptions, ThePaperPresetSetsThePapersValues) {
 
 TEST(StereoOptions, WithoutAPresetTheDefaultsStay) {
   const PipelineOptions robust = Parsed({});
-  EXPECT_EQ(robust.stereo.formulas, phi::Formulas::kRobust);
+  EXPECT_EQ(robust.stereo.method.formulas, phi::Formulas::kRobust);
   EXPECT_EQ(robust.filter.max_normal_error, 60);
   EXPECT_EQ(robust.filter.max_depth_error, 0);
   EXPECT_EQ(Parsed({"--preset", "robust"}).filter.max_normal_error, 60);
@@ -70,7 +70,7 @@ TEST(StereoOptions, WithoutAPresetTheDefaultsStay) {
 TEST(StereoOptions, WhatIsSetGoesBeforeThePreset) {
   const PipelineOptions both = Parsed({"--PhiStereo.num_window_levels", "3", "--preset", "paper"});
   EXPECT_EQ(both.stereo.num_window_levels, 3);
-  EXPECT_EQ(both.stereo.formulas, phi::Formulas::kPaper);
+  EXPECT_EQ(both.stereo.method.formulas, phi::Formulas::kPaper);
   EXPECT_EQ(
       Parsed({"--preset", "paper", "--PhiStereo.min_displacement", "0.02"}).view_selection.min_displacement,
       0.02);

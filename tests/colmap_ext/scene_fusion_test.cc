@@ -327,13 +327,13 @@ TEST(SceneFusion, SmoothsMapsWhoseNoiseMatters) {
 
   // The paper's rule takes maps as they are, and so does a tolerance that the noise hardly touches.
   SceneFusionOptions options;
-  options.rule.formulas = phi::Formulas::kPaper;
+  options.rule.method.formulas = phi::Formulas::kPaper;
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
   options.rule = {.max_depth_error = 0.04};
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
   EXPECT_EQ(DescribeSmoothing(Fuse(folder.path(), options)), "");
   options.rule = {};
-  options.rule.rules.Set(phi::Rule::kMapNoise, 0);
+  options.rule.method.rules.Set(phi::Rule::kMapNoise, 0);
   EXPECT_TRUE(Fuse(folder.path(), options).noise_of_smoothed_maps.empty());
 }
 

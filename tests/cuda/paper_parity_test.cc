@@ -39,7 +39,7 @@ EstimationInput InputWithSparsePoints(const RenderedScene& scene) {
 TEST_F(PaperParityTest, EstimatesAsTheCpuDoes) {
   const RenderedScene scene = test_support::SphereScene({.noise_sigma = 2});
   StereoOptions options;
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   options.num_window_levels = 1;
   const EstimationInput input = InputWithSparsePoints(scene);
   const EstimationResult gpu = gpu_->Estimate(input, options), cpu = cpu_->Estimate(input, options);
@@ -63,7 +63,7 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
   filter_input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{holes, {}})};
   filter_input.sources = scene.SourceTruth(0);
   FilterOptions filter;
-  filter.formulas = Formulas::kPaper;
+  filter.method.formulas = Formulas::kPaper;
   filter.max_depth_error = 0.02;
   MeasurementMap measured = cpu_->Filter(filter_input, filter);
   const PlaneMap on_gpu = gpu_->Filter(filter_input, filter).planes;
@@ -84,7 +84,7 @@ TEST_F(PaperParityTest, FiltersAndInfersAsTheCpuDoes) {
   input.measured = std::make_shared<const MeasurementMap>(measured);
   for (const InferenceMode mode : {InferenceMode::kMinCost, InferenceMode::kMrf}) {
     InferenceOptions options;
-    options.formulas = Formulas::kPaper;
+    options.method.formulas = Formulas::kPaper;
     options.mode = mode;
     const InferenceResult gpu = gpu_->Infer(input, StereoOptions(), options);
     const InferenceResult cpu = cpu_->Infer(input, StereoOptions(), options);

@@ -65,7 +65,7 @@ TEST(EstimationParts, GoFromAQuarterOfTheSizeToTheWhole) {
 TEST(EstimationParts, ThePapersFormKnowsOneSize) {
   const RenderedScene scene = CameraOf(600, 400);
   StereoOptions paper;
-  paper.formulas = Formulas::kPaper;
+  paper.method.formulas = Formulas::kPaper;
   EXPECT_EQ(ScheduleOf(InputOf(scene), paper), (Schedule{{0, 0, 8}}));
 }
 
@@ -204,7 +204,7 @@ TEST(CoarseStart, FindsThinStructuresThatTheCoarsestImageLoses) {
   ASSERT_EQ(EstimationParts(input, Fast()).front().level, 2);
   const auto score = [&](const PlaneMap& map) { return ScoreSlats(map, *scene.truth[0], options.depth); };
   StereoOptions at_full_size;
-  at_full_size.rules.Set(Rule::kCoarseToFine, 0);
+  at_full_size.method.rules.Set(Rule::kCoarseToFine, 0);
   const SlatScore coarse = score(EstimateAtAQuarter(input)), fast = score(EstimateOnCpu(input, Fast()).map),
                   standard = score(EstimateOnCpu(input, StereoOptions()).map),
                   full = score(EstimateOnCpu(input, at_full_size).map);

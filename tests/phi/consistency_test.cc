@@ -78,13 +78,13 @@ TEST_F(ConsistencyTest, RulesAsTheyAreChangeNoThreshold) {
 // Angles become so many times as wide, up to any; off are the paper's values.
 TEST_F(ConsistencyTest, RulesScaleAnglesAndTolerances) {
   FilterOptions options;
-  options.rules.Set(Rule::kFilterTolerances, 0.5f);
-  options.rules.Set(Rule::kFewViews, 3);
+  options.method.rules.Set(Rule::kFilterTolerances, 0.5f);
+  options.method.rules.Set(Rule::kFewViews, 3);
   const ConsistencyThresholds scaled = MakeConsistencyThresholds(options);
   EXPECT_NEAR(scaled.min_normal_cosine, std::cos(M_PI / 6), 1e-6);
   EXPECT_FLOAT_EQ(scaled.max_relative_depth_error, 0.005f);
   EXPECT_FLOAT_EQ(scaled.min_facing_cosine, -1);
-  options.rules.Set(Rule::kFilterTolerances, 0);
+  options.method.rules.Set(Rule::kFilterTolerances, 0);
   EXPECT_FLOAT_EQ(MakeConsistencyThresholds(options).max_depth_error, 0.02f);
 }
 
@@ -190,10 +190,10 @@ TEST_F(FilterTest, OneViewIsEnoughWhereNoOtherCanSee) {
   input_.sources.pop_back();
   AddMap(1.9f);  // 5 % before the point: hidden from this one
   EXPECT_EQ(StateAt(60, 30), PixelState::kMeasured);
-  options_.rules.Set(Rule::kFewViews, 0);
+  options_.method.rules.Set(Rule::kFewViews, 0);
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
-  options_.rules = {};
-  options_.formulas = Formulas::kPaper;
+  options_.method.rules = {};
+  options_.method.formulas = Formulas::kPaper;
   EXPECT_EQ(StateAt(60, 30), PixelState::kNone);
 }
 
@@ -251,7 +251,7 @@ TEST_F(FilterTest, MeasuredPixelsAreNotAskedForAgain) {
   EXPECT_FALSE(Keeps(60, 30));
   SetStates(StateMap(80, 60, PixelState::kMeasured));
   EXPECT_TRUE(Keeps(60, 30));
-  options_.formulas = Formulas::kPaper;
+  options_.method.formulas = Formulas::kPaper;
   EXPECT_FALSE(Keeps(60, 30));
 }
 
@@ -285,10 +285,10 @@ TEST_F(FilterTest, InferredPixelsAreComparedByDepthAlone) {
   options_.max_reprojection_error = 1;
   EXPECT_TRUE(Keeps(60, 30));
   options_.max_reprojection_error = 0.1;
-  options_.rules.Set(Rule::kFilterTolerances, 0);
+  options_.method.rules.Set(Rule::kFilterTolerances, 0);
   EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.016f));
-  options_.rules = {};
-  options_.formulas = Formulas::kPaper;
+  options_.method.rules = {};
+  options_.method.formulas = Formulas::kPaper;
   EXPECT_FALSE(keeps(PixelState::kInferredAlone, 2.016f));
 }
 
@@ -330,12 +330,12 @@ TEST_F(FilterTest, EmptyViewsSayNothingOfAMeasurementNorWhereNobodyIsAsked) {
   options_.min_num_consistent_inferred = 0;
   EXPECT_TRUE(Keeps(60, 30));
   options_.min_num_consistent_inferred = 1;
-  options_.rules.Set(Rule::kEmptyViews, 0);
+  options_.method.rules.Set(Rule::kEmptyViews, 0);
   EXPECT_TRUE(Keeps(60, 30));
-  options_.rules.Set(Rule::kEmptyViews, 3);  // nine of two are not six for each
+  options_.method.rules.Set(Rule::kEmptyViews, 3);  // nine of two are not six for each
   EXPECT_TRUE(Keeps(60, 30));
-  options_.rules = {};
-  options_.formulas = Formulas::kPaper;
+  options_.method.rules = {};
+  options_.method.formulas = Formulas::kPaper;
   EXPECT_TRUE(Keeps(60, 30));
 }
 

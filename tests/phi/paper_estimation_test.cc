@@ -49,7 +49,7 @@ PlaneMap UpdateOnce(Formulas formulas) {
   context.parameters.nearest = 0.1f;
   context.parameters.farthest = 1000;
   context.parameters.num_views = 1;
-  context.parameters.formulas = formulas;
+  context.parameters.method.formulas = formulas;
   const Array2D<DepthRange>& read_only = cells;
   context.state = {planes.view(), cost.view(), changed.view(), {read_only.view()}};
   for (int y = 0; y < kHeight; ++y) {
@@ -95,7 +95,7 @@ TEST(PaperRange, OnlyTheUserBoundsDepths) {
     return farthest;
   };
   EXPECT_LE(farthest_start(), 10);
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   EXPECT_GT(farthest_start(), 40);
   EXPECT_TRUE(MakeEstimationParameters(input, options).IsInRange(1e6f));
   EXPECT_FALSE(MakeEstimationParameters(input, options).IsInRange(0));
@@ -107,7 +107,7 @@ TEST(PaperWindow, OneLevelIsOneWindow) {
   const test_support::RenderedScene scene = test_support::PlaneScene();
   EstimationInput input = test_support::InputOf(scene);
   StereoOptions options;
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   options.num_window_levels = 1;
   const EstimationParameters p = MakeEstimationParameters(input, options);
   EXPECT_EQ(p.num_levels, 1);

@@ -14,7 +14,7 @@ using test_support::MakeMaps;
 using test_support::PlaneScene;
 using test_support::RenderedScene;
 
-constexpr FusionOptions kPaperOptions = {.formulas = Formulas::kPaper, .min_num_views = 1};
+constexpr FusionOptions kPaperOptions = {.method = Formulas::kPaper, .min_num_views = 1};
 
 PaperFuser MakeFuser(const RenderedScene& scene, std::size_t reference, const FusionOptions& options,
                      std::vector<FusionMap>* maps) {

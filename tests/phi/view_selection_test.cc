@@ -71,7 +71,7 @@ TEST(ViewSelection, ThePapersScore) {
   for (int k = 0; k < 4; ++k) AddPoint({0, 1, 2}, {0, 0, 10}, &scene);
   AddPoint({0, 2}, {0.1, 0, 10}, &scene);
   ViewSelectionOptions options;
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   const auto selected = ViewSelector(views, scene, options).Select(0, 8);
   ASSERT_EQ(selected.size(), 2u);
   EXPECT_EQ(selected[0].view, 1);  // parallel axes: zeta = 0
@@ -111,7 +111,7 @@ TEST(ViewSelection, PrefersUsefulAnglesAndSharedSurface) {
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 1)), (std::vector<std::uint32_t>{4}));
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 2)), (std::vector<std::uint32_t>{4, 3}));
   ViewSelectionOptions by_paper;
-  by_paper.rules.Set(Rule::kViewCoverage, 0);  // parallel cameras: its score is 0 for all
+  by_paper.method.rules.Set(Rule::kViewCoverage, 0);  // parallel cameras: its score is 0 for all
   // The first one that sees the points at a degree or more.
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, by_paper).Select(0, 1)), (std::vector<std::uint32_t>{3}));
   // Of a third of the surface the best angle is worth less than a good one of all of it.
@@ -227,7 +227,7 @@ TEST(ViewSelection, TakesWeakViewsWhenThereAreNoOthers) {
   // The wider baseline first; image 4 stands where the reference stands, which no rule can repair.
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, {}).Select(0, 8)), (std::vector<std::uint32_t>{3, 2}));
   ViewSelectionOptions options;
-  options.rules.Set(Rule::kWeakViews, 0);
+  options.method.rules.Set(Rule::kWeakViews, 0);
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, options).Select(0, 8)), (std::vector<std::uint32_t>{3}));
 }
 
@@ -237,7 +237,7 @@ TEST(ViewSelection, ThePaperTakesNoWeakViews) {
                                         MakeView(3, {0.2, 0, 0})};
   SparseScene scene = EmptyScene(views);
   ViewSelectionOptions options;
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 8).empty());  // no points
   for (int k = 0; k < 20; ++k) AddPoint({0, 1, 2}, {0.1 * k, 0, 10}, &scene);
   EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 8).empty());  // tau is 0.02 and 0.04 pixels
@@ -306,7 +306,7 @@ TEST(ViewSelection, WithoutPointsTheCamerasDecide) {
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 9u), 0);
   EXPECT_EQ(std::count(ids.begin(), ids.end(), 2u), 1);  // the neighbour
   ViewSelectionOptions options;
-  options.rules.Set(Rule::kWeakViews, 0);
+  options.method.rules.Set(Rule::kWeakViews, 0);
   EXPECT_TRUE(ViewSelector(views, scene, options).Select(0, 4).empty());
 }
 

@@ -89,10 +89,10 @@ TEST(CostAggregation, CubicMeanFollowsTheViewsThatMatch) {
 TEST(CostAggregation, ReducedImagesAndThePaperHaveTheHarmonicMean) {
   Rules off;
   off.Set(Rule::kViewMean, 0);
-  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, Rules(), false), ViewMean::kCubic);
-  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, Rules(), true), ViewMean::kHarmonic);
-  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, off, false), ViewMean::kHarmonic);
-  EXPECT_EQ(ChooseViewMean(Formulas::kPaper, Rules(), false), ViewMean::kHarmonic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, false), ViewMean::kCubic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kRobust, true), ViewMean::kHarmonic);
+  EXPECT_EQ(ChooseViewMean({Formulas::kRobust, off}, false), ViewMean::kHarmonic);
+  EXPECT_EQ(ChooseViewMean(Formulas::kPaper, false), ViewMean::kHarmonic);
 }
 
 // On both sides of the centre, and inside the window whatever its size.

@@ -23,7 +23,7 @@ class MemorySceneTest : public ::testing::Test {
  protected:
   MemorySceneTest()
       : names_(test_support::WriteNoiseWorkspace(folder_.path())), stored_({.path = folder_.path()}) {
-    options_.filter.formulas = phi::Formulas::kPaper;  // noise has no neighbours that agree
+    options_.filter.method.formulas = phi::Formulas::kPaper;  // noise has no neighbours that agree
     backends_ = test_support::MakeFakeBackends(&calls_, 1, 2);
   }
 

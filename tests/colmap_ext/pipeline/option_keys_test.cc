@@ -67,7 +67,7 @@ TEST(OptionKeys, FollowEveryOptionThatChangesMaps) {
     option.Assign(OtherValue(option));
     ASSERT_NE(option.Text(), option.default_text()) << option.name();
     ASSERT_EQ(option.Check(), "") << option.name();
-    options.SetMethod({options.stereo.formulas, options.stereo.rules});
+    options.SetMethod(options.stereo.method);
     if (!option.in_key()) continue;
     ++num_in_key;
     EXPECT_NE(KeyOfAllStages(options), before) << option.name();
@@ -85,8 +85,8 @@ TEST(OptionKeys, FollowTheRules) {
     // The keys hold the source images; fusion has keys of its own.
     if (rule.stage == RuleStage::kSourceViews || rule.stage == RuleStage::kFusion) continue;
     PipelineOptions options;
-    options.stereo.rules.Set(static_cast<phi::Rule>(i), 0.7f);
-    options.SetMethod({options.stereo.formulas, options.stereo.rules});
+    options.stereo.method.rules.Set(static_cast<phi::Rule>(i), 0.7f);
+    options.SetMethod(options.stereo.method);
     EXPECT_NE(KeyOfAllStages(options), as_is) << rule.name;
     EXPECT_EQ(BuildStages(options)[0].options == before[0].options, rule.stage != RuleStage::kEstimation)
         << rule.name;
@@ -108,12 +108,12 @@ TEST(OptionKeys, FollowTheSeedAndTheStages) {
 TEST(OptionKeys, EveryMemberIsAnOption) {
   const auto size = [](auto options) { return static_cast<int>(options.List().size()); };
   EXPECT_EQ(CountMembers<phi::ViewSelectionOptions>(),
-            size(phi::ViewSelectionOptions()) + 3);  // eps of Eq. 1, formulas, rules
-  EXPECT_EQ(CountMembers<phi::StereoOptions>(), size(phi::StereoOptions()) + 1);                // seed
-  EXPECT_EQ(CountMembers<phi::FilterOptions>(), size(phi::FilterOptions()) + 2);  // formulas, rules
+            size(phi::ViewSelectionOptions()) + 2);  // eps of Eq. 1, method
+  EXPECT_EQ(CountMembers<phi::StereoOptions>(), size(phi::StereoOptions()) - 2 + 1 + 1);  // method, which is two options; seed
+  EXPECT_EQ(CountMembers<phi::FilterOptions>(), size(phi::FilterOptions()) + 1);  // method
   EXPECT_EQ(CountMembers<phi::InferenceOptions>(),
-            size(phi::InferenceOptions()) + 5);  // kappa 1 to 3, formulas, rules
-  EXPECT_EQ(CountMembers<phi::FusionOptions>(), size(phi::FusionOptions()));
+            size(phi::InferenceOptions()) + 4);  // kappa 1 to 3, method
+  EXPECT_EQ(CountMembers<phi::FusionOptions>(), size(phi::FusionOptions()) - 2 + 1);  // method, which is two options
   EXPECT_EQ(CountMembers<BackendOptions>(), size(BackendOptions()));
   EXPECT_EQ(CountMembers<WorkspaceOptions>(), size(WorkspaceOptions()));
   PipelineOptions pipeline;

@@ -116,7 +116,7 @@ TEST_F(StereoPipelineTest, InferenceHearsTheRegionsOfSourcesThatHaveAMap) {
   EXPECT_EQ(told[names_[0]], (std::vector<bool>{true, false}));
   EXPECT_EQ(told[names_[1]], std::vector<bool>{true});
   told.clear();
-  options_.inference.rules.Set(phi::Rule::kSourceRegions, 0);
+  options_.inference.method.rules.Set(phi::Rule::kSourceRegions, 0);
   EXPECT_TRUE(Run().failures.empty());
   EXPECT_EQ(told[names_[0]], std::vector<bool>());
 }
@@ -133,7 +133,7 @@ TEST_F(StereoPipelineTest, SharesHypothesesBeforeTheFilter) {
   for (const std::string& name : names_)
     EXPECT_EQ(calls[name], (std::vector<std::string>{"estimate", "share", "filter", "infer", "filter"}));
   calls.clear();
-  options_.filter.rules.Set(phi::Rule::kSharedHypotheses, 0);
+  options_.filter.method.rules.Set(phi::Rule::kSharedHypotheses, 0);
   EXPECT_TRUE(Run().failures.empty());
   EXPECT_EQ(calls[names_[0]], (std::vector<std::string>{"filter", "infer", "filter"})) << "estimates serve both";
 }
@@ -177,7 +177,7 @@ TEST_F(StereoPipelineTest, MasksAreEdgesWhereSamplesHaveWeights) {
   masks_ = folder_ / "masks";
   for (const std::string& name : names_) WriteGrayImage(masks_ / (name + ".png"), mask);
   for (const phi::Formulas formulas : {phi::Formulas::kRobust, phi::Formulas::kPaper}) {
-    options_.stereo.formulas = formulas;
+    options_.stereo.method.formulas = formulas;
     calls_.estimates = calls_.filters = 0;
     calls_.on_estimate = [&](const phi::EstimationInput& input) {
       for (int y = 0; y < kHeight; ++y) {
@@ -269,7 +269,7 @@ TEST_F(StereoPipelineTest, WitnessesAreFilteredAndInferredWithAndNotMatched) {
 }
 
 TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
-  options_.filter.formulas = phi::Formulas::kPaper;  // no other rule takes pixels away
+  options_.filter.method.formulas = phi::Formulas::kPaper;  // no other rule takes pixels away
   Run();
   // What the fake filter does, by hand at one pixel that it keeps: reference + 0.1 * sum of all sources' raw depths.
   constexpr int kX = 1, kY = 0;
@@ -280,7 +280,7 @@ TEST_F(StereoPipelineTest, FiltersReadUnfilteredMapsOfTheStageBefore) {
 }
 
 TEST_F(StereoPipelineTest, FilledMaskHoldsOnlyPixelsThatTheSecondFilterKept) {
-  options_.filter.formulas = phi::Formulas::kPaper;  // as above
+  options_.filter.method.formulas = phi::Formulas::kPaper;  // as above
   Run();
   const auto depth = ReadDepthMap(DepthPath(0, "geometric"));
   const auto filled = ReadMask(folder_ / "stereo/filled_masks" / (names_[0] + ".png"));

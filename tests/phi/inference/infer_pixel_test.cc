@@ -133,7 +133,7 @@ TEST(InferPixel, AnInferredPixelGetsItsStateAndItsPlane) {
   EXPECT_EQ(StateAfterInference(context, 2, 1, alike), PixelState::kInferredConfirmed);
   EXPECT_EQ(StateAfterInference(context, 2, 1, behind), PixelState::kInferredAlone);
   EXPECT_EQ(StateAfterInference(context, 2, 1, before), PixelState::kInferredAlone);
-  context.parameters.formulas = Formulas::kPaper;
+  context.parameters.method.formulas = Formulas::kPaper;
   EXPECT_EQ(StateAfterInference(context, 2, 1, before), PixelState::kInferredConfirmed) << "the paper asks no view";
 
   const PlaneHypothesis measured{{0.6f, 0, -0.8f}, 2};

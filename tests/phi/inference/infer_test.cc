@@ -142,7 +142,7 @@ TEST(Infer, AClueAloneCarriesShortLines) {
   EXPECT_EQ(even.map.planes(80, 60).depth, 3);
   EXPECT_EQ(NumFilled(even), 1);
   InferenceOptions options;
-  options.rules.Set(Rule::kEvenLines, 0);
+  options.method.rules.Set(Rule::kEvenLines, 0);
   const InferenceResult result = InferPlanes(PlainScene().Input(measured), StereoOptions(), options);
   EXPECT_EQ(result.map.planes(80, 60).depth, 3);
   EXPECT_EQ(result.map.planes(96, 44).depth, 3);
@@ -155,7 +155,7 @@ TEST(Infer, CluesAnchorNothingInThePapersForm) {
   MeasurementMap measured = MakeMeasured(0);
   std::replace(measured.states.begin(), measured.states.end(), PixelState::kMeasured, PixelState::kClue);
   InferenceOptions options;
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   EXPECT_EQ(NumFilled(InferPlanes(PlainScene().Input(measured), StereoOptions(), options)), 0);
 }
 

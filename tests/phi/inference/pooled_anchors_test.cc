@@ -288,7 +288,7 @@ TEST(PooledAnchors, FillWhatOneViewCouldNot) {
   EXPECT_EQ(num_alone, 0);
   // The paper's formulas know scanlines only.
   InferenceOptions paper;
-  paper.formulas = Formulas::kPaper;
+  paper.method.formulas = Formulas::kPaper;
   const InferenceResult paper_alone = InferPlanes(input, StereoOptions(), paper);
   const InferenceResult paper_together = InferPlanes(scene.Input(), StereoOptions(), paper);
   for (std::size_t i = 0; i < alone.map.size(); ++i) {

@@ -222,7 +222,7 @@ TEST(RegionPlanes, PaperFormulasHaveNone) {
   InferenceOptions options;
   options.mode = InferenceMode::kMinCost;
   EXPECT_FALSE(IsInferred(InferPlanes(input, StereoOptions(), options).map.states(60, 60)));
-  options.formulas = Formulas::kPaper;
+  options.method.formulas = Formulas::kPaper;
   const MeasurementMap filled = InferPlanes(input, StereoOptions(), options).map;
   EXPECT_TRUE(IsInferred(filled.states(60, 60)));
   const Hypotheses lines(AllMeasured(RimOf(LeftWall)), Formulas::kPaper);
