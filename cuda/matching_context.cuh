@@ -234,8 +234,8 @@ struct GpuContext {
   __device__ __forceinline__ explicit GpuContext(const EstimationLaunch& l)
       : launch(l), parameters(l.parameters), state(l.state) {}
 
-  __device__ __forceinline__ bool BestInRegion(int x, int y, int region, PixelOffset* best) const {
-    return phi::BestInRegion(state.cost, x, y, region, best);
+  __device__ __forceinline__ bool BestInSector(int x, int y, int sector, PixelOffset* best) const {
+    return phi::BestInSector(state.cost, x, y, sector, best);
   }
 
   __device__ __forceinline__ Patch LoadPatch(int x, int y) const {

@@ -24,10 +24,10 @@ template <class V>
 __global__ void __launch_bounds__(kThreads)
     RankCandidatesKernel(const __grid_constant__ EstimationLaunch launch, int iteration, int colour) {
   using Context = typename V::Context;
-  __shared__ WorkItem order[kThreads], items[kNumRegions * kThreads];
+  __shared__ WorkItem order[kThreads], items[kNumSectors * kThreads];
   __shared__ OnePerThread<typename Context::Patch> patches;
-  __shared__ char2 offsets[kNumRegions][kThreads];
-  __shared__ float costs[kNumRegions][kThreads];
+  __shared__ char2 offsets[kNumSectors][kThreads];
+  __shared__ float costs[kNumSectors][kThreads];
   const Context context(launch);
   const EstimationParameters& p = launch.parameters;
   const TilePixels pixels(launch, colour, order);
@@ -37,13 +37,13 @@ __global__ void __launch_bounds__(kThreads)
     const Candidates candidates = GatherCandidates(context, pixel.x, pixel.y, iteration);
     offered = candidates.offered;
 #pragma unroll
-    for (int k = 0; k < kNumRegions; ++k) {
+    for (int k = 0; k < kNumSectors; ++k) {
       const PixelOffset offset = candidates.offsets[k];
       offsets[k][threadIdx.x] = make_char2(static_cast<signed char>(offset.dx), static_cast<signed char>(offset.dy));
     }
     if (offered != 0) patches[threadIdx.x] = context.LoadPatch(pixel.x, pixel.y);
   }
-  const int num_items = ListWork<kNumRegions>(offered, items);
+  const int num_items = ListWork<kNumSectors>(offered, items);
 #pragma unroll 1
   for (int i = threadIdx.x; i < num_items; i += kThreads) {
     const int thread = ThreadOf(items[i]), k = NumberOf(items[i]);
@@ -55,9 +55,9 @@ __global__ void __launch_bounds__(kThreads)
   }
   __syncthreads();
   if (pixels.IsMine()) {
-    float own[kNumRegions];
+    float own[kNumSectors];
 #pragma unroll
-    for (int k = 0; k < kNumRegions; ++k) own[k] = costs[k][threadIdx.x];
+    for (int k = 0; k < kNumSectors; ++k) own[k] = costs[k][threadIdx.x];
     HalfPassNote note;
 #pragma unroll
     for (int i = 0; i < kNumFinalists; ++i) {

@@ -7,13 +7,13 @@
 
 #include "phi/backend.h"
 #include "phi/base/cancellation.h"
-#include "phi/cpu/region_bests.h"
+#include "phi/cpu/sector_bests.h"
 #include "phi/cpu/simd_matcher.h"
 #include "phi/matching/estimate_pixel.h"
 
 namespace phi {
 
-// Each row has a copy, which counts alone and knows the row's regions.
+// Each row has a copy, which counts alone and knows the row's sectors.
 struct CpuContext {
   using Matcher = SimdMatcher;
   using Patch = Matcher::Patch;
@@ -23,10 +23,10 @@ struct CpuContext {
   EstimationState state;
   const Matcher& matcher;
   mutable EstimationCounts counts = {};
-  RegionBests bests = {};
+  SectorBests bests = {};
 
-  bool BestInRegion(int x, int, int region, PixelOffset* best) const {
-    return bests.BestInRegion(x, region, best);
+  bool BestInSector(int x, int, int sector, PixelOffset* best) const {
+    return bests.BestInSector(x, sector, best);
   }
   Patch LoadPatch(int x, int y) const { return matcher.LoadPatch(x, y); }
   float Cost(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples) const {

@@ -3,7 +3,7 @@
 // `Context` is the view policy of a backend. It provides
 //   parameters                     EstimationParameters
 //   state                          EstimationState
-//   BestInRegion(x, y, region, &offset)   propagation.h's, over the state's costs
+//   BestInSector(x, y, sector, &offset)   propagation.h's, over the state's costs
 //   LoadPatch(x, y)                the reference samples, in whatever form the backend keeps them
 //   Cost(patch, x, y, h, samples)   of the source views' costs, combined by cost_aggregation.h
 //   Ranked, Rank(patch, x, y, h, &ranked), Score(patch, x, y, h, &ranked)   for UpdateByRanking alone: the same by sparse samples, and
@@ -103,7 +103,7 @@ PHI_HD void InitializePixelState(const Context& context, int x, int y, const Pla
 }
 
 // The first candidate that is the same plane as `h` at the pixel, up to rounding, or -1. Good planes spread over their
-// surroundings, so that several regions often send the same one: it takes the costs of the first.
+// surroundings, so that several sectors often send the same one: it takes the costs of the first.
 PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candidates, int num_candidates,
                     const PlaneHypothesis& h) {
   constexpr float kMaxPixels = 1e-3f, kMaxAngle = 3e-4f;  // shift of a match; radian
@@ -118,12 +118,12 @@ PHI_HD int FindSame(const EstimationParameters& p, const PlaneHypothesis* candid
   return -1;
 }
 
-// What a pixel may become in an iteration beside what it is: each region's best hypothesis, moved to the pixel. What has not changed
-// since the pixel was last worked on was the best of its region then too, as costs only fall, and a candidate: that is settled.
+// What a pixel may become in an iteration beside what it is: each sector's best hypothesis, moved to the pixel. What has not changed
+// since the pixel was last worked on was the best of its sector then too, as costs only fall, and a candidate: that is settled.
 struct Candidates {
-  std::uint32_t offered = 0;  // bit k: region k has a new one that is neither the pixel's own plane nor an earlier region's
-  PixelOffset offsets[kNumRegions];
-  PlaneHypothesis planes[kNumRegions];
+  std::uint32_t offered = 0;  // bit k: sector k has a new one that is neither the pixel's own plane nor an earlier sector's
+  PixelOffset offsets[kNumSectors];
+  PlaneHypothesis planes[kNumSectors];
 };
 
 template <class Context>
@@ -132,18 +132,18 @@ PHI_HD Candidates GatherCandidates(const Context& context, int x, int y, int ite
   const EstimationState& state = context.state;
   const bool is_first = iteration == p.first_iteration;  // nothing was a candidate before
   Candidates candidates;
-  PlaneHypothesis met[kNumRegions + 1];
+  PlaneHypothesis met[kNumSectors + 1];
   met[0] = state.plane(x, y);
   int num_met = 1;
-  for (int region = 0; region < kNumRegions; ++region) {
+  for (int sector = 0; sector < kNumSectors; ++sector) {
     PixelOffset offset;
-    if (!context.BestInRegion(x, y, region, &offset)) continue;
+    if (!context.BestInSector(x, y, sector, &offset)) continue;
     if (!is_first && state.changed(x + offset.dx, y + offset.dy) == 0) continue;
     PlaneHypothesis moved;
     if (!MoveHypothesis(p, state.plane(x + offset.dx, y + offset.dy), offset, x, y, &moved)) continue;
-    if (FindSame(p, met, num_met, moved) < 0) candidates.offered |= 1u << region;
-    candidates.offsets[region] = offset;
-    candidates.planes[region] = moved;
+    if (FindSame(p, met, num_met, moved) < 0) candidates.offered |= 1u << sector;
+    candidates.offsets[sector] = offset;
+    candidates.planes[sector] = moved;
     met[num_met++] = moved;
   }
   return candidates;
@@ -169,9 +169,9 @@ PHI_HD void WriteBetter(const EstimationState& state, int x, int y, const Scored
 inline constexpr int kNumFinalists = 2;
 
 // The cheapest of those in `left` (bit k: number k), the first one on ties; -1: there is none.
-PHI_HD int Cheapest(std::uint32_t left, const float (&costs)[kNumRegions]) {
+PHI_HD int Cheapest(std::uint32_t left, const float (&costs)[kNumSectors]) {
   int cheapest = -1;
-  for (int k = 0; k < kNumRegions; ++k) {
+  for (int k = 0; k < kNumSectors; ++k) {
     if ((left >> k & 1u) != 0 && (cheapest < 0 || costs[k] < costs[cheapest])) cheapest = k;
   }
   return cheapest;
@@ -202,9 +202,9 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
   const auto patch = context.LoadPatch(x, y);
 
   const Candidates candidates = GatherCandidates(context, x, y, iteration);
-  float ranks[kNumRegions];
-  typename Context::Ranked ranked[kNumRegions];
-  for (int k = 0; k < kNumRegions; ++k) {
+  float ranks[kNumSectors];
+  typename Context::Ranked ranked[kNumSectors];
+  for (int k = 0; k < kNumSectors; ++k) {
     if ((candidates.offered >> k & 1u) != 0) ranks[k] = context.Rank(patch, x, y, candidates.planes[k], &ranked[k]);
   }
 
@@ -248,7 +248,7 @@ PHI_HD void UpdateByAllSamples(const Context& context, int x, int y, int iterati
 
   ScoredHypothesis current = {state.plane(x, y), state.cost(x, y)};
   const Candidates candidates = GatherCandidates(context, x, y, iteration);
-  for (int k = 0; k < kNumRegions; ++k) {
+  for (int k = 0; k < kNumSectors; ++k) {
     if ((candidates.offered >> k & 1u) == 0) continue;
     const float cost = context.Cost(patch, x, y, candidates.planes[k], Samples::kAll);
     if (cost < current.cost) current = {candidates.planes[k], cost};

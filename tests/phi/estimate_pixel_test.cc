@@ -12,7 +12,7 @@
 namespace phi {
 namespace {
 
-constexpr int kWidth = 40, kHeight = 32, kInside = 16;  // the pixel (kInside, kInside) has all of its regions
+constexpr int kWidth = 40, kHeight = 32, kInside = 16;  // the pixel (kInside, kInside) has all of its sectors
 
 struct World {
   PlaneMap planes{kWidth, kHeight};
@@ -31,7 +31,7 @@ struct CountingContext {
   World* world;
   bool knows_truth = false;
 
-  bool BestInRegion(int x, int y, int region, PixelOffset* best) const { return phi::BestInRegion(state.cost, x, y, region, best); }
+  bool BestInSector(int x, int y, int sector, PixelOffset* best) const { return phi::BestInSector(state.cost, x, y, sector, best); }
   int LoadPatch(int, int) const { return 0; }
   float Cost(int, int x, int y, const PlaneHypothesis& h, Samples) const {
     ++world->num_costs(x, y);
@@ -106,7 +106,7 @@ TEST_P(Turn, WhatHasChangedIsACandidateAgain) {
   HalfPass(context, 4, 0);
   EXPECT_EQ(world.num_costs(kInside, kInside), with_one);
   EXPECT_EQ(world.num_costs(kInside + 2, kInside), with_one);
-  EXPECT_EQ(world.num_costs(kInside - 6, kInside - 2), later) << "the pixel is in none of its regions";
+  EXPECT_EQ(world.num_costs(kInside - 6, kInside - 2), later) << "the pixel is in none of its sectors";
   HalfPass(context, 4, 1);
   HalfPass(context, 5, 0);
   EXPECT_EQ(world.num_costs(kInside, kInside), later);

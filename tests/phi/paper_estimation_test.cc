@@ -25,7 +25,7 @@ struct FarIsBetter {
   EstimationParameters parameters;
   EstimationState state;
 
-  bool BestInRegion(int x, int y, int region, PixelOffset* best) const { return phi::BestInRegion(state.cost, x, y, region, best); }
+  bool BestInSector(int x, int y, int sector, PixelOffset* best) const { return phi::BestInSector(state.cost, x, y, sector, best); }
   int LoadPatch(int, int) const { return 0; }
   float Cost(int, int, int, const PlaneHypothesis& h, Samples) const { return 1 - h.depth / 1000; }
   float Rank(int patch, int x, int y, const PlaneHypothesis& h, Ranked*) const { return Cost(patch, x, y, h, Samples::kSparse); }

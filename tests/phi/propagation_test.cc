@@ -14,49 +14,49 @@ namespace {
 
 TEST(Propagation, AllSamplesHaveTheOtherColourAndNoneRepeats) {
   std::set<std::pair<int, int>> seen;
-  for (int region = 0; region < kNumRegions; ++region) {
-    for (int sample = 0; sample < NumRegionSamples(region); ++sample) {
-      const PixelOffset o = RegionOffset(region, sample);
-      EXPECT_EQ((std::abs(o.dx) + std::abs(o.dy)) % 2, 1) << region << " " << sample;
+  for (int sector = 0; sector < kNumSectors; ++sector) {
+    for (int sample = 0; sample < NumSectorSamples(sector); ++sample) {
+      const PixelOffset o = SectorOffset(sector, sample);
+      EXPECT_EQ((std::abs(o.dx) + std::abs(o.dy)) % 2, 1) << sector << " " << sample;
       EXPECT_TRUE(seen.insert({o.dx, o.dy}).second) << o.dx << " " << o.dy;
     }
   }
 }
 
-TEST(Propagation, RegionsAreRotationsOfEachOther) {
+TEST(Propagation, SectorsAreRotationsOfEachOther) {
   for (int base : {0, 4}) {
-    for (int sample = 0; sample < NumRegionSamples(base); ++sample) {
+    for (int sample = 0; sample < NumSectorSamples(base); ++sample) {
       for (int direction = 0; direction < 3; ++direction) {
-        const PixelOffset a = RegionOffset(base + direction, sample),
-                          b = RegionOffset(base + direction + 1, sample);
+        const PixelOffset a = SectorOffset(base + direction, sample),
+                          b = SectorOffset(base + direction + 1, sample);
         EXPECT_EQ(b.dx, -a.dy);
         EXPECT_EQ(b.dy, a.dx);
       }
     }
   }
-  EXPECT_EQ(RegionOffset(0, 0).dy, -1);    // up, nearest
-  EXPECT_EQ(RegionOffset(4, 10).dy, -23);  // up, farthest
+  EXPECT_EQ(SectorOffset(0, 0).dy, -1);    // up, nearest
+  EXPECT_EQ(SectorOffset(4, 10).dy, -23);  // up, farthest
 }
 
-TEST(Propagation, PicksTheLowestCostInTheRegion) {
+TEST(Propagation, PicksTheLowestCostInTheSector) {
   Array2D<float> cost(64, 64, 1.0f);
-  const PixelOffset lowest = RegionOffset(6, 7);
+  const PixelOffset lowest = SectorOffset(6, 7);
   cost(32 + lowest.dx, 32 + lowest.dy) = 0.1f;
   cost(33, 33) = 0.0f;  // same colour: never read
   PixelOffset best;
-  ASSERT_TRUE(BestInRegion(cost.view(), 32, 32, 6, &best));
+  ASSERT_TRUE(BestInSector(cost.view(), 32, 32, 6, &best));
   EXPECT_EQ(best.dx, lowest.dx);
   EXPECT_EQ(best.dy, lowest.dy);
-  ASSERT_TRUE(BestInRegion(cost.view(), 32, 32, 5, &best));  // all equal: the first
+  ASSERT_TRUE(BestInSector(cost.view(), 32, 32, 5, &best));  // all equal: the first
   EXPECT_EQ(best.dx, 3);
   EXPECT_EQ(best.dy, 0);
 }
 
-TEST(Propagation, RegionOutsideTheImageSendsNothing) {
+TEST(Propagation, SectorOutsideTheImageSendsNothing) {
   const Array2D<float> cost(64, 64, 1.0f);
   PixelOffset best;
-  EXPECT_FALSE(BestInRegion(cost.view(), 10, 2, 4, &best));
-  EXPECT_TRUE(BestInRegion(cost.view(), 10, 3, 4, &best));
+  EXPECT_FALSE(BestInSector(cost.view(), 10, 2, 4, &best));
+  EXPECT_TRUE(BestInSector(cost.view(), 10, 3, 4, &best));
 }
 
 TEST(Propagation, ACandidateThatWasSentBeforeIsFound) {

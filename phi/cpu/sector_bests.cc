@@ -1,4 +1,4 @@
-#include "phi/cpu/region_bests.h"
+#include "phi/cpu/sector_bests.h"
 
 #include <algorithm>
 #include <limits>
@@ -19,16 +19,16 @@ PHI_WIDE_VECTORS void TakeLower(const float* cost, int num_pixels, std::int32_t 
 
 }  // namespace
 
-void RegionBests::Find(ArrayView2D<const float> cost, int first_x, int y) {
+void SectorBests::Find(ArrayView2D<const float> cost, int first_x, int y) {
   const int num_pixels = (cost.width - first_x + 1) / 2;
   num_pixels_ = static_cast<std::size_t>(num_pixels);
   lowest_.resize(num_pixels_);
-  samples_.assign(kNumRegions * num_pixels_, -1);
-  for (int region = 0; region < kNumRegions; ++region) {
-    std::int32_t* best = samples_.data() + static_cast<std::size_t>(region) * num_pixels_;
+  samples_.assign(kNumSectors * num_pixels_, -1);
+  for (int sector = 0; sector < kNumSectors; ++sector) {
+    std::int32_t* best = samples_.data() + static_cast<std::size_t>(sector) * num_pixels_;
     std::fill(lowest_.begin(), lowest_.end(), std::numeric_limits<float>::infinity());
-    for (int sample = 0; sample < NumRegionSamples(region); ++sample) {
-      const PixelOffset o = RegionOffset(region, sample);
+    for (int sample = 0; sample < NumSectorSamples(sector); ++sample) {
+      const PixelOffset o = SectorOffset(sector, sample);
       if (y + o.dy < 0 || y + o.dy >= cost.height) continue;
       // Of the pixels whose sample lies in the image.
       const int left = first_x + o.dx;
