@@ -58,11 +58,8 @@ void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSiz
     return;
   }
   KeepOnly(sizes);
-  scratch.FreeIdleDeviceMaps();
-  if (kind != CallKind::kEstimation) own->estimation.FreeDeviceMaps();
-  if (kind != CallKind::kSharing) own->sharing.FreeDeviceMaps();
-  if (kind != CallKind::kEstimation && kind != CallKind::kSharing) own->window_scales.Free();
-  if (kind != CallKind::kInference) own->inference.FreeDeviceMaps();
+  scratch.ForEachIdle([](Scratch* idle) { idle->FreeDeviceMaps(); });
+  own->FreeDeviceMaps(kind);
 }
 
 void DeviceResources::KeepOnly(const CacheSizes& sizes) {

@@ -18,6 +18,7 @@
 #include "cuda/gray_texture.h"
 #include "cuda/memory_budget.h"
 #include "cuda/scratch.h"
+#include "cuda/scratch_pool.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
@@ -60,7 +61,7 @@ struct DeviceResources {
   DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
   DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference
-  ScratchPool scratch;
+  ScratchPool<Scratch> scratch;
   DeviceTimes times;
 
  private:

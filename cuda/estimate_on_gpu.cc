@@ -170,7 +170,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
   const EstimationPlan plan = PlanEstimation(input, device->budget.bytes(), task, parts.size() > 1);
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
-  ScratchPool::Lease scratch(&device->scratch, task);
+  ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   PrepareMemory(device, scratch.get(), plan, input.sources.size());
   PartsOnGpu estimation(input, options, plan, std::move(parts), scratch.get(), task);

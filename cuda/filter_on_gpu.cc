@@ -1,6 +1,7 @@
 // The consistency filter of one reference map: maps come from the cache, verdicts go back.
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "cuda/calls_on_gpu.h"
@@ -38,17 +39,16 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
   return f;
 }
 
-// Sources `begin` to before `end`. What comes back keeps them alive.
-TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, const std::vector<SourceMap>& sources,
-                  std::size_t begin, std::size_t end, Scratch* scratch, const Task& task, FilterTurn* turn) {
+// What comes back keeps the sources alive.
+TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, std::span<const SourceMap> sources, Scratch* scratch,
+                  const Task& task, FilterTurn* turn) {
   const cudaStream_t stream = scratch->stream.get();
   TurnMaps handles;
   std::vector<FilterSource> bound;
-  for (std::size_t j = begin; j < end; ++j) {
-    handles.maps.push_back(device->maps.Get(PlanesOf(sources[j].load()), stream));
-    bound.push_back(
-        {MakeRelativeView(reference.camera, sources[j].view->camera), handles.maps.back()->View()});
-    const std::shared_ptr<const ImageMask> mask = sources[j].load_mask ? sources[j].load_mask() : nullptr;
+  for (const SourceMap& source : sources) {
+    handles.maps.push_back(device->maps.Get(PlanesOf(source.load()), stream));
+    bound.push_back({MakeRelativeView(reference.camera, source.view->camera), handles.maps.back()->View()});
+    const std::shared_ptr<const ImageMask> mask = source.load_mask ? source.load_mask() : nullptr;
     if (mask == nullptr) continue;
     handles.masks.emplace_back(*mask, stream, task);
     bound.back().mask = handles.masks.back().View();
@@ -70,7 +70,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const FilterPlan plan = PlanFilter(input, device->budget.bytes(), task);
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
-  ScratchPool::Lease scratch(&device->scratch, task);
+  ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t at_once = static_cast<std::size_t>(plan.num_sources_at_once);
   // Concurrent calls share most of the maps.
@@ -87,7 +87,8 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   TurnMaps handles;  // of the turn under way: the last one's go when the device has ended
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
     const std::size_t end = std::min(begin + at_once, sources.size());
-    handles = BindTurn(device, *input.reference.view, sources, begin, end, scratch.get(), task, &launch.turn);
+    const std::span<const SourceMap> of_turn = std::span(sources).subspan(begin, end - begin);
+    handles = BindTurn(device, *input.reference.view, of_turn, scratch.get(), task, &launch.turn);
     if (begin == 0) scratch->begin.Record(stream, task);
     LaunchAskSources(launch, testimonies, stream, task);
     if (end == sources.size()) break;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <string>
@@ -12,6 +11,7 @@
 #include "cuda/buffer.h"
 #include "cuda/device.h"
 #include "cuda/fusion_kernels.h"
+#include "cuda/scratch_pool.h"
 #include "cuda/stream.h"
 #include "phi/base/log.h"
 
@@ -131,9 +131,8 @@ void Copy(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
   stream.Synchronize(task);
 }
 
-// Of one call at a time.
-struct CallMemory {
-  CallMemory() : stream(FusionTask()) {}
+struct FusionScratch {
+  explicit FusionScratch(const Task& task) : stream(task) {}
 
   Stream stream;
   DeviceBuffer<std::uint32_t> pixels;
@@ -146,67 +145,34 @@ struct CallMemory {
   PinnedBuffer<std::int32_t> host_num_fused;
 };
 
-// Lends the memory of so many calls; who comes later waits.
-class CallMemories {
- public:
-  std::unique_ptr<CallMemory> Take() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    returned_.wait(lock, [&] { return num_lent_ < kMaxCallsAtOnce; });
-    std::unique_ptr<CallMemory> memory;
-    if (free_.empty()) {
-      memory = std::make_unique<CallMemory>();
-    } else {
-      memory = std::move(free_.back());
-      free_.pop_back();
-    }
-    ++num_lent_;
-    return memory;
-  }
-
-  void Return(std::unique_ptr<CallMemory> memory) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      --num_lent_;
-      free_.push_back(std::move(memory));
-    }
-    returned_.notify_one();
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable returned_;
-  std::size_t num_lent_ = 0;
-  std::vector<std::unique_ptr<CallMemory>> free_;
-};
-
-DecidedPixels Decide(FusionLaunch launch, const std::vector<std::uint32_t>& pixels, CallMemory* memory) {
+DecidedPixels Decide(FusionLaunch launch, const std::vector<std::uint32_t>& pixels, FusionScratch* scratch) {
   const Task task = FusionTask(launch.map.width, launch.map.height);
-  const cudaStream_t stream = memory->stream.get();
+  const cudaStream_t stream = scratch->stream.get();
   const std::int64_t count = static_cast<std::int64_t>(pixels.size());
   // Blocks differ in what they ask; memory that grows a little with each is freed as often, for which the device waits.
   const auto room = static_cast<std::int64_t>(std::bit_ceil(pixels.size()));
-  memory->pixels.Reserve(room, task);
-  memory->outcomes.Reserve(room, task);
-  memory->is_fused.Reserve(room, task);
-  memory->fused.Reserve(room, task);
-  memory->gathered.Reserve(room, task);
-  memory->host_outcomes.Reserve(room, task);
-  memory->host_fused.Reserve(room, task);
-  memory->num_fused.Reserve(1, task);
-  memory->pixels.Upload(pixels.data(), count, stream, task);
-  launch.pixels = memory->pixels.data();
+  scratch->pixels.Reserve(room, task);
+  scratch->outcomes.Reserve(room, task);
+  scratch->is_fused.Reserve(room, task);
+  scratch->fused.Reserve(room, task);
+  scratch->gathered.Reserve(room, task);
+  scratch->host_outcomes.Reserve(room, task);
+  scratch->host_fused.Reserve(room, task);
+  scratch->num_fused.Reserve(1, task);
+  scratch->pixels.Upload(pixels.data(), count, stream, task);
+  launch.pixels = scratch->pixels.data();
   launch.num_pixels = static_cast<int>(count);
-  const FusionVerdicts verdicts = {memory->outcomes.data(), memory->is_fused.data(), memory->fused.data()};
+  const FusionVerdicts verdicts = {scratch->outcomes.data(), scratch->is_fused.data(), scratch->fused.data()};
   LaunchDecide(launch, verdicts, stream, task);
-  LaunchGather(verdicts, launch.num_pixels, memory->gathered.data(), memory->num_fused.data(), &memory->gathering, stream, task);
-  memory->host_num_fused.Download(memory->num_fused, 1, stream, task);
-  memory->host_outcomes.Download(memory->outcomes, count, stream, task);
-  memory->stream.Synchronize(task);
-  const std::int64_t num_fused = *memory->host_num_fused.data();
-  if (num_fused > 0) memory->host_fused.Download(memory->gathered, num_fused, stream, task);
-  memory->stream.Synchronize(task);
-  return {{memory->host_outcomes.data(), memory->host_outcomes.data() + count},
-          {memory->host_fused.data(), memory->host_fused.data() + num_fused}};
+  LaunchGather(verdicts, launch.num_pixels, {scratch->gathered.data(), scratch->num_fused.data()}, &scratch->gathering, stream, task);
+  scratch->host_num_fused.Download(scratch->num_fused, 1, stream, task);
+  scratch->host_outcomes.Download(scratch->outcomes, count, stream, task);
+  scratch->stream.Synchronize(task);
+  const std::int64_t num_fused = *scratch->host_num_fused.data();
+  if (num_fused > 0) scratch->host_fused.Download(scratch->gathered, num_fused, stream, task);
+  scratch->stream.Synchronize(task);
+  return {{scratch->host_outcomes.data(), scratch->host_outcomes.data() + count},
+          {scratch->host_fused.data(), scratch->host_fused.data() + num_fused}};
 }
 
 class CudaFusion final : public FusionDevice {
@@ -239,15 +205,11 @@ class CudaFusion final : public FusionDevice {
 
   DecidedPixels Decide(const FusionLaunch& launch, const std::vector<std::uint32_t>& pixels) {
     const ScopedDevice current(index_);
-    std::unique_ptr<CallMemory> memory = calls_.Take();
+    const ScratchPool<FusionScratch>::Lease scratch(&scratch_, FusionTask());
     try {
-      DecidedPixels decided = gpu::Decide(launch, pixels, memory.get());
-      calls_.Return(std::move(memory));
-      return decided;
+      return gpu::Decide(launch, pixels, scratch.get());
     } catch (...) {
       has_failed_ = true;
-      cudaStreamSynchronize(memory->stream.get());  // copies may still be under way
-      calls_.Return(std::move(memory));
       throw;
     }
   }
@@ -272,7 +234,7 @@ class CudaFusion final : public FusionDevice {
   std::atomic<bool> has_failed_ = false;
   std::mutex mutex_;
   MapCopies copies_;
-  CallMemories calls_;
+  ScratchPool<FusionScratch> scratch_{kMaxCallsAtOnce};
 };
 
 class ImageOnGpu final : public FusionDevice::Image {

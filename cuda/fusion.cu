@@ -29,11 +29,12 @@ void LaunchDecide(const FusionLaunch& launch, const FusionVerdicts& verdicts, cu
   CheckLaunch("DecideKernel", task);
 }
 
-void LaunchGather(const FusionVerdicts& verdicts, int num_pixels, FusedPixel* gathered, std::int32_t* num_fused,
-                  DeviceBuffer<std::uint8_t>* scratch, cudaStream_t stream, const Task& task) {
+void LaunchGather(const FusionVerdicts& verdicts, int num_pixels, const GatheredPixels& gathered, DeviceBuffer<std::uint8_t>* scratch,
+                  cudaStream_t stream, const Task& task) {
   std::size_t num_bytes = 0;
   const auto select = [&](void* memory) {
-    Check(cub::DeviceSelect::Flagged(memory, num_bytes, verdicts.fused, verdicts.is_fused, gathered, num_fused, num_pixels, stream),
+    Check(cub::DeviceSelect::Flagged(memory, num_bytes, verdicts.fused, verdicts.is_fused, gathered.pixels, gathered.count, num_pixels,
+                                     stream),
           "cub::DeviceSelect::Flagged", task);
   };
   select(nullptr);  // asks for the bytes

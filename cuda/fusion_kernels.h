@@ -27,11 +27,16 @@ struct FusionVerdicts {
   FusedPixel* fused = nullptr;  // meaningful where is_fused
 };
 
+struct GatheredPixels {
+  FusedPixel* pixels = nullptr;
+  std::int32_t* count = nullptr;
+};
+
 // One verdict a pixel of the launch.
 void LaunchDecide(const FusionLaunch& launch, const FusionVerdicts& verdicts, cudaStream_t stream, const Task& task);
 
-// The fused ones in their order, and how many there are. `scratch`: memory that grows as needed.
-void LaunchGather(const FusionVerdicts& verdicts, int num_pixels, FusedPixel* gathered, std::int32_t* num_fused,
-                  DeviceBuffer<std::uint8_t>* scratch, cudaStream_t stream, const Task& task);
+// The fused ones in their order. `scratch`: memory that grows as needed.
+void LaunchGather(const FusionVerdicts& verdicts, int num_pixels, const GatheredPixels& gathered, DeviceBuffer<std::uint8_t>* scratch,
+                  cudaStream_t stream, const Task& task);
 
 }  // namespace phi::gpu

@@ -208,7 +208,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
 
   const std::int64_t bytes = PlanInference(input, device->budget.bytes(), task);
   const MemoryBudget::Lease lease(&device->budget, bytes);
-  ScratchPool::Lease scratch(&device->scratch, task);
+  ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
   device->MakeRoom(CallKind::kInference, bytes, {.images = num_images, .measured = num_images}, scratch.get());

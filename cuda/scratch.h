@@ -1,14 +1,12 @@
-// Device memory, page-locked memory and a stream for one call at a time; kept between calls, grown as needed. A call may
+// Device memory, page-locked memory and a stream for one call of a backend at a time (ScratchPool); grown as needed. A call may
 // free what only other kinds of call use: that stops the device, but stages change rarely.
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <mutex>
-#include <utility>
-#include <vector>
+#include <optional>
 
 #include "cuda/buffer.h"
+#include "cuda/call_kind.h"
 #include "cuda/estimation_kernels.h"
 #include "cuda/filtering_kernels.h"
 #include "cuda/inference_kernels.h"
@@ -74,6 +72,14 @@ struct Scratch {
   explicit Scratch(const Task& task)
       : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task) {}
 
+  // The large ones on the device, but for those that calls of the kind `kept` use.
+  void FreeDeviceMaps(std::optional<CallKind> kept = std::nullopt) {
+    if (kept != CallKind::kEstimation) estimation.FreeDeviceMaps();
+    if (kept != CallKind::kSharing) sharing.FreeDeviceMaps();
+    if (kept != CallKind::kEstimation && kept != CallKind::kSharing) window_scales.Free();
+    if (kept != CallKind::kInference) inference.FreeDeviceMaps();
+  }
+
   Stream stream;
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
@@ -93,60 +99,6 @@ struct Scratch {
   PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
   PinnedBuffer<Testimonies> host_testimonies;
-};
-
-// Lends scratch to concurrent calls; makes a new one when all are lent.
-class ScratchPool {
- public:
-  class Lease {
-   public:
-    Lease(ScratchPool* pool, const Task& task) : pool_(pool), scratch_(pool->Take(task)) {}
-    // Copies of a call that failed may still read its inputs: wait for them.
-    ~Lease() {
-      cudaStreamSynchronize(scratch_->stream.get());
-      pool_->Return(std::move(scratch_));
-    }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    Scratch* get() const { return scratch_.get(); }
-    Scratch* operator->() const { return scratch_.get(); }
-
-   private:
-    ScratchPool* pool_;
-    std::unique_ptr<Scratch> scratch_;
-  };
-
-  // Frees what is not lent.
-  void FreeIdle() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    free_.clear();
-  }
-  // The same for the large ones on the device alone.
-  void FreeIdleDeviceMaps() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    for (const std::unique_ptr<Scratch>& idle : free_) {
-      idle->estimation.FreeDeviceMaps();
-      idle->sharing.FreeDeviceMaps();
-      idle->window_scales.Free();
-      idle->inference.FreeDeviceMaps();
-    }
-  }
-
- private:
-  std::unique_ptr<Scratch> Take(const Task& task) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    if (free_.empty()) return std::make_unique<Scratch>(task);
-    std::unique_ptr<Scratch> scratch = std::move(free_.back());
-    free_.pop_back();
-    return scratch;
-  }
-  void Return(std::unique_ptr<Scratch> scratch) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    free_.push_back(std::move(scratch));
-  }
-
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> free_;
 };
 
 }  // namespace phi::gpu

@@ -116,7 +116,7 @@ std::shared_ptr<const MeasurementMap> ShareOnGpu(DeviceResources* device, const 
   const SharingPlan plan = PlanSharing(input, device->budget.bytes(), task);
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
-  ScratchPool::Lease scratch(&device->scratch, task);
+  ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t num_calls = device->NumCallsAtOnce(plan.bytes);
   const CacheSizes sizes = {.images = num_calls * (estimation.sources.size() + 1),
