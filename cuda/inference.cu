@@ -36,8 +36,8 @@ struct GpuInferenceContext {
   __device__ __forceinline__ Patch LoadPatch(int, int) const { return {}; }
   __device__ __forceinline__ void Costs(const Patch&, int x, int y, int k, float* costs) const {
     for (int j = 0; j < parameters.num_views; ++j) {
-      costs[j] = HypothesisViewCost(reference, launch.sources[j].texture, View(j), parameters.window,
-                                    state.maps.inverse_depth[k], x, y);
+      const SampledView<TextureSampler> source = {launch.sources[j].texture, View(j)};
+      costs[j] = HypothesisViewCost(reference, source, parameters.window, state.maps.inverse_depth[k], x, y);
     }
   }
 };
@@ -151,8 +151,9 @@ __global__ void UnionKernel(const __grid_constant__ InferenceLaunch launch) {
 __global__ void CompositionKernel(const __grid_constant__ InferenceLaunch launch) {
   const int x = ThreadX(), y = ThreadY();
   if (!launch.inferred.Contains(x, y)) return;
-  launch.result(x, y) = ComposedPlane(launch.parameters, launch.measured(x, y), launch.evidence(x, y) > 0,
-                                      launch.inferred(x, y), launch.filled_and_measured, x, y);
+  const PlaneHypothesis evidence = launch.evidence(x, y) > 0 ? launch.measured(x, y) : PlaneHypothesis();
+  launch.result(x, y) =
+      ComposedPlane(launch.parameters, evidence, launch.inferred(x, y), launch.filled_and_measured, x, y);
 }
 
 }  // namespace

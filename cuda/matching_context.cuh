@@ -35,10 +35,10 @@ __device__ __forceinline__ int LevelSize(int size, int level) { return (size + (
 struct WindowWarp {
   Vec3f centre, right, down;
 
-  // (u, v), q, step: pixels of the full image. `scale`: 2^-level; the warp ends in that level's pixels.
-  __device__ __forceinline__ WindowWarp(const SourceView& view, float u, float v, Vec3f q,
-                                        float inverse_depth, float step, float scale) {
-    centre = InLevel(view.a * Vec3f{u, v, 1.0f} + inverse_depth * view.b, scale);
+  // `at`, q, step: pixels of the full image. `scale`: 2^-level; the warp ends in that level's pixels.
+  __device__ __forceinline__ WindowWarp(const SourceView& view, ImagePoint at, Vec3f q, float inverse_depth, float step,
+                                        float scale) {
+    centre = InLevel(view.a * Vec3f{at.u, at.v, 1.0f} + inverse_depth * view.b, scale);
     const float* a = view.a.m;
     right = InLevel(step * (Vec3f{a[0], a[3], a[6]} + q.x * view.b), scale);
     down = InLevel(step * (Vec3f{a[1], a[4], a[7]} + q.y * view.b), scale);
@@ -261,10 +261,9 @@ struct GpuContext {
   template <class Function>
   __device__ __forceinline__ void ForEachView(const Patch& patch, int x, int y, const PlaneHypothesis& h,
                                               const Function& function) const {
-    const Vec3f q = InverseDepthCoefficients(parameters.reference, x + 0.5f, y + 0.5f, h);
-    ForLevel(patch.level_bit, [&](int level) {
-      ForEachViewOnLevel(patch, level, x + 0.5f, y + 0.5f, h, q, function);
-    });
+    const ImagePoint at = {x + 0.5f, y + 0.5f};
+    const Vec3f q = InverseDepthCoefficients(parameters.reference, at.u, at.v, h);
+    ForLevel(patch.level_bit, [&](int level) { ForEachViewOnLevel(patch, level, at, h, q, function); });
   }
 
   // Adds what the threads of the warp read to the launch's count. All of them must call it.
@@ -287,9 +286,8 @@ struct GpuContext {
   }
 
   template <class Function>
-  __device__ __forceinline__ void ForEachViewOnLevel(const Patch& patch, int level, float u, float v,
-                                                     const PlaneHypothesis& h, Vec3f q,
-                                                     const Function& function) const {
+  __device__ __forceinline__ void ForEachViewOnLevel(const Patch& patch, int level, ImagePoint at, const PlaneHypothesis& h,
+                                                     Vec3f q, const Function& function) const {
     const MatchingWindow& form = parameters.window;
     const int num_window_samples = kSamples == Samples::kSparse ? kNumSparseSamples : form.NumSamples();
     const float inverse_depth = 1.0f / h.depth;
@@ -297,7 +295,7 @@ struct GpuContext {
 #pragma unroll 1
     for (int j = 0; j < parameters.num_views; ++j) {
       const SourceView& view = launch.sources[j];
-      const WindowWarp warp(view, u, v, q, inverse_depth, pixels * patch.step, scale);
+      const WindowWarp warp(view, at, q, inverse_depth, pixels * patch.step, scale);
       const bool is_inside =
           warp.IsInside(static_cast<float>(form.samples_per_side), view, level);
       num_samples += is_inside ? num_window_samples : 0;

@@ -48,8 +48,8 @@ void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x
   const float u = x + 0.5f, v = y + 0.5f;
   const auto step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
   const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
-  const PlaneAtPixel plane = {1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, u / step, v / step, plane, ranked);
+  const PlaneAtPoint plane = {u / step, v / step, 1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
+  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, plane, ranked);
 }
 
 int SimdMatcher::Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {

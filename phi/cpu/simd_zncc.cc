@@ -219,16 +219,15 @@ using VD = hn::Vec<Doubles>;
 
 // The warps of the views from `first` on, as many as there are lanes. Returns a bit for each whose window lies inside the source
 // image: no corner falls outside or behind it.
-HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, double u, double v,
-                                        const PlaneAtPixel& plane, float radius, LocalWarps* warps) {
+HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, const PlaneAtPoint& plane, float radius, LocalWarps* warps) {
   const Doubles dd;
   const hn::Rebind<float, Doubles> df;
   const auto set = [&](double value) HWY_ATTR { return hn::Set(dd, value); };
   const auto a = [&](int k) HWY_ATTR { return hn::Load(dd, s.a[k] + first); };
   const auto b = [&](int k) HWY_ATTR { return hn::Load(dd, s.b[k] + first); };
   const auto at_center = [&](int k) HWY_ATTR {
-    return hn::MulAdd(a(3 * k), set(u),
-                      hn::MulAdd(a(3 * k + 1), set(v), hn::MulAdd(b(k), set(plane.inverse_depth), a(3 * k + 2))));
+    return hn::MulAdd(a(3 * k), set(plane.u),
+                      hn::MulAdd(a(3 * k + 1), set(plane.v), hn::MulAdd(b(k), set(plane.inverse_depth), a(3 * k + 2))));
   };
   const auto per_column = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_column), a(3 * k)); };
   const auto per_row = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_row), a(3 * k + 1)); };
@@ -274,10 +273,16 @@ HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, double 
   return bits[0];
 }
 
-// Sets, or adds to, the sums of a view, over samples from `begin` to before `end`.
+// A window's samples from `begin` to before `end`.
+struct WindowPart {
+  const SimdWindow& window;
+  int begin, end;
+};
+
+// Sets, or adds to, the sums of a view.
 template <bool kAdds>
-HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, int view, const SimdPatch& patch,
-                          const LocalWarps& warps, int begin, int end, SimdSums* sums) {
+HWY_INLINE void SumWindow(const WindowPart& part, const SimdSources& sources, int view, const SimdPatch& patch,
+                          const LocalWarps& warps, SimdSums* sums) {
   const Floats df;
   const VF one = hn::Set(df, 1.0f);
   const VF wx = hn::Set(df, warps.wx[view]), wy = hn::Set(df, warps.wy[view]);
@@ -290,10 +295,10 @@ HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, 
   // Shifted by the centre's sample, the sums lose no digits: the centre itself bounds how far it is from the
   // mean.
   const VF shift = hn::Set(df, SampleAt(base, sources.stride[view], warps.x[view], warps.y[view]));
-  const float* HWY_RESTRICT dx_begin = window.dx.data();
-  const float* HWY_RESTRICT dy_begin = window.dy.data();
+  const float* HWY_RESTRICT dx_begin = part.window.dx.data();
+  const float* HWY_RESTRICT dy_begin = part.window.dy.data();
   Totals sum, squares, products;
-  for (int i = begin; i < end; i += kSimdChunk) {
+  for (int i = part.begin; i < part.end; i += kSimdChunk) {
     for (int p = 0; p < kParts; ++p) {
       const int k = i + p * kLanes;
       const VF dx = hn::LoadU(df, dx_begin + k), dy = hn::LoadU(df, dy_begin + k);
@@ -311,29 +316,27 @@ HWY_INLINE void SumWindow(const SimdWindow& window, const SimdSources& sources, 
 }
 
 template <bool kAdds>
-HWY_INLINE void SumSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                           const PlaneAtPixel& plane, int begin, int end, SimdSums* sums) {
+HWY_INLINE void SumSamples(const WindowPart& part, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
+                           SimdSums* sums) {
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
   LocalWarps warps;
   sums->inside = 0;
   for (int first = 0; first < sources.num; first += kViews) {
-    const std::uint64_t inside = MakeLocalWarps(sources, first, u, v, plane, window.radius, &warps);
+    const std::uint64_t inside = MakeLocalWarps(sources, first, plane, part.window.radius, &warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
       if ((inside >> (j - first) & 1u) == 0) continue;
-      SumWindow<kAdds>(window, sources, j, patch, warps, begin, end, sums);
+      SumWindow<kAdds>(part, sources, j, patch, warps, sums);
       sums->inside |= 1u << j;
     }
   }
 }
 
-void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-               const PlaneAtPixel& plane, SimdSums* sums) {
-  SumSamples<false>(window, sources, patch, u, v, plane, 0, window.end_of_sparse, sums);
+void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane, SimdSums* sums) {
+  SumSamples<false>({window, 0, window.end_of_sparse}, sources, patch, plane, sums);
 }
 
-void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-               const PlaneAtPixel& plane, SimdSums* sums) {
-  SumSamples<true>(window, sources, patch, u, v, plane, window.end_of_sparse, static_cast<int>(window.dx.size()), sums);
+void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane, SimdSums* sums) {
+  SumSamples<true>({window, window.end_of_sparse, static_cast<int>(window.dx.size())}, sources, patch, plane, sums);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -394,14 +397,14 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
   HWY_DYNAMIC_DISPATCH(LoadPatch)(reference, window, weight_decay, u, v, patch);
 }
 
-void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                      const PlaneAtPixel& plane, SimdSums* sums) {
-  HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, u, v, plane, sums);
+void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
+                      SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, plane, sums);
 }
 
-void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                     const PlaneAtPixel& plane, SimdSums* sums) {
-  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, u, v, plane, sums);
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
+                     SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, plane, sums);
 }
 
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs) {

@@ -67,8 +67,9 @@ struct SimdSums {
 };
 static_assert(kMaxSourceViews <= 32);
 
-// Inverse depth at the window's centre and its change per pixel.
-struct PlaneAtPixel {
+// A plane around a window's centre (u, v) in the reference, K's coordinates: inverse depth there and its change per pixel.
+struct PlaneAtPoint {
+  double u, v;
   double inverse_depth, per_column, per_row;
 };
 
@@ -76,11 +77,11 @@ struct PlaneAtPixel {
 void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float weight_decay, float u,
                    float v, SimdPatch* patch);
 // Sums over the sparse samples alone.
-void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                      const PlaneAtPixel& plane, SimdSums* sums);
+void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
+                      SimdSums* sums);
 // The same plane's sums over all samples, from those over the sparse ones.
-void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, double u, double v,
-                     const PlaneAtPixel& plane, SimdSums* sums);
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
+                     SimdSums* sums);
 // The cost in each source view (Eq. 4) of what was summed.
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs);
 

@@ -29,6 +29,7 @@ struct PlaneRow {
   std::vector<float> normal_x, normal_y, normal_z, offset;  // offset NaN: no depth
   std::vector<float> depth, ray_x;
   std::vector<float> tolerance;  // of the depth
+  float ray_y;                   // of all of them
 
   PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y)
       : normal_x(map.width()),
@@ -37,7 +38,8 @@ struct PlaneRow {
         offset(map.width()),
         depth(map.width()),
         ray_x(map.width()),
-        tolerance(map.width()) {
+        tolerance(map.width()),
+        ray_y(rays.Ray(0.5f, y + 0.5f).y) {
     for (int x = 0; x < map.width(); ++x) {
       const PlaneHypothesis& h = map(x, y);
       const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
@@ -54,8 +56,7 @@ struct PlaneRow {
 
 // Adds to the count of each pixel from `begin` to before `end` whether the neighbour `shift` columns to the right in the row `planes`
 // agrees. A plane meets a pixel's ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
-void CountAgreeing(const PlaneRow& pixels, float ray_y, const PlaneRow& planes, int shift, int begin, int end,
-                   std::vector<std::int32_t>* counts);
+void CountAgreeing(const PlaneRow& pixels, const PlaneRow& planes, int shift, int begin, int end, std::vector<std::int32_t>* counts);
 
 // Calls function(begin, end) for the pieces of a row that hold what is wanted (not 0).
 template <class Function>
@@ -83,12 +84,11 @@ void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Mask& wa
     for (int y = begin; y < end; ++y) {
       std::vector<std::int32_t> counts(map.width(), -1);  // the pixel itself is no neighbour, and always agrees
       const PlaneRow& pixels = rows[y - first];
-      const float ray_y = rays.Ray(0.5f, y + 0.5f).y;
       ForWantedPieces(&wanted(0, y), map.width(), [&](int piece_begin, int piece_end) {
         for (int v = y - reach; v <= y + reach; v += spacing) {
           if (v < first || v > last) continue;
           for (int shift = -reach; shift <= reach; shift += spacing) {
-            CountAgreeing(pixels, ray_y, rows[v - first], shift, piece_begin, piece_end, &counts);
+            CountAgreeing(pixels, rows[v - first], shift, piece_begin, piece_end, &counts);
           }
         }
       });

@@ -137,11 +137,10 @@ HWY_INLINE Mask SamplesFinely(const FusionNeighbor& neighbor, const FusionGates&
       hn::Mul(hn::Mul(Set(gates.max_coarsening * neighbor.view.source.fx), part.depth), their_slant));
 }
 
-// Which of the pixels `compared` the neighbour covers, if it is an earlier one.
+// Which of the pixels `meeting`, whose surface the neighbour's meets, it covers, if it is an earlier one.
 HWY_INLINE Mask FindCovered(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,
-                            const Lookup& s, VF reproj_error, VW color, Mask compared) {
-  const Mask close = hn::Le(reproj_error, Set(gates.max_reproj_error));
-  const Mask candidates = hn::And(compared, hn::And(close, HasFlag(color, FusionPixel::kEmitted)));
+                            const Lookup& s, VW color, Mask meeting) {
+  const Mask candidates = hn::And(meeting, HasFlag(color, FusionPixel::kEmitted));
   if (hn::AllFalse(Floats(), candidates)) return candidates;
   return hn::And(candidates, SamplesFinely(neighbor, gates, part, s));
 }
@@ -182,13 +181,14 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const Intersection m = Intersect(neighbor, gates, part, s, words);
   const Mask compared = hn::And(near, m.meets);
   const VW color = gather_color();
+  const Mask close = hn::Le(m.reproj_error, Set(gates.max_reproj_error));
   const Mask covered =
-      neighbor.earlier ? FindCovered(neighbor, gates, part, s, m.reproj_error, color, compared) : none;
+      neighbor.earlier ? FindCovered(neighbor, gates, part, s, color, hn::And(compared, close)) : none;
   if (hn::AllFalse(df, hn::AndNot(covered, has_depth)))
     return covered;  // nothing else matters of these pixels
 
   const Mask depth_agrees = hn::And(compared, hn::Le(hn::Abs(m.relative_depth), Set(gates.max_depth_error)));
-  const Mask reproj_agrees = hn::And(depth_agrees, hn::Le(m.reproj_error, Set(gates.max_reproj_error)));
+  const Mask reproj_agrees = hn::And(depth_agrees, close);
   const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
   const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
   Count(hn::AndNot(depth_agrees, has_depth), run->num_depth + first);

@@ -35,14 +35,23 @@ inline Motion MotionIn(const RelativeView& view, float u, float v, float w) {
   return {du * du + dv * dv, is_seen};
 }
 
+struct Points {
+  const float *u, *v, *inverse_depths;
+  std::size_t size;
+};
+
+// Of each point over the views so far.
+struct MotionSums {
+  float *squares, *num_seeing;
+};
+
 // Adds what a view tells of the points.
-PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, const float* u, const float* v, const float* inverse_depths,
-                                 std::size_t size, float* squares, float* num_seeing) {
+PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, Points points, MotionSums sums) {
   const RelativeView own = view;
-  for (std::size_t i = 0; i < size; ++i) {
-    const Motion motion = MotionIn(own, u[i], v[i], inverse_depths[i]);
-    squares[i] += motion.is_seen ? motion.squared : 0.0f;
-    num_seeing[i] += motion.is_seen ? 1.0f : 0.0f;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const Motion motion = MotionIn(own, points.u[i], points.v[i], points.inverse_depths[i]);
+    sums.squares[i] += motion.is_seen ? motion.squared : 0.0f;
+    sums.num_seeing[i] += motion.is_seen ? 1.0f : 0.0f;
   }
 }
 
@@ -72,7 +81,7 @@ void DepthPrecision::FindRelativeDeviations(const float* u, const float* v, cons
     std::array<float, kBatch> inverse_depths, squares{}, num_seeing{};
     for (std::size_t i = 0; i < count; ++i) inverse_depths[i] = 1 / depth[begin + i];
     for (const RelativeView& source : sources_) {
-      AddMotions(source, u + begin, v + begin, inverse_depths.data(), count, squares.data(), num_seeing.data());
+      AddMotions(source, {u + begin, v + begin, inverse_depths.data(), count}, {squares.data(), num_seeing.data()});
     }
     for (std::size_t i = 0; i < count; ++i) deviations[begin + i] = DeviationOf(squares[i], num_seeing[i]);
   }

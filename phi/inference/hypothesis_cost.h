@@ -19,27 +19,33 @@ PHI_HD float SampleInverseDepth(ArrayView2D<const float> inverse_depth, float u,
   return w > 0 ? w : center;
 }
 
+// A source view's image and where it stands.
+template <class Sampler>
+struct SampledView {
+  const Sampler& image;
+  const RelativeView& view;
+};
+
 // C(x, j) of pixel (x, y) for one direction's map (inverse depth, hypotheses and measured pixels together). kMaxCost
 // where any sample leaves the source image, or either window has no texture.
 template <class Sampler>
-PHI_HD float HypothesisViewCost(const Sampler& reference, const Sampler& source, const RelativeView& view,
-                                const MatchingWindow& window, ArrayView2D<const float> inverse_depth, int x,
-                                int y) {
+PHI_HD float HypothesisViewCost(const Sampler& reference, const SampledView<Sampler>& source, const MatchingWindow& window,
+                                ArrayView2D<const float> inverse_depth, int x, int y) {
   const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
   const float center = inverse_depth(x, y);
-  const float max_u = static_cast<float>(view.source.width) - 0.5f,
-              max_v = static_cast<float>(view.source.height) - 0.5f;
+  const float max_u = static_cast<float>(source.view.source.width) - 0.5f,
+              max_v = static_cast<float>(source.view.source.height) - 0.5f;
   const int n = window.samples_per_side;
   const float shift = reference(u, v);
   ZnccSums sums;
   for (int row = -n; row <= n; ++row) {
     for (int column = -n; column <= n; ++column) {
       const float ru = u + column * window.step, rv = v + row * window.step;
-      const Vec3f p = ProjectInverseDepth(view, ru, rv, SampleInverseDepth(inverse_depth, ru, rv, center));
+      const Vec3f p = ProjectInverseDepth(source.view, ru, rv, SampleInverseDepth(inverse_depth, ru, rv, center));
       const float su = p.x / p.z, sv = p.y / p.z;
       if (!(p.z > 0 && su >= 0.5f && sv >= 0.5f && su <= max_u && sv <= max_v)) return kMaxCost;
       const float r = reference(ru, rv) - shift;
-      const float s = source(su, sv) - shift;
+      const float s = source.image(su, sv) - shift;
       sums.r += r;
       sums.rr += r * r;
       sums.s += s;

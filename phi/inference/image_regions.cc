@@ -44,23 +44,26 @@ inline std::uint8_t IsEven(int own, int above, int below, int left, int right, i
   return alike(above) & alike(below) & alike(left) & alike(right) ? 255 : 0;
 }
 
+// A row and those beside it.
+struct RowOfSums {
+  const std::uint16_t *above, *own, *below;
+};
+
 // Of the pixels of a row from `begin` to before `end`, which have neighbours on either side.
-PHI_WIDE_VECTORS void FindEvenBetween(const std::uint16_t* above, const std::uint16_t* row, const std::uint16_t* below,
-                                      int max_step, int begin, int end, std::uint8_t* even) {
+PHI_WIDE_VECTORS void FindEvenBetween(RowOfSums row, int max_step, int begin, int end, std::uint8_t* even) {
   for (int x = begin; x < end; ++x) {
-    even[x] = IsEven(row[x], above[x], below[x], row[x - 1], row[x + 1], max_step);
+    even[x] = IsEven(row.own[x], row.above[x], row.below[x], row.own[x - 1], row.own[x + 1], max_step);
   }
 }
 
 // The same of all of row y; beyond the image nothing is unlike.
 void FindEven(const BrightnessSums& sums, int max_step, int y, std::uint8_t* even) {
   const int width = sums.width();
-  const std::uint16_t* row = &sums(0, y);
-  const std::uint16_t *above = y > 0 ? &sums(0, y - 1) : row,
-                      *below = y + 1 < sums.height() ? &sums(0, y + 1) : row;
-  FindEvenBetween(above, row, below, max_step, 1, width - 1, even);
+  const std::uint16_t* own = &sums(0, y);
+  const RowOfSums row = {y > 0 ? &sums(0, y - 1) : own, own, y + 1 < sums.height() ? &sums(0, y + 1) : own};
+  FindEvenBetween(row, max_step, 1, width - 1, even);
   for (const int x : {0, width - 1}) {
-    even[x] = IsEven(row[x], above[x], below[x], row[std::max(x - 1, 0)], row[std::min(x + 1, width - 1)], max_step);
+    even[x] = IsEven(own[x], row.above[x], row.below[x], own[std::max(x - 1, 0)], own[std::min(x + 1, width - 1)], max_step);
   }
 }
 
@@ -80,7 +83,7 @@ Mask FindInside(const BrightnessSums& sums, int max_step, int margin) {
   return inside;
 }
 
-// The sums of what is inside a region; elsewhere more than any pixel's, so that nothing is alike.
+// The sum of what is inside no region: more than any pixel's, so that nothing is alike.
 constexpr std::uint16_t kOutside = 65535, kUnlike = kOutside - 255 * kSumsPerGreyLevel;
 
 BrightnessSums SumsInside(const BrightnessSums& sums, const Mask& inside) {
@@ -127,31 +130,50 @@ struct Segments {
   }
 };
 
-// Gives the pixels of a segment of row y that are inside no region the region of the most alike of those at most `reach` away that are
-// inside one; the first in the square around the pixel, row by row.
-void ExtendRegions(const BrightnessSums& sums, const BrightnessSums& sums_inside, const Mask& inside, const Segments& segments,
-                   int reach, int column, int y, Array2D<std::int32_t>* region) {
-  constexpr std::uint16_t kNone = 65535;
-  const int begin = column * kSegment, end = std::min(begin + kSegment, sums.width()), side = 2 * reach + 1;
-  std::array<std::uint16_t, kSegment> best, least;
-  best.fill(kNone);
-  least.fill(kUnlike);
-  for (int v = std::max(y - reach, 0); v <= std::min(y + reach, sums.height() - 1); ++v) {
-    if (!segments.HasInsideNear(column, v)) continue;
-    for (int du = -reach; du <= reach; ++du) {
-      const auto place = static_cast<std::uint16_t>((v - y + reach) * side + du + reach);
-      const int first = std::max(begin, -du), last = std::min(end, sums.width() - du);
-      if (first < last) {
-        TakeMoreAlike(&sums(first, y), &sums_inside(first + du, v), last - first, place, &least[first - begin],
-                      &best[first - begin]);
-      }
+// Gives the pixels that are inside no region the region of the most alike of those at most `reach` away that are inside one; the first
+// in the square around the pixel, row by row.
+class RegionExtension {
+ public:
+  // References must outlive it.
+  RegionExtension(const BrightnessSums& sums, const Mask& inside, int reach)
+      : sums_(sums), inside_(inside), sums_inside_(SumsInside(sums, inside)), segments_(inside), reach_(reach) {}
+
+  void ExtendRow(int y, Array2D<std::int32_t>* region) const {
+    for (int column = 0; column < segments_.has_inside.width(); ++column) {
+      if (segments_.has_outside(column, y) != 0) ExtendSegment(column, y, region);
     }
   }
-  for (int x = begin; x < end; ++x) {
-    const int place = best[x - begin];
-    if (inside(x, y) == 0 && place != kNone) (*region)(x, y) = (*region)(x + place % side - reach, y + place / side - reach);
+
+ private:
+  void ExtendSegment(int column, int y, Array2D<std::int32_t>* region) const {
+    constexpr std::uint16_t kNone = 65535;
+    const int begin = column * kSegment, end = std::min(begin + kSegment, sums_.width()), side = 2 * reach_ + 1;
+    std::array<std::uint16_t, kSegment> best, least;
+    best.fill(kNone);
+    least.fill(kUnlike);
+    for (int v = std::max(y - reach_, 0); v <= std::min(y + reach_, sums_.height() - 1); ++v) {
+      if (!segments_.HasInsideNear(column, v)) continue;
+      for (int du = -reach_; du <= reach_; ++du) {
+        const auto place = static_cast<std::uint16_t>((v - y + reach_) * side + du + reach_);
+        const int first = std::max(begin, -du), last = std::min(end, sums_.width() - du);
+        if (first < last) {
+          TakeMoreAlike(&sums_(first, y), &sums_inside_(first + du, v), last - first, place, &least[first - begin],
+                        &best[first - begin]);
+        }
+      }
+    }
+    for (int x = begin; x < end; ++x) {
+      const int place = best[x - begin];
+      if (inside_(x, y) == 0 && place != kNone) (*region)(x, y) = (*region)(x + place % side - reach_, y + place / side - reach_);
+    }
   }
-}
+
+  const BrightnessSums& sums_;
+  const Mask& inside_;
+  const BrightnessSums sums_inside_;
+  const Segments segments_;
+  const int reach_;
+};
 
 int MarginOf(int width, const Rules& rules) {
   const int margin = std::max((width + kWidthOfMargin / 2) / kWidthOfMargin, 1);
@@ -196,14 +218,8 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   const Mask inside = FindInside(sums, max_step, margin);
   const std::int64_t core_side = image.width() / kWidthOfCore;
   ImageRegions regions = PartAtNecks(inside, FindWide(inside, margin, rules), core_side * core_side);
-  const BrightnessSums sums_inside = SumsInside(sums, inside);
-  const Segments segments(inside);
-  tbb::parallel_for(0, image.height(), [&](int y) {
-    for (int column = 0; column < segments.has_inside.width(); ++column) {
-      if (segments.has_outside(column, y) == 0) continue;
-      ExtendRegions(sums, sums_inside, inside, segments, reach, column, y, &regions.region);
-    }
-  });
+  const RegionExtension extension(sums, inside, reach);
+  tbb::parallel_for(0, image.height(), [&](int y) { extension.ExtendRow(y, &regions.region); });
   return regions;
 }
 

@@ -71,8 +71,8 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
     return context.state.IsHole(x, y) ? inferred(x, y) : context.state.evidence(x, y);
   });
   result.planes = ForPixels<PlaneHypothesis>(matcher, [&](const auto& context, int x, int y) {
-    return ComposedPlane(context.parameters, measured(x, y), !context.state.IsHole(x, y), inferred(x, y),
-                         all.view(), x, y);
+    const PlaneHypothesis evidence = context.state.IsHole(x, y) ? PlaneHypothesis() : measured(x, y);
+    return ComposedPlane(context.parameters, evidence, inferred(x, y), all.view(), x, y);
   });
   return result;
 }

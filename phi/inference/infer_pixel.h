@@ -166,12 +166,12 @@ PHI_HD PixelState StateAfterInference(const Context& context, int x, int y, floa
   return !asks_views || IsConfirmed(context, x, y, inferred) ? PixelState::kInferredConfirmed : PixelState::kInferredAlone;
 }
 
-// The pixel's plane in the new map. `inferred`: its inverse depth, 0: not inferred; `all`: evidence and what was inferred.
-PHI_HD PlaneHypothesis ComposedPlane(const InferenceParameters& p, const PlaneHypothesis& measured,
-                                     bool is_evidence, float inferred, ArrayView2D<const float> all, int x,
-                                     int y) {
+// The pixel's plane in the new map. `evidence`: what was measured there, or none; `inferred`: the inverse depth, 0: not inferred;
+// `all`: evidence and what was inferred.
+PHI_HD PlaneHypothesis ComposedPlane(const InferenceParameters& p, const PlaneHypothesis& evidence, float inferred,
+                                     ArrayView2D<const float> all, int x, int y) {
   if (inferred > 0) return {FilledNormal(p.reference, all, x, y, p.method.formulas), 1 / inferred};
-  return is_evidence ? measured : PlaneHypothesis();
+  return evidence;
 }
 
 }  // namespace phi

@@ -124,14 +124,20 @@ PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
   return FitLine(s);
 }
 
-// The anchors on one side of a gap, nearest first: walks from position t by `step` until `max_count` are found, the
-// surface breaks, or `max_reach` ends. Positions are stored relative to `origin`. `anchors`: inverse depths, 0 = none.
-PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
-                            int t, int step, int max_count, int origin) {
+// One side of a gap: the position beside the gap, and the way from there, 1 or -1.
+struct GapSide {
+  int first, step;
+};
+
+// The anchors on a side of a gap, nearest first: walks until `max_count` are found, the surface breaks, or `max_reach` ends.
+// Positions are stored relative to `origin`. `anchors`: inverse depths, 0 = none.
+PHI_HD LineSums CollectSide(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options, GapSide side,
+                            int max_count, int origin) {
   const bool fits_depth = options.formulas == Formulas::kPaper;
   LineSums sums;
+  int t = side.first;
   for (int walked = 0; t >= 0 && t < line.length && static_cast<int>(sums.n) < max_count;
-       t += step, ++walked) {
+       t += side.step, ++walked) {
     if (!fits_depth && walked >= options.max_reach) break;
     const float w = anchors(line.x0 + t * line.dx, line.y0 + t * line.dy);
     if (!(w > 0)) continue;
@@ -160,14 +166,15 @@ PHI_HD bool SidesMeet(const LineSums& before, const LineSums& after, const LineO
 PHI_HD GapModel FitGap(const Scanline& line, ArrayView2D<const float> anchors, const LineOptions& options,
                        int begin, int end) {
   const bool open_before = begin > 0, open_after = end < line.length;
+  const GapSide side_before = {begin - 1, -1}, side_after = {end, 1};
   LineSums before, after;
-  if (open_before) before = CollectSide(line, anchors, options, begin - 1, -1, open_after ? 3 : 6, begin);
-  if (open_after) after = CollectSide(line, anchors, options, end, 1, open_before ? 3 : 6, begin);
+  if (open_before) before = CollectSide(line, anchors, options, side_before, open_after ? 3 : 6, begin);
+  if (open_after) after = CollectSide(line, anchors, options, side_after, open_before ? 3 : 6, begin);
   // The paper's are always the closest six: what one side lacks the other one gives.
   if (options.formulas == Formulas::kPaper && after.n < 3) {
-    before = CollectSide(line, anchors, options, begin - 1, -1, 6 - static_cast<int>(after.n), begin);
+    before = CollectSide(line, anchors, options, side_before, 6 - static_cast<int>(after.n), begin);
   } else if (options.formulas == Formulas::kPaper && before.n < 3) {
-    after = CollectSide(line, anchors, options, end, 1, 6 - static_cast<int>(before.n), begin);
+    after = CollectSide(line, anchors, options, side_after, 6 - static_cast<int>(before.n), begin);
   }
   GapModel model;
   model.has_before = before.n > 0;

@@ -30,10 +30,9 @@ PHI_HD bool HypothesisFromCoarse(const EstimationParameters& p, const CoarseHypo
 // From the range of the sparse points around the pixel, or the view's range where that is unknown (too few points).
 PHI_HD PlaneHypothesis DrawHypothesis(const EstimationParameters& p, DepthRange near, int x, int y) {
   const bool known = near.min > 0;
-  const float lo = Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest);
-  const float hi = Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest);
-  return RandomHypothesis(p.reference, x, y, lo, hi, p.key,
-                          p.method.FormulasOf(Rule::kFirstHypotheses));
+  const DepthRange range = {Clamp(known ? near.min : p.depth_min, p.nearest, p.farthest),
+                            Clamp(known ? near.max : p.depth_max, p.nearest, p.farthest)};
+  return RandomHypothesis(p.reference, x, y, range, p.key, p.method.FormulasOf(Rule::kFirstHypotheses));
 }
 
 PHI_HD PlaneHypothesis FirstHypothesis(const EstimationParameters& p, const CoarseHypotheses& coarse,

@@ -6,6 +6,7 @@
 #include "phi/base/hd.h"
 #include "phi/base/random.h"
 #include "phi/geometry/plane_hypothesis.h"
+#include "phi/matching/depth_ranges.h"
 #include "phi/options.h"
 
 namespace phi {
@@ -15,9 +16,9 @@ inline constexpr std::uint32_t kInitialIteration = 0xFFFFFFFFu;
 
 // t in [0, 1). robust: uniform in inverse depth, which is how depth errors show in the images. paper: uniform
 // in depth.
-PHI_HD float DepthInRange(float depth_min, float depth_max, float t, Formulas formulas) {
-  if (formulas == Formulas::kPaper) return depth_min + t * (depth_max - depth_min);
-  return 1.0f / (1.0f / depth_max + t * (1.0f / depth_min - 1.0f / depth_max));
+PHI_HD float DepthInRange(DepthRange range, float t, Formulas formulas) {
+  if (formulas == Formulas::kPaper) return range.min + t * (range.max - range.min);
+  return 1.0f / (1.0f / range.max + t * (1.0f / range.min - 1.0f / range.max));
 }
 
 // `normal` or its opposite, whichever faces the camera. A normal at a right angle to the ray describes a
@@ -53,15 +54,14 @@ PHI_HD Vec3f RandomNormalOfPaper(Random4 random) {
   return {cosf(theta) * sinf(phi), sinf(theta) * sinf(phi), -cosf(phi)};
 }
 
-// Hypothesis of pixel (x, y) with depth in [depth_min, depth_max] (world units, both > 0).
-PHI_HD PlaneHypothesis RandomHypothesis(const RayModel& k, int x, int y, float depth_min, float depth_max,
-                                        RandomKey key, Formulas formulas) {
+// Hypothesis of pixel (x, y) with a depth in `range`, which is known.
+PHI_HD PlaneHypothesis RandomHypothesis(const RayModel& k, int x, int y, DepthRange range, RandomKey key, Formulas formulas) {
   const std::uint64_t pixel = static_cast<std::uint64_t>(y) * k.width + x;
   const Random4 random = Philox(key, pixel, kInitialIteration, 0);
   const Vec3f normal = formulas == Formulas::kPaper ? RandomNormalOfPaper(random)
                                                     : RandomUnitVector(key, pixel, kInitialIteration, 1);
   PlaneHypothesis hypothesis;
-  hypothesis.depth = DepthInRange(depth_min, depth_max, UniformFloat(random.v[0]), formulas);
+  hypothesis.depth = DepthInRange(range, UniformFloat(random.v[0]), formulas);
   hypothesis.normal = FacingCamera(normal, k.Ray(x + 0.5f, y + 0.5f));
   return hypothesis;
 }

@@ -8,6 +8,7 @@
 #include "phi/base/array2d.h"
 #include "phi/base/hd.h"
 #include "phi/base/vec.h"
+#include "phi/geometry/device_camera.h"
 
 namespace phi {
 
@@ -107,13 +108,13 @@ PHI_HD bool WindowIsInside(const Mat3f& h, float u, float v, float radius, int w
   return true;
 }
 
-// C(x, j) for the window around (u, v) and the homography source_from_reference. kMaxCost where the warped
-// window, all of it, leaves the source image or the samples of either have no texture.
+// C(x, j) for the window around `center` and the homography source_from_reference. kMaxCost where the warped
+// window, all of it, leaves the source image or the samples of either have no texture. Sampler: as GraySampler.
 template <class Sampler>
-PHI_HD float ZnccCost(const Sampler& reference, const Sampler& source, int source_width, int source_height,
-                      const MatchingWindow& window, float u, float v, const Mat3f& h,
-                      Samples samples = Samples::kAll) {
-  if (!WindowIsInside(h, u, v, window.Radius(), source_width, source_height)) return kMaxCost;
+PHI_HD float ZnccCost(const Sampler& reference, const Sampler& source, const MatchingWindow& window, ImagePoint center,
+                      const Mat3f& h, Samples samples = Samples::kAll) {
+  const float u = center.u, v = center.v;
+  if (!WindowIsInside(h, u, v, window.Radius(), source.image.width, source.image.height)) return kMaxCost;
   const int n = window.samples_per_side;
   const float shift = reference(u, v);
   ZnccSums sums;

@@ -69,8 +69,7 @@ std::vector<PlaneHypothesis> MakeHypotheses(const Setup& setup, Planes planes) {
     PlaneHypothesis h = {{0.2f, -0.1f, -0.97f}, kDepth * (1 + 1e-6f * static_cast<float>(i % 1000))};
     if (planes == Planes::kRandom) {
       const RayModel& k = setup.parameters.reference;
-      h = RandomHypothesis(k, i % k.width, i / k.width, 0.8f * kDepth, 1.5f * kDepth, {1, 2},
-                            Formulas::kRobust);
+      h = RandomHypothesis(k, i % k.width, i / k.width, {0.8f * kDepth, 1.5f * kDepth}, {1, 2}, Formulas::kRobust);
     }
     h.normal = Normalized(h.normal);
     hypotheses.push_back(h);

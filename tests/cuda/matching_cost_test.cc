@@ -82,8 +82,7 @@ class MatchingCostTest : public CudaTest {
         for (int x = 0; x < map.width(); ++x) {
           const Vec3f q = InverseDepthCoefficients(p.reference, x + 0.5f, y + 0.5f, map(x, y));
           const WindowScale scale = SelectWindowScale(&reference, 1, p.window, x + 0.5f, y + 0.5f);
-          costs.push_back(ZnccCost(reference, source, source.image.width, source.image.height,
-                                   WindowAtScale(p.window, scale), x + 0.5f, y + 0.5f,
+          costs.push_back(ZnccCost(reference, source, WindowAtScale(p.window, scale), {x + 0.5f, y + 0.5f},
                                    PlaneHomography(views[j], q), samples));
         }
       }

@@ -13,7 +13,7 @@ TEST_P(RandomHypothesisTest, StaysInRangeAndFacesTheCamera) {
   int count = 0;
   for (int y = 0; y < k.height; ++y) {
     for (int x = 0; x < k.width; ++x, ++count) {
-      const PlaneHypothesis h = RandomHypothesis(k, x, y, 2, 10, {3, 4}, GetParam());
+      const PlaneHypothesis h = RandomHypothesis(k, x, y, {2, 10}, {3, 4}, GetParam());
       const Vec3f ray = k.Ray(x + 0.5f, y + 0.5f);
       ASSERT_GE(h.depth, 2 - 1e-5f);
       ASSERT_LE(h.depth, 10 + 1e-5f);
@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(Formulas, RandomHypothesisTest,
 TEST(RandomHypothesis, DependsOnSeedImageAndPixelOnly) {
   const RayModel k{300, 300, 160, 120, 320, 240};
   const auto draw = [&](std::uint32_t seed, std::uint32_t id, int x) {
-    return RandomHypothesis(k, x, 5, 2, 10, {seed, id}, Formulas::kRobust).depth;
+    return RandomHypothesis(k, x, 5, {2, 10}, {seed, id}, Formulas::kRobust).depth;
   };
   EXPECT_EQ(draw(1, 2, 3), draw(1, 2, 3));
   EXPECT_NE(draw(1, 2, 3), draw(2, 2, 3));

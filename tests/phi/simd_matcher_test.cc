@@ -67,7 +67,7 @@ struct Scene {
   }
 
   PlaneHypothesis Hypothesis(int x, int y, std::uint32_t seed) const {
-    return RandomHypothesis(parameters.reference, x, y, 2, 8, {seed, 1}, Formulas::kRobust);
+    return RandomHypothesis(parameters.reference, x, y, {2, 8}, {seed, 1}, Formulas::kRobust);
   }
 
   // Whether rounding may decide if the window is inside the source.

@@ -25,8 +25,7 @@ Array2D<std::uint8_t> Texture(int width, int height, double gain, double offset)
 
 float Cost(const Array2D<std::uint8_t>& a, const Array2D<std::uint8_t>& b, const Mat3f& h, float u = 32.5f,
            float v = 30.5f) {
-  return ZnccCost(GraySampler{a.view()}, GraySampler{b.view()}, b.width(), b.height(), MatchingWindow{}, u, v,
-                  h);
+  return ZnccCost(GraySampler{a.view()}, GraySampler{b.view()}, MatchingWindow{}, {u, v}, h);
 }
 
 TEST(GraySampler, InterpolatesBetweenPixelCentresAndClamps) {

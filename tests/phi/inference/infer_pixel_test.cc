@@ -138,15 +138,15 @@ TEST(InferPixel, AnInferredPixelGetsItsStateAndItsPlane) {
 
   const PlaneHypothesis measured{{0.6f, 0, -0.8f}, 2};
   const Array2D<float> all(kWidth, kHeight, 0.25f);  // a wall 4 m away, face on
-  const auto plane = [&](bool is_evidence, float inferred) {
-    return ComposedPlane(context.parameters, measured, is_evidence, inferred, all.view(), 2, 1);
+  const auto plane = [&](const PlaneHypothesis& at_pixel, float inferred) {
+    return ComposedPlane(context.parameters, at_pixel, inferred, all.view(), 2, 1);
   };
-  EXPECT_EQ(plane(true, 0).depth, 2);
-  EXPECT_EQ(plane(true, 0).normal.x, 0.6f);
-  EXPECT_EQ(plane(false, 0).depth, 0);
-  EXPECT_EQ(plane(false, 0).normal.z, 0);
-  EXPECT_EQ(plane(false, 0.25f).depth, 4);
-  EXPECT_NEAR(plane(false, 0.25f).normal.z, -1, 1e-6f);
+  EXPECT_EQ(plane(measured, 0).depth, 2);
+  EXPECT_EQ(plane(measured, 0).normal.x, 0.6f);
+  EXPECT_EQ(plane({}, 0).depth, 0);
+  EXPECT_EQ(plane({}, 0).normal.z, 0);
+  EXPECT_EQ(plane({}, 0.25f).depth, 4);
+  EXPECT_NEAR(plane({}, 0.25f).normal.z, -1, 1e-6f);
 }
 
 }  // namespace
