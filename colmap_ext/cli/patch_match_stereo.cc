@@ -57,9 +57,8 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
     KeepLeftOvers();
   }
   const auto backends = MakeBackends(options.backend, input.workspace.LargestImage());
-  StereoPipeline pipeline(
-      input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); },
-      options.pipeline, effective_options, backends, shard);
+  StereoPipeline pipeline({input.workspace, input.jobs, [&](int image) { return input.sparse_depth.ForView(image); }},
+                          options.pipeline, effective_options, backends, shard);
   if (handed != nullptr) pipeline.KeepForFusion();
   try {
     const RunSummary summary = pipeline.Run();

@@ -164,10 +164,12 @@ void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, 
   ProgressLine::Task progress(progress_.get(), stage);
   ThreadGroup beside;
   PrepareInference(plan, stage, job, backend, &beside);
+  const StageTask task = {.stage = stages_[stage],
+                          .previous = stage > 0 ? &stages_[stage - 1] : nullptr,
+                          .input_keys = stage > 0 ? plan[stage - 1].keys : kNoKeys,
+                          .job = jobs_[job]};
   TaskOutcome outcome;
-  outcome.result =
-      tasks_.Run(stages_[stage], stage > 0 ? &stages_[stage - 1] : nullptr,
-                 stage > 0 ? plan[stage - 1].keys : kNoKeys, job, backend, &progress, &outcome.warnings);
+  outcome.result = tasks_.Run(task, backend, &progress, &outcome.warnings);
   const std::string& name = workspace_.views()[jobs_[job].image].name;
   for (const std::string& warning : outcome.warnings) phi::LogWarning("image " + name + ": " + warning);
   outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();

@@ -18,10 +18,6 @@
 namespace colmap_ext {
 namespace {
 
-bool HasMap(const std::vector<std::string>& input_keys, int job) {
-  return job >= 0 && !input_keys[job].empty();
-}
-
 // Positions in job.sources: to and fro through the scene from image to image, so that what one filter read last the next
 // one reads first. In one and the same order a long list's maps would each have left memory when their turn comes again.
 std::vector<std::size_t> FilterOrder(const ImageJob& job) {
@@ -59,20 +55,19 @@ StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& 
       sparse_depth_(std::move(sparse_depth)),
       store_(*store) {}
 
-StageResult StageTasks::Run(const Stage& stage, const Stage* previous,
-                            const std::vector<std::string>& input_keys, int job, phi::Backend& backend,
-                            ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
-  switch (stage.kind) {
+StageResult StageTasks::Run(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
+                            std::vector<std::string>* warnings) const {
+  switch (task.stage.kind) {
     case StageKind::kEstimate:
-      return Estimate(stage, jobs_[job], backend, progress, warnings);
+      return Estimate(task, backend, progress, warnings);
     case StageKind::kShare:
-      return Share(*previous, input_keys, jobs_[job], backend);
+      return Share(task, backend);
     case StageKind::kFilter:
-      return Filter(stage, *previous, input_keys, jobs_[job], backend);
+      return Filter(task, backend);
     case StageKind::kInfer:
-      return Infer(*previous, input_keys, jobs_[job], backend, warnings);
+      return Infer(task, backend, warnings);
     case StageKind::kPublish:
-      return Published(store_.Map(jobs_[job].image, previous->result));
+      return Published(store_.Map(task.job.image, task.previous->result));
   }
   return {};
 }
@@ -98,44 +93,44 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   return input;
 }
 
-StageResult StageTasks::Estimate(const Stage& stage, const ImageJob& job, phi::Backend& backend,
-                                 ProgressLine::Task* progress, std::vector<std::string>* warnings) const {
+StageResult StageTasks::Estimate(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
+                                 std::vector<std::string>* warnings) const {
   std::vector<int> used;
-  phi::EstimationInput input = EstimationInputOf(job, &used, warnings);
+  phi::EstimationInput input = EstimationInputOf(task.job, &used, warnings);
   input.tell_progress = [progress](double share) { progress->SetShare(share); };
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
-  if (const auto mask = store_.ImageMask(job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
+  if (const auto mask = store_.ImageMask(task.job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
   StageResult result;
-  result.map = Shared(stage, {std::move(estimate.map), {}});
+  result.map = Shared(task.stage, {std::move(estimate.map), {}});
   if (options_.NeedsCost()) result.cost = std::make_shared<const phi::CostMap>(std::move(estimate.cost));
   return result;
 }
 
-StageResult StageTasks::Share(const Stage& previous, const std::vector<std::string>& input_keys,
-                              const ImageJob& job, phi::Backend& backend) const {
+StageResult StageTasks::Share(const StageTask& task, phi::Backend& backend) const {
+  const ImageJob& job = task.job;
+  const std::string& kind = task.previous->result;
   std::vector<int> used;
   std::vector<std::string> warnings;  // the estimation gave them
   phi::SharingInput input;
   input.estimation = EstimationInputOf(job, &used, &warnings);
-  input.own = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
+  input.own = {&workspace_.views()[job.image], store_.Map(job.image, kind)};
   for (const int i : used) {
-    if (!HasMap(input_keys, job.source_jobs[i])) continue;
-    input.sources.push_back({&workspace_.views()[job.sources[i]], [this, image = job.sources[i], &previous] {
-                         return store_.Map(image, previous.result);
-                       }});
+    if (!task.HasSourceMap(i)) continue;
+    input.sources.push_back({&workspace_.views()[job.sources[i]],
+                             [this, image = job.sources[i], &kind] { return store_.Map(image, kind); }});
   }
   // Its cost map stays the estimation's: a plane that was taken costs less than that says.
   return {.map = backend.Share(input, options_.stereo)};
 }
 
-StageResult StageTasks::Filter(const Stage& stage, const Stage& previous,
-                               const std::vector<std::string>& input_keys, const ImageJob& job,
-                               phi::Backend& backend) const {
+StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) const {
+  const Stage &stage = task.stage, &previous = *task.previous;
+  const ImageJob& job = task.job;
   phi::FilterInput input;
   input.reference = {&workspace_.views()[job.image], store_.Map(job.image, previous.result)};
   for (const std::size_t i : FilterOrder(job)) {
     phi::SourceMap source{&workspace_.views()[job.sources[i]]};
-    if (HasMap(input_keys, job.source_jobs[i])) {
+    if (task.HasSourceMap(i)) {
       source.load = [this, image = job.sources[i], &previous] { return store_.Map(image, previous.result); };
       if (store_.HasImageMask(job.sources[i]))
         source.load_mask = [this, image = job.sources[i]] { return store_.ImageMask(image); };
@@ -181,9 +176,8 @@ void StageTasks::PrepareInference(int job) const noexcept {
   }
 }
 
-StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::string>& input_keys,
-                              const ImageJob& job, phi::Backend& backend,
-                              std::vector<std::string>* warnings) const {
+StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const {
+  const ImageJob& job = task.job;
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;
@@ -192,8 +186,8 @@ StageResult StageTasks::Infer(const Stage& previous, const std::vector<std::stri
   input.max_matched = static_cast<int>(std::count_if(
       used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
   input.mask = store_.ImageMask(job.image);
-  input.measured = store_.Map(job.image, previous.result);
-  input.source_depths = SourceDepths(previous, input_keys, job, used);
+  input.measured = store_.Map(job.image, task.previous->result);
+  input.source_depths = SourceDepths(task, used);
   input.source_regions = SourceRegions(job, used, input);
   if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.method.rules);
   input.keeps_measured = job.keeps_measured;
@@ -249,13 +243,11 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::si
   return sources;
 }
 
-std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths(
-    const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
-    const std::vector<int>& used) const {
+std::vector<std::shared_ptr<const phi::MeasuredDepths>> StageTasks::SourceDepths(const StageTask& task,
+                                                                                 const std::vector<int>& used) const {
   std::vector<std::shared_ptr<const phi::MeasuredDepths>> depths;
-  for (const int index : used) {
-    const bool available = HasMap(input_keys, job.source_jobs[index]);
-    depths.push_back(available ? store_.Depths(job.sources[index], previous.result) : nullptr);
+  for (const int i : used) {
+    depths.push_back(task.HasSourceMap(i) ? store_.Depths(task.job.sources[i], task.previous->result) : nullptr);
   }
   return depths;
 }

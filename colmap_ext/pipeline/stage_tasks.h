@@ -19,17 +19,26 @@ namespace colmap_ext {
 // The reliable sparse points and the depth range of a view. Called from several threads at once.
 using SparseDepthFunction = std::function<phi::SparseDepth(int image)>;
 
+// An image's turn at a stage.
+struct StageTask {
+  const Stage& stage;
+  const Stage* previous;                       // whose maps it reads; null: it is the first stage, and reads none
+  const std::vector<std::string>& input_keys;  // by job, empty where the stage before made no map
+  const ImageJob& job;
+
+  // Whether the stage before made a map of the image's source `i`.
+  bool HasSourceMap(std::size_t i) const { return job.source_jobs[i] >= 0 && !input_keys[job.source_jobs[i]].empty(); }
+};
+
 // Thread-safe. References must outlive it.
 class StageTasks {
  public:
   StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
              SparseDepthFunction sparse_depth, MapStore* store);
 
-  // `input_keys`: by job, empty where the stage before made no map. `warnings` gets what the user should know
-  // about this image, `progress` how far it is; both may not be null. Throws phi::InputError when this image cannot be
-  // done.
-  StageResult Run(const Stage& stage, const Stage* previous, const std::vector<std::string>& input_keys,
-                  int job, phi::Backend& backend, ProgressLine::Task* progress,
+  // `warnings` gets what the user should know about this image, `progress` how far it is; both may not be null. Throws
+  // phi::InputError when this image cannot be done.
+  StageResult Run(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
                   std::vector<std::string>* warnings) const;
 
   // What inference will ask of the image alone, so that it is there by then. What fails here fails there, and is told there.
@@ -39,18 +48,15 @@ class StageTasks {
   InferenceSummary Inference() const;
 
  private:
-  StageResult Estimate(const Stage& stage, const ImageJob& job, phi::Backend& backend,
-                       ProgressLine::Task* progress, std::vector<std::string>* warnings) const;
-  StageResult Share(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
-                    phi::Backend& backend) const;
+  StageResult Estimate(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
+                       std::vector<std::string>* warnings) const;
+  StageResult Share(const StageTask& task, phi::Backend& backend) const;
   // What the estimation reads, and its sources' positions in job.sources.
   phi::EstimationInput EstimationInputOf(const ImageJob& job, std::vector<int>* used,
                                          std::vector<std::string>* warnings) const;
-  StageResult Filter(const Stage& stage, const Stage& previous, const std::vector<std::string>& input_keys,
-                     const ImageJob& job, phi::Backend& backend) const;
+  StageResult Filter(const StageTask& task, phi::Backend& backend) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
-  StageResult Infer(const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
-                    phi::Backend& backend, std::vector<std::string>* warnings) const;
+  StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const;
   // mask: of the image, may be null.
   void CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
@@ -60,9 +66,8 @@ class StageTasks {
   std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::size_t num_sources,
                                           std::vector<int>* used, std::vector<std::string>* warnings) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
-  std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(
-      const Stage& previous, const std::vector<std::string>& input_keys, const ImageJob& job,
-      const std::vector<int>& used) const;
+  std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(const StageTask& task,
+                                                                       const std::vector<int>& used) const;
 
   // Whether inference looks at the images' regions.
   bool AsksRegions() const;

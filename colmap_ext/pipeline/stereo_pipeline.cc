@@ -66,19 +66,18 @@ PlanScope ScopeOf(const std::vector<Stage>& stages, const Shard& shard, int num_
   throw phi::UsageError("--stage " + shard.only_stage + ": with these options the stages are " + names);
 }
 
-StereoPipeline::StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs,
-                               SparseDepthFunction sparse_depth, const PipelineOptions& options,
-                               const std::map<std::string, std::string>& effective_options,
-                               const Backends& backends, const Shard& shard)
-    : workspace_(workspace),
+StereoPipeline::StereoPipeline(SceneJobs scene, const PipelineOptions& options,
+                               const std::map<std::string, std::string>& effective_options, const Backends& backends,
+                               const Shard& shard)
+    : workspace_(scene.workspace),
       options_(options),
-      jobs_(std::move(jobs)),
+      jobs_(std::move(scene.jobs)),
       stages_(StagesOf(options, shard)),
       shard_(shard),
       scope_(ScopeOf(stages_, shard, static_cast<int>(jobs_.size()))),
       own_(OwnJobs(scope_, jobs_.size())),
       backends_(backends),
-      runner_(workspace_, jobs_, options_, std::move(sparse_depth), backends) {
+      runner_(workspace_, jobs_, options_, std::move(scene.sparse_depth), backends) {
   runner_.record().SetOptions(effective_options, OptionsHash(stages_));
   if (options_.compact_maps) runner_.store().WriteCompactly(CompactKinds(stages_));
   runner_.summary().num_images = static_cast<int>(own_.size());

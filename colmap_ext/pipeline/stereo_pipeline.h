@@ -17,12 +17,17 @@
 
 namespace colmap_ext {
 
+// The images of a workspace that are to be done, and what the sparse model tells of their depths.
+struct SceneJobs {
+  const Workspace& workspace;
+  std::vector<ImageJob> jobs;  // of a shard, those in reach of ScopeOf alone need input keys
+  SparseDepthFunction sparse_depth;
+};
+
 class StereoPipeline {
  public:
   // `effective_options` goes into phimvs.json for the reader. References must outlive the pipeline.
-  // A shard needs the input keys of the jobs in reach of ScopeOf alone.
-  StereoPipeline(const Workspace& workspace, std::vector<ImageJob> jobs, SparseDepthFunction sparse_depth,
-                 const PipelineOptions& options, const std::map<std::string, std::string>& effective_options,
+  StereoPipeline(SceneJobs scene, const PipelineOptions& options, const std::map<std::string, std::string>& effective_options,
                  const Backends& backends, const Shard& shard = {});
 
   // Throws phi::InputError for maps of another program, phi::Cancelled when asked to stop; images that cannot

@@ -71,20 +71,22 @@ double MeanReprojectionError(const RenderedScene& scene, const Track& track, con
   return sum / static_cast<double>(track.views.size());
 }
 
-// A random textured pixel of the view, as an exact world point.
-std::optional<Eigen::Vector3d> DrawPoint(const std::vector<Shape>& shapes, const RenderedScene& scene,
-                                         int view, std::uint64_t candidate, std::uint32_t seed, int* x,
-                                         int* y) {
-  const phi::Camera& camera = scene.views[view].camera;
+// An exact world point, and the pixel of the view that was drawn.
+struct DrawnPoint {
+  Eigen::Vector3d world;
+  int x, y;
+};
+
+// A random textured pixel of the view.
+std::optional<DrawnPoint> DrawPoint(const std::vector<Shape>& shapes, const phi::Camera& camera, std::uint64_t candidate,
+                                    std::uint32_t seed) {
   const phi::Random4 words = phi::Philox({seed, kPlacementStream}, candidate, 0, 0);
   const double u = phi::UniformFloat(words.v[0]) * camera.pinhole.width;
   const double v = phi::UniformFloat(words.v[1]) * camera.pinhole.height;
-  *x = static_cast<int>(u);
-  *y = static_cast<int>(v);
   const Ray ray = PixelRay(camera, u, v);
   const Hit hit = Intersect(shapes, ray);
   if (!hit.valid() || !shapes[hit.shape].IsTexturedAt(hit.local)) return std::nullopt;
-  return ray.origin + hit.t * ray.direction;
+  return DrawnPoint{ray.origin + hit.t * ray.direction, static_cast<int>(u), static_cast<int>(v)};
 }
 
 SparseModel MakeCameras(const RenderedScene& scene) {
@@ -126,14 +128,13 @@ SparseModel MakeSparseModel(const std::vector<Shape>& shapes, const RenderedScen
   std::uint64_t candidate = 0;
   for (int view = 0; view < static_cast<int>(scene.views.size()); ++view) {
     for (int i = 0; i < options.num_new_per_view; ++i) {
-      int x = 0, y = 0;
-      const auto world = DrawPoint(shapes, scene, view, ++candidate, options.seed, &x, &y);
-      if (!world) continue;
-      const Track track = ObservePoint(shapes, scene, *world, candidate, options);
+      const auto drawn = DrawPoint(shapes, scene.views[view].camera, ++candidate, options.seed);
+      if (!drawn) continue;
+      const Track track = ObservePoint(shapes, scene, drawn->world, candidate, options);
       if (static_cast<int>(track.views.size()) < options.min_track_length) continue;
       SparsePoint point;
-      point.xyz = Triangulate(scene, track, *world);
-      point.rgb = color_images[view](x, y);
+      point.xyz = Triangulate(scene, track, drawn->world);
+      point.rgb = color_images[view](drawn->x, drawn->y);
       point.error = MeanReprojectionError(scene, track, point.xyz);
       AddPoint(track, std::move(point), &model);
     }

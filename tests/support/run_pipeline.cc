@@ -8,12 +8,9 @@ colmap_ext::RunSummary RunPipeline(const colmap_ext::WorkspaceOptions& workspace
                                    const colmap_ext::PipelineOptions& options, const colmap_ext::Backends& backends) {
   const colmap_ext::Workspace workspace(workspace_options);
   const phi::SparseScene scene = MakeSparseScene(workspace.model());
-  colmap_ext::StereoPipeline pipeline(
-      workspace, MakeImageJobs(workspace, scene, "", options.view_selection),
-      [](int) {
-        return phi::SparseDepth{{}, {1, 10}};
-      },
-      options, {{"option", "value"}}, backends);
+  const auto sparse_depth = [](int) { return phi::SparseDepth{{}, {1, 10}}; };
+  colmap_ext::StereoPipeline pipeline({workspace, MakeImageJobs(workspace, scene, "", options.view_selection), sparse_depth},
+                                      options, {{"option", "value"}}, backends);
   return pipeline.Run();
 }
 

@@ -35,12 +35,9 @@ class HandOver : public ::testing::Test {
     options.cache_gigabytes = cache_gigabytes;
     Backends backends;
     backends.push_back(std::make_unique<test_support::FakeBackend>(&calls_, 2));
-    StereoPipeline pipeline(
-        workspace, MakeImageJobs(workspace, scene, "", options.view_selection),
-        [](int) {
-          return phi::SparseDepth{{}, {1, 10}};
-        },
-        options, {}, backends);
+    const auto sparse_depth = [](int) { return phi::SparseDepth{{}, {1, 10}}; };
+    StereoPipeline pipeline({workspace, MakeImageJobs(workspace, scene, "", options.view_selection), sparse_depth},
+                            options, {}, backends);
     pipeline.KeepForFusion();
     EXPECT_EQ(pipeline.Run().Code(), phi::ExitCode::kOk);
     return pipeline.HandOver();

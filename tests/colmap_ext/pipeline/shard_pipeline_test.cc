@@ -46,12 +46,9 @@ class ShardPipelineTest : public ::testing::Test {
     const phi::SparseScene scene = MakeSparseScene(workspace.model());
     Backends backends;
     backends.push_back(std::make_unique<FakeBackend>(&calls_, 1));
-    StereoPipeline pipeline(
-        workspace, MakeImageJobs(workspace, scene, "", options_.view_selection),
-        [](int) {
-          return phi::SparseDepth{{}, {1, 10}};
-        },
-        options_, {}, backends, shard);
+    const auto sparse_depth = [](int) { return phi::SparseDepth{{}, {1, 10}}; };
+    StereoPipeline pipeline({workspace, MakeImageJobs(workspace, scene, "", options_.view_selection), sparse_depth},
+                            options_, {}, backends, shard);
     return pipeline.Run();
   }
   phi::ExitCode RunShard(int index, int count, const std::string& stage = "") {
