@@ -10,67 +10,82 @@ namespace {
 
 constexpr int kLanes = 8;  // independent partial sums, so that the compiler may use vector registers
 
-// Offsets du, dv from the window's centre, which is `center` in the source but for its inverse depth, and inverse depths w of n
-// samples. Writes the samples' array coordinates in the source image; returns whether all lie in it. A function of its own, so that the compiler sees that no array changes
-// another.
-PHI_WIDE_VECTORS bool ProjectSamples(const RelativeView view, Vec3f center, int n, const float* __restrict du,
-                                     const float* __restrict dv, const float* __restrict w, float* __restrict su,
-                                     float* __restrict sv) {
+// What follows is arrays with an element for each of n samples of a window; the functions take them by value and apart, so that the
+// compiler sees that no array changes another.
+
+// From the window's centre, pixels.
+struct SampleOffsets {
+  int n;
+  const float *__restrict u, *__restrict v;
+};
+
+// Array coordinates in an image.
+struct SamplePoints {
+  float *__restrict u, *__restrict v;
+};
+
+// Two pixels of the row above a sample and two of the row below, the left one in the lower byte, and the sample's place between them.
+struct SampleCells {
+  std::int32_t *__restrict above, *__restrict below;
+  float *__restrict fu, *__restrict fv;
+};
+
+// The window's centre is `center` in the source but for its inverse depth; w: inverse depths. Writes the samples' places in the source
+// image; returns whether all lie in it.
+PHI_WIDE_VECTORS bool ProjectSamples(const RelativeView view, Vec3f center, const SampleOffsets offsets, const float* __restrict w,
+                                     const SamplePoints points) {
   const float* const a = view.a.m;
   const float max_x = static_cast<float>(view.source.width - 1), max_y = static_cast<float>(view.source.height - 1);
   int is_inside = 1;
-  for (int i = 0; i < n; ++i) {
-    const float px = center.x + a[0] * du[i] + a[1] * dv[i] + w[i] * view.b.x;
-    const float py = center.y + a[3] * du[i] + a[4] * dv[i] + w[i] * view.b.y;
-    const float pz = center.z + a[6] * du[i] + a[7] * dv[i] + w[i] * view.b.z;
+  for (int i = 0; i < offsets.n; ++i) {
+    const float du = offsets.u[i], dv = offsets.v[i];
+    const float px = center.x + a[0] * du + a[1] * dv + w[i] * view.b.x;
+    const float py = center.y + a[3] * du + a[4] * dv + w[i] * view.b.y;
+    const float pz = center.z + a[6] * du + a[7] * dv + w[i] * view.b.z;
     const float inverse = 1.0f / pz;
     const float qx = px * inverse - 0.5f, qy = py * inverse - 0.5f;
     is_inside &= (pz > 0) & (qx >= 0) & (qy >= 0) & (qx <= max_x) & (qy <= max_y);
-    su[i] = qx;
-    sv[i] = qy;
+    points.u[i] = qx;
+    points.v[i] = qy;
   }
   return is_inside != 0;
 }
 
-// The samples around (u, v) as array coordinates, clamped to the border.
-PHI_WIDE_VECTORS void PlaceSamples(float u, float v, int width, int height, int n, const float* __restrict du,
-                                   const float* __restrict dv, float* __restrict su, float* __restrict sv) {
+// The samples around `center`, clamped to the border.
+PHI_WIDE_VECTORS void PlaceSamples(ImagePoint center, int width, int height, const SampleOffsets offsets, const SamplePoints points) {
   const float max_x = static_cast<float>(width - 1), max_y = static_cast<float>(height - 1);
-  for (int i = 0; i < n; ++i) {
-    su[i] = Clamp(u + du[i] - 0.5f, 0.0f, max_x);
-    sv[i] = Clamp(v + dv[i] - 0.5f, 0.0f, max_y);
+  for (int i = 0; i < offsets.n; ++i) {
+    points.u[i] = Clamp(center.u + offsets.u[i] - 0.5f, 0.0f, max_x);
+    points.v[i] = Clamp(center.v + offsets.v[i] - 0.5f, 0.0f, max_y);
   }
 }
 
-// SampleInverseDepth of each sample around (u, v).
-PHI_WIDE_VECTORS void SampleInverseDepths(const ArrayView2D<const float> map, float u, float v, float center, int n,
-                                          const float* __restrict du, const float* __restrict dv,
+// SampleInverseDepth of each sample around `at`, where the map has `own`.
+PHI_WIDE_VECTORS void SampleInverseDepths(const ArrayView2D<const float> map, ImagePoint at, float own, const SampleOffsets offsets,
                                           float* __restrict samples) {
-  for (int i = 0; i < n; ++i) samples[i] = SampleInverseDepth(map, u + du[i], v + dv[i], center);
+  for (int i = 0; i < offsets.n; ++i) samples[i] = SampleInverseDepth(map, at.u + offsets.u[i], at.v + offsets.v[i], own);
 }
 
-// Of each sample the pixel above and left of it, as the place in an image's rows, and what is left of its coordinates.
-PHI_WIDE_VECTORS void FindCells(int width, int height, int n, const float* __restrict u, const float* __restrict v,
-                                std::int32_t* __restrict places, float* __restrict fu, float* __restrict fv) {
+// Writes to `above` the place of the pixel above and left of the sample in an image's rows, and where the sample lies from there.
+PHI_WIDE_VECTORS void FindCells(int width, int height, int n, const SamplePoints points, const SampleCells cells) {
   for (int i = 0; i < n; ++i) {
-    const int x = std::min(static_cast<int>(u[i]), width - 2), y = std::min(static_cast<int>(v[i]), height - 2);
-    places[i] = y * width + x;
-    fu[i] = u[i] - static_cast<float>(x);
-    fv[i] = v[i] - static_cast<float>(y);
+    const float u = points.u[i], v = points.v[i];
+    const int x = std::min(static_cast<int>(u), width - 2), y = std::min(static_cast<int>(v), height - 2);
+    cells.above[i] = y * width + x;
+    cells.fu[i] = u - static_cast<float>(x);
+    cells.fv[i] = v - static_cast<float>(y);
   }
 }
 
-// Bilinear between two pixels of the row above and two of the row below, the left one in the lower byte.
-PHI_WIDE_VECTORS void Interpolate(int n, const std::int32_t* __restrict above, const std::int32_t* __restrict below,
-                                  const float* __restrict fu, const float* __restrict fv, float shift,
-                                  float* __restrict samples) {
+// Bilinear, less `shift`.
+PHI_WIDE_VECTORS void Interpolate(int n, const SampleCells cells, float shift, float* __restrict samples) {
   const auto between = [](std::int32_t pair, float f) {
     const std::int32_t left = pair & 255, right = pair >> 8;
     return static_cast<float>(left) + f * static_cast<float>(right - left);
   };
   for (int i = 0; i < n; ++i) {
-    const float top = between(above[i], fu[i]), bottom = between(below[i], fu[i]);
-    samples[i] = top + fv[i] * (bottom - top) - shift;
+    const float top = between(cells.above[i], cells.fu[i]), bottom = between(cells.below[i], cells.fu[i]);
+    samples[i] = top + cells.fv[i] * (bottom - top) - shift;
   }
 }
 
@@ -101,38 +116,36 @@ HypothesisMatcher::HypothesisMatcher(const InferenceInput& input, const Hypothes
 }
 
 void HypothesisMatcher::SampleReference(int x, int y, Scratch* scratch) const {
-  const float u = static_cast<float>(x) + 0.5f, v = static_cast<float>(y) + 0.5f;
-  const float center = reference_(u, v);
+  const ImagePoint center = {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
   const int n = static_cast<int>(offset_u_.size());
-  PlaceSamples(u, v, reference_.image.width, reference_.image.height, n, offset_u_.data(), offset_v_.data(),
-               scratch->u.data(), scratch->v.data());
-  SampleGray(reference_.image, center, n, scratch, scratch->reference.data());
+  PlaceSamples(center, reference_.image.width, reference_.image.height, {n, offset_u_.data(), offset_v_.data()},
+               {scratch->u.data(), scratch->v.data()});
+  SampleGray(reference_.image, reference_(center.u, center.v), n, scratch, scratch->reference.data());
 }
 
 void HypothesisMatcher::SampleMap(ArrayView2D<const float> inverse_depth, int x, int y, Scratch* scratch) const {
-  SampleInverseDepths(inverse_depth, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, inverse_depth(x, y),
-                      static_cast<int>(offset_u_.size()), offset_u_.data(), offset_v_.data(), scratch->inverse_depth.data());
+  SampleInverseDepths(inverse_depth, {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, inverse_depth(x, y),
+                      {static_cast<int>(offset_u_.size()), offset_u_.data(), offset_v_.data()}, scratch->inverse_depth.data());
 }
 
 // At the array coordinates in scratch->u and v, less `shift`.
 void HypothesisMatcher::SampleGray(ArrayView2D<const std::uint8_t> image, float shift, int num_samples, Scratch* scratch,
                                    float* samples) {
-  FindCells(image.width, image.height, num_samples, scratch->u.data(), scratch->v.data(), scratch->above.data(),
-            scratch->fu.data(), scratch->fv.data());
+  const SampleCells cells = {scratch->above.data(), scratch->below.data(), scratch->fu.data(), scratch->fv.data()};
+  FindCells(image.width, image.height, num_samples, {scratch->u.data(), scratch->v.data()}, cells);
   for (int i = 0; i < num_samples; ++i) {
-    const std::uint8_t *p = image.data + scratch->above[i], *q = p + image.width;
-    scratch->above[i] = p[0] | p[1] << 8;
-    scratch->below[i] = q[0] | q[1] << 8;
+    const std::uint8_t *p = image.data + cells.above[i], *q = p + image.width;
+    cells.above[i] = p[0] | p[1] << 8;
+    cells.below[i] = q[0] | q[1] << 8;
   }
-  Interpolate(num_samples, scratch->above.data(), scratch->below.data(), scratch->fu.data(), scratch->fv.data(), shift,
-              samples);
+  Interpolate(num_samples, cells, shift, samples);
 }
 
 PHI_WIDE_VECTORS float HypothesisMatcher::ViewCost(int view, int x, int y, Scratch* scratch) const {
   const int padded = static_cast<int>(offset_u_.size());
   const Vec3f center = views_[view].a * Vec3f{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f};
-  if (!ProjectSamples(views_[view], center, padded, offset_u_.data(), offset_v_.data(), scratch->inverse_depth.data(),
-                      scratch->u.data(), scratch->v.data())) {
+  if (!ProjectSamples(views_[view], center, {padded, offset_u_.data(), offset_v_.data()}, scratch->inverse_depth.data(),
+                      {scratch->u.data(), scratch->v.data()})) {
     return kMaxCost;
   }
   const GraySampler& source = sources_[view];
