@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <climits>
-#include <cmath>
 #include <set>
 #include <utility>
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/moved_image.h"
+#include "colmap_ext/pinhole_camera.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -19,19 +19,6 @@ namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Camera models whose parameters are those of a pinhole, f or fx and fy, cx, cy, and distortion after them. A fisheye without
-// distortion is no pinhole.
-struct PinholeModel {
-  int model_id, num_focal_lengths;
-};
-constexpr PinholeModel kPinholeModels[] = {{0, 1},   // SIMPLE_PINHOLE
-                                           {1, 2},   // PINHOLE
-                                           {2, 1},   // SIMPLE_RADIAL
-                                           {3, 1},   // RADIAL
-                                           {4, 2},   // OPENCV
-                                           {6, 2}};  // FULL_OPENCV
-constexpr double kNoDistortion = 1e-8;  // as COLMAP, which then copies the photo and keeps the camera
 
 // The folder of a workspace in memory: nothing can be below it.
 constexpr char kNoFolder[] = "/dev/null/memory";
@@ -60,29 +47,6 @@ void CheckOptions(const WorkspaceOptions& options) {
   }
 }
 
-// As image_undistorter writes it; the sparse/ of a project that was not undistorted holds folders of models.
-bool IsWorkspace(const fs::path& path) {
-  std::error_code unreadable;
-  const fs::path sparse = path / "sparse";
-  return fs::is_directory(path / "images", unreadable) &&
-         (fs::exists(sparse / "cameras.bin", unreadable) || fs::exists(sparse / "cameras.txt", unreadable));
-}
-
-// Where image_undistorter and automatic_reconstructor put them, sorted.
-std::vector<fs::path> WorkspacesBelow(const fs::path& path) {
-  if (IsWorkspace(path / "dense")) return {path / "dense"};
-  std::vector<fs::path> found;
-  for (const fs::path& folder : {path / "dense", path}) {
-    std::error_code unreadable;
-    for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
-      if (IsWorkspace(entry.path())) found.push_back(entry.path());
-    }
-    if (!found.empty()) break;
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
 // The pixels of a reduced image that a full-size pixel lies in.
 struct Covered {
   int first, last;
@@ -91,29 +55,6 @@ Covered WorkingPixels(int full_pixel, int full_size, int working_size) {
   const auto first = std::int64_t{full_pixel} * working_size / full_size;
   const auto last = ((std::int64_t{full_pixel} + 1) * working_size - 1) / full_size;
   return {static_cast<int>(first), static_cast<int>(last)};
-}
-
-// 1: f; 2: fx and fy; 0: the camera is no pinhole.
-int NumFocalLengths(const SparseCamera& camera) {
-  for (const auto& [model_id, num_focal_lengths] : kPinholeModels) {
-    if (camera.model_id != model_id) continue;
-    const auto is_none = [](double parameter) { return std::abs(parameter) <= kNoDistortion; };
-    return std::all_of(camera.params.begin() + num_focal_lengths + 2, camera.params.end(), is_none) ? num_focal_lengths : 0;
-  }
-  return 0;
-}
-
-// Empty, or what is wrong with the camera.
-std::string PinholeProblem(const SparseCamera& camera) {
-  const std::string who = "camera " + std::to_string(camera.camera_id);
-  const int num_focal_lengths = NumFocalLengths(camera);
-  if (num_focal_lengths == 0) {
-    return who + " is " + CameraModelName(camera.model_id) +
-           ", but dense stereo needs SIMPLE_PINHOLE or PINHOLE; run colmap image_undistorter";
-  }
-  const double fx = camera.params[0], fy = camera.params[num_focal_lengths - 1];
-  if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive";
-  return "";
 }
 
 // What maps' names have after the image's.
@@ -171,47 +112,6 @@ phi::OptionList WorkspaceOptions::List() {
            "Folder of masks named <image name>.png; where a mask is 0 the image is left out")
       .NotInKey(kInInputs);
   return list;
-}
-
-fs::path FindWorkspaceFolder(const fs::path& path) {
-  if (IsWorkspace(path)) return path;
-  const std::vector<fs::path> found = WorkspacesBelow(path);
-  if (found.empty()) return path;
-  if (found.size() > 1) {
-    throw phi::InputError("--workspace_path " + phi::AboutFile(path) + " holds " + std::to_string(found.size()) +
-                          " workspaces, " + found[0].string() + " and " + found[1].string() +
-                          " among them: name one of them");
-  }
-  phi::LogInfo("workspace: " + found[0].string());
-  return found[0];
-}
-
-phi::Pinhole MakePinhole(const SparseCamera& camera) {
-  const int num_focal_lengths = NumFocalLengths(camera);
-  const std::vector<double>& p = camera.params;
-  return {static_cast<int>(camera.width),
-          static_cast<int>(camera.height),
-          p[0],
-          p[num_focal_lengths - 1],
-          p[num_focal_lengths],
-          p[num_focal_lengths + 1]};
-}
-
-phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size) {
-  if (max_image_size <= 0 || std::max(full.width, full.height) <= max_image_size) return full;
-  // Single precision, because COLMAP rounds the size so.
-  const float factor = std::min(static_cast<float>(max_image_size) / static_cast<float>(full.width),
-                                static_cast<float>(max_image_size) / static_cast<float>(full.height));
-  phi::Pinhole small;
-  small.width = std::max(1, static_cast<int>(std::round(static_cast<float>(full.width) * factor)));
-  small.height = std::max(1, static_cast<int>(std::round(static_cast<float>(full.height) * factor)));
-  const double scale_x = static_cast<double>(small.width) / full.width;
-  const double scale_y = static_cast<double>(small.height) / full.height;
-  small.fx = full.fx * scale_x;
-  small.cx = full.cx * scale_x;
-  small.fy = full.fy * scale_y;
-  small.cy = full.cy * scale_y;
-  return small;
 }
 
 Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)

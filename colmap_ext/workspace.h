@@ -42,10 +42,6 @@ struct WorkspaceOptions {
   phi::OptionList List();
 };
 
-// The folder itself where it is a workspace, else the one workspace below it (dense, dense/0 or 0), which is logged.
-// Unchanged where there is none; Workspace then says what is missing. Throws phi::InputError where there are several.
-std::filesystem::path FindWorkspaceFolder(const std::filesystem::path& path);
-
 // A photo in memory, of its camera's size. The pose is used as it is; the model's quaternion would round it.
 struct MemoryImage {
   phi::Pose pose;
@@ -123,11 +119,5 @@ class Workspace {
   std::vector<phi::SceneView> views_;
   std::unordered_map<std::string, int> index_by_name_;
 };
-
-// The intrinsics at its full size of a camera that a workspace may have: a pinhole, or one whose distortion is 0.
-phi::Pinhole MakePinhole(const SparseCamera& camera);
-
-// The camera of an image that was resized as COLMAP does for max_image_size; <= 0: unchanged.
-phi::Pinhole DownsizedPinhole(const phi::Pinhole& full, int max_image_size);
 
 }  // namespace colmap_ext

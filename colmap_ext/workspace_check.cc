@@ -18,6 +18,7 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pinhole_camera.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/result_files.h"

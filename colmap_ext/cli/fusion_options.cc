@@ -1,6 +1,7 @@
 #include "colmap_ext/cli/fusion_options.h"
 
 #include "colmap_ext/fusion/bounding_box_file.h"
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {

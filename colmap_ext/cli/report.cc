@@ -7,7 +7,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/cli/steps.h"
-#include "colmap_ext/workspace.h"
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 

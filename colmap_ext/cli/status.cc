@@ -5,7 +5,7 @@
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/pipeline/run_status.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
-#include "colmap_ext/workspace.h"
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {

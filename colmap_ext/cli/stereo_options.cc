@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 

@@ -5,6 +5,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/workspace_check.h"
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {

@@ -13,6 +13,7 @@
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/mask_check.h"
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/pinhole_camera.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"

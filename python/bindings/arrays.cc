@@ -22,6 +22,7 @@
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/memory_scene.h"
+#include "colmap_ext/workspace_folder.h"
 #include "phi/base/array_memory.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 
+#include "colmap_ext/pinhole_camera.h"
 #include "colmap_ext/pipeline/result_files.h"
+#include "colmap_ext/workspace_folder.h"
 #include "tests/support/error_message.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"

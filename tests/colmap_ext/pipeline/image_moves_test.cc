@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "colmap_ext/pinhole_camera.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
