@@ -3,6 +3,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -27,10 +29,17 @@ using Bytes = Input<std::uint8_t>;
 using Floats = Input<float>;
 using Doubles = Input<double>;
 
+// xyz, normals, colors, inferred.
+using Points = std::tuple<Doubles, Floats, Bytes, Bytes>;
+// How many images see each point, and which, point by point.
+using Views = std::pair<Input<std::uint32_t>, Input<std::uint32_t>>;
+// The offset that positions count from, and whether they are doubles.
+using Coordinates = std::pair<std::array<double, 3>, bool>;
+
 // The .ply and .vis files that stereo_fusion writes.
-void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& normals, const Bytes& colors,
-                const Bytes& inferred, const Input<std::uint32_t>& view_counts, const Input<std::uint32_t>& views,
-                const std::array<double, 3>& offset, bool in_doubles) {
+void WriteCloud(const std::string& path, const Points& points, const Views& views, const Coordinates& coordinates) {
+  const auto& [xyz, normals, colors, inferred] = points;
+  const auto& [view_counts, views_of_points] = views;
   phi::FusedBlock block;
   block.points.resize(xyz.shape(0));
   for (std::size_t i = 0; i < block.points.size(); ++i) {
@@ -41,14 +50,15 @@ void WriteCloud(const std::string& path, const Doubles& xyz, const Floats& norma
     point.inferred = inferred.data()[i];
   }
   block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
-  block.views.assign(views.data(), views.data() + views.size());
-  const auto writer = colmap_ext::MakePlyCloudWriter({.path = path, .offset = offset, .in_doubles = in_doubles});
+  block.views.assign(views_of_points.data(), views_of_points.data() + views_of_points.size());
+  const auto writer =
+      colmap_ext::MakePlyCloudWriter({.path = path, .offset = coordinates.first, .in_doubles = coordinates.second});
   writer->Write(std::move(block));
   writer->Commit();
 }
 
-// stereo_fusion's rule for a cloud of which `points` are some: the offset, and whether positions are doubles.
-std::pair<std::array<double, 3>, bool> Coordinates(double spacing, const std::array<double, 3>& middle, const Doubles& points) {
+// stereo_fusion's rule for a cloud of which `points` are some.
+Coordinates CoordinatesOf(double spacing, const std::array<double, 3>& middle, const Doubles& points) {
   const auto largest = [&](const Eigen::Vector3d& offset) {
     std::vector<double> coordinates(points.shape(0));
     for (std::size_t i = 0; i < coordinates.size(); ++i)
@@ -63,7 +73,7 @@ std::pair<std::array<double, 3>, bool> Coordinates(double spacing, const std::ar
 
 void BindCloudFile(nb::module_& module) {
   module.def("write_cloud", &WriteCloud);
-  module.def("cloud_coordinates", &Coordinates);
+  module.def("cloud_coordinates", &CoordinatesOf);
 }
 
 }  // namespace phimvs_python

@@ -96,10 +96,8 @@ class Cloud:
         if os.path.splitext(os.fspath(path))[1].lower() != ".ply":
             raise UsageError(f"{os.fspath(path)}: a cloud is written as .ply; name it so (stereo_fusion writes .las, too)")
         a = self._checked()
-        offset, in_doubles = _coordinates(a["xyz"])
-        _core.write_cloud(
-            os.fspath(path), a["xyz"], a["normals"], a["colors"], a["inferred"], a["num_views"], a["views"], offset, in_doubles
-        )
+        points = a["xyz"], a["normals"], a["colors"], a["inferred"]
+        _core.write_cloud(os.fspath(path), points, (a["num_views"], a["views"]), _coordinates(a["xyz"]))
 
     def _places(self, which: Any) -> np.ndarray:
         """Indices of the points that __getitem__ is asked for."""
