@@ -11,7 +11,9 @@
 #include "cuda/cuda_backend.h"
 #include "cuda/device_cache.h"
 #include "cuda/device_resources.h"
+#include "cuda/scratch_pool.h"
 #include "cuda/self_test.h"
+#include "cuda/stream.h"
 #include "phi/base/error.h"
 #include "tests/cuda/cuda_test_fixture.h"
 
@@ -52,6 +54,25 @@ TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
     }
   }
   EXPECT_NO_THROW(DeviceBuffer<float>(1024, task)) << "the error must not stick";
+}
+
+struct EmptyScratch {
+  explicit EmptyScratch(const Task& task) : stream(task) {}
+  Stream stream;
+};
+
+TEST_F(ResourcesTest, APoolLendsNoMoreThanItMayAndKeepsWhatComesBack) {
+  using Lease = ScratchPool<EmptyScratch>::Lease;
+  ScratchPool<EmptyScratch> pool(1);
+  auto first = std::make_unique<Lease>(&pool, Task{});
+  const EmptyScratch* const scratch = first->get();
+  auto second = std::async(std::launch::async, [&] {
+    const Lease lease(&pool, Task{});
+    return static_cast<const EmptyScratch*>(lease.get());
+  });
+  EXPECT_EQ(second.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout) << "it waits for the first";
+  first.reset();
+  EXPECT_EQ(second.get(), scratch);
 }
 
 TEST(DeviceCache, KeepsWhatWasUsedLast) {
