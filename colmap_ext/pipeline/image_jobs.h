@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "colmap_ext/pipeline/stage_graph.h"
+#include "colmap_ext/pipeline/stage_plan.h"
 #include "colmap_ext/workspace.h"
 #include "phi/sparse_scene.h"
 

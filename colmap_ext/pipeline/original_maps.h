@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "colmap_ext/pipeline/stage_graph.h"
+#include "colmap_ext/pipeline/stage_plan.h"
 #include "colmap_ext/workspace.h"
 
 namespace colmap_ext {

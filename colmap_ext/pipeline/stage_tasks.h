@@ -9,7 +9,7 @@
 #include "colmap_ext/pipeline/map_store.h"
 #include "colmap_ext/pipeline/region_cache.h"
 #include "colmap_ext/pipeline/run_summary.h"
-#include "colmap_ext/pipeline/stage_graph.h"
+#include "colmap_ext/pipeline/stage_plan.h"
 #include "colmap_ext/progress.h"
 #include "phi/geometry/depth_precision.h"
 #include "phi/sparse_depth.h"

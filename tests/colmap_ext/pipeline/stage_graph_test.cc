@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/pipeline/stage_plan.h"
+
 namespace colmap_ext {
 namespace {
 
