@@ -9,8 +9,8 @@
 
 namespace colmap_ext {
 
-// Reads one point after the other, in bounded memory. The file: uint64 number of points; of each point a uint32 number of images and so many
-// uint32 indices of images in the sparse model's order.
+// Reads one point after the other, in bounded memory. The file: uint64 number of points; of each point a uint32 number of images
+// and so many uint32 indices of images in the sparse model's order.
 class VisibilityReader {
  public:
   // A file that is not there or has no count holds no points.

@@ -16,7 +16,8 @@ struct WorkspaceReport {
   std::size_t num_images = 0, num_points = 0, num_reference_images = 0;
 };
 
-// `config_path` empty: the workspace's own patch-match.cfg. `fusion_mask_path` empty: fusion has no masks. Throws phi::UsageError for a wrong option only.
+// `config_path` empty: the workspace's own patch-match.cfg. `fusion_mask_path` empty: fusion has no masks. Throws phi::UsageError
+// for a wrong option only.
 WorkspaceReport CheckWorkspace(const WorkspaceOptions& options,
                                const std::filesystem::path& config_path = {},
                                const std::filesystem::path& fusion_mask_path = {});

@@ -59,8 +59,8 @@ void FuseWhatIsMade(const OptionParser& parser, const PipelineOptions& stereo, s
   const std::string made = stages.back().result;
   const std::string cause = stereo.geom_consistency ? "--PatchMatchStereo.filter" : "--PatchMatchStereo.geom_consistency";
   if (parser.IsSet("input_type")) {
-    throw phi::UsageError("--input_type " + *kind + ": with " + cause + " false no " + *kind + " maps are made; leave one of the two out, or fuse the " +
-                          made + " ones");
+    throw phi::UsageError("--input_type " + *kind + ": with " + cause + " false no " + *kind +
+                          " maps are made; leave one of the two out, or fuse the " + made + " ones");
   }
   *kind = made;
   phi::LogInfo("the " + made + " maps are fused, since " + cause + " is false");
@@ -88,7 +88,8 @@ int RunDense(int argc, char** argv) {
   stereo.pipeline.compact_maps |= keep != Keep::kAll;
   fusion.workspace.path = stereo.workspace.path;
   // Who keeps stereo off the GPU means all of the command.
-  if (stereo.backend.kind == BackendKind::kCpu && fusion.fusion.backend == FusionBackend::kAuto) fusion.fusion.backend = FusionBackend::kCpu;
+  FusionBackend& fusion_backend = fusion.fusion.backend;
+  if (stereo.backend.kind == BackendKind::kCpu && fusion_backend == FusionBackend::kAuto) fusion_backend = FusionBackend::kCpu;
   fusion.fusion.gpu = FirstGpu(stereo.backend);
   FuseWhatIsMade(parser, stereo.pipeline, &fusion.fusion.input.kind);
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo

@@ -38,10 +38,10 @@ struct LoadedClouds {
   CloudPair clouds;
 };
 
-// World positions: the offset that a header names (PlyRows) is added. Points that are not finite and triangles with such a corner are
-// left out. `voxel_size`: the origin is a whole number of voxels, so that moving it does not move the grid. `inferred_apart`: also reads which points of the cloud were inferred. Throws
-// phi::InputError when a file is damaged, holds no point or does not tell what was inferred, and phi::ResourceError when
-// the clouds need more memory than they may have.
+// World positions: the offset that a header names (PlyRows) is added. Points that are not finite and triangles with such a corner
+// are left out. `voxel_size`: the origin is a whole number of voxels, so that moving it does not move the grid. `inferred_apart`:
+// also reads which points of the cloud were inferred. Throws phi::InputError when a file is damaged, holds no point or does not
+// tell what was inferred, and phi::ResourceError when the clouds need more memory than they may have.
 LoadedClouds LoadClouds(const std::filesystem::path& cloud_path, const TruthOptions& truth, double voxel_size,
                         bool inferred_apart = false, const CloudPreparation& preparation = {});
 

@@ -24,8 +24,9 @@ class PointImages {
   PointImages() = default;
   PointImages(const std::filesystem::path& path, std::size_t num_points) {
     if (!std::filesystem::exists(path)) {
-      throw phi::InputError(phi::AboutFile(path) + " is missing, which says what images see each point; stereo_fusion writes it beside its " +
-                            "cloud. Fuse again, or leave out --coverage_by_visibility");
+      throw phi::InputError(phi::AboutFile(path) +
+                            " is missing, which says what images see each point; stereo_fusion writes it beside its cloud. "
+                            "Fuse again, or leave out --coverage_by_visibility");
     }
     VisibilityReader reader(path);
     if (reader.num_points() != num_points) {

@@ -51,8 +51,8 @@ struct PlyCloudOptions {
   std::uint64_t max_points_per_file = 0x7fffffffu;
 };
 
-// Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it PATH.vis: uint64
-// count, then per point uint32 n and the n uint32 indices of the images that see it, in the model's order.
+// Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it
+// PATH.vis: uint64 count, then per point uint32 n and the n uint32 indices of the images that see it, in the model's order.
 std::unique_ptr<CloudWriter> MakePlyCloudWriter(const PlyCloudOptions& options);
 
 struct LasCloudOptions {

@@ -1,5 +1,5 @@
-// Header: magic, key, the offset of the summary, the number of bytes. Then blocks of points: their number, that of their views, points, view counts,
-// views. Last the summary: the length of a JSON object, the object, the flags of its images.
+// Header: magic, key, the offset of the summary, the number of bytes. Then blocks of points: their number, that of their views,
+// points, view counts, views. Last the summary: the length of a JSON object, the object, the flags of its images.
 #include "colmap_ext/fusion/part_files.h"
 
 #include <algorithm>

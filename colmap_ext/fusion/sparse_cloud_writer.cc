@@ -72,7 +72,8 @@ class SparseCloudWriter : public CloudWriter {
     }
     points_.Commit();
     if (!binary && std::filesystem::exists(folder_ / "points3D.bin")) {
-      phi::LogWarning(phi::AboutFile(folder_) + " holds a model in .bin files too, which programs read rather than this one in .txt; remove those");
+      phi::LogWarning(phi::AboutFile(folder_) +
+                      " holds a model in .bin files too, which programs read rather than this one in .txt; remove those");
     }
   }
 

@@ -21,8 +21,8 @@ void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud);
 // Removes the tiles that a run which was stopped has left without a list.
 void RemoveUnlistedTiles(const std::filesystem::path& cloud);
 
-// Removes these, those of a list and then their list, by which a run that is stopped in between is made up for. A list that names none stays: it is
-// another cloud's.
+// Removes these, those of a list and then their list, by which a run that is stopped in between is made up for. A list that names
+// none stays: it is another cloud's.
 void RemoveListedTiles(const std::filesystem::path& cloud);
 
 // NAME_COLUMN_ROW with the cloud's suffix.

@@ -122,7 +122,8 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
 void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
   std::vector<int> images;
   for (const ImageJob& job : jobs) images.push_back(job.image);
-  if (const std::string warning = DescribeMissingMasks(workspace, workspace.mask_path(), images); !warning.empty()) phi::LogWarning(warning);
+  const std::string warning = DescribeMissingMasks(workspace, workspace.mask_path(), images);
+  if (!warning.empty()) phi::LogWarning(warning);
 }
 
 phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {

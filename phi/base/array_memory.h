@@ -13,8 +13,9 @@
 
 namespace phi {
 
-// From here on arrays get their own mapping, or that of a freed one. The heap keeps smaller ones for the next that asks, and that is
-// faster than fresh memory of any kind; larger ones it never keeps. Where an array is read at random, page tables cost more than fresh memory.
+// From here on arrays get their own mapping, or that of a freed one. The heap keeps smaller ones for the next that asks, and that
+// is faster than fresh memory of any kind; larger ones it never keeps. Where an array is read at random, page tables cost more
+// than fresh memory.
 inline constexpr std::size_t kLargeArray = (std::size_t{32} << 20) + 1;  // bytes
 inline constexpr std::size_t kLargeRandomArray = std::size_t{2} << 20;
 

@@ -35,7 +35,8 @@ class ScalarMatcher {
     const GraySampler reference{reference_[level].view()};
     for (std::size_t j = 0; j < sources_.size(); ++j) {
       const GraySampler source{sources_[j][level].view()};
-      costs[j] = ZnccCost(reference, source, window, {scale * u, scale * v}, ScaleHomography(PlaneHomography(views_[j], q), scale), samples);
+      const Mat3f homography = ScaleHomography(PlaneHomography(views_[j], q), scale);
+      costs[j] = ZnccCost(reference, source, window, {scale * u, scale * v}, homography, samples);
     }
   }
 

@@ -16,9 +16,9 @@ inline constexpr int kOwnTextureRadius = 2;  // pixels: 5 x 5 of them are the pi
 // sensor's noise loses nearly all of its variance in the smoothing, the faint texture of a sharp or of an enlarged photo
 // does not.
 inline constexpr double kMinOwnVariance = 0.125;
-// White noise loses eight ninths of its variance in the smoothing, and leaves 0.467 of the last ninth about a plane of 5 x 5 such pixels: the
-// trace of (1 - P) C / 25, where C is the smoothing's covariance and P projects onto planes. Of 100 pixels 8 have more than 0.8 of
-// the ninth, so much is granted to noise: plain patches around them drop these as well.
+// White noise loses eight ninths of its variance in the smoothing, and leaves 0.467 of the last ninth about a plane of 5 x 5 such
+// pixels: the trace of (1 - P) C / 25, where C is the smoothing's covariance and P projects onto planes. Of 100 pixels 8 have more
+// than 0.8 of the ninth, so much is granted to noise: plain patches around them drop these as well.
 inline constexpr double kNoiseShare = 0.8 / 9;
 
 // Contrast that only touches the surroundings is another surface's: pixels so far around the middle of a plain patch of 5 x 5 are

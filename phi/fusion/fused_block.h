@@ -37,8 +37,8 @@ struct PointCandidate {
   int num_views = 0, num_inferred = 0;
 };
 
-// Appends the point, in the frame of a camera of this pose, to `block`, whose last num_views views are the candidate's, in any order. kFused, or kOutsideBox, when
-// those views are taken away. `box` may be null.
+// Appends the point, in the frame of a camera of this pose, to `block`, whose last num_views views are the candidate's, in any
+// order. kFused, or kOutsideBox, when those views are taken away. `box` may be null.
 PixelOutcome EmitPoint(const Pose& pose, const BoundingBox* box, const PointCandidate& candidate,
                        FusedBlock* block);
 

@@ -28,8 +28,8 @@ class FusionDevice {
 
   virtual ~FusionDevice() = default;
 
-  // A copy of the map ahead of its use, where there is room. Safe to call concurrently for different maps, also with Decide, and with Start of
-  // an image that does not use the map.
+  // A copy of the map ahead of its use, where there is room. Safe to call concurrently for different maps, also with Decide, and
+  // with Start of an image that does not use the map.
   virtual void Load(ArrayView2D<const FusionPixel> map) = 0;
   // The host changed the map other than Decide did, or gives its memory up.
   virtual void Forget(ArrayView2D<const FusionPixel> map) = 0;

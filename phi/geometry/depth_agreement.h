@@ -11,8 +11,8 @@ namespace phi {
 
 // What two views measured of one spot differs by less. The defaults of the filter and of fusion, which are options, are the same.
 inline constexpr float kSameDepth = 0.01f;
-// From here on a surface lies behind another one: of what hides a point, of points that others hide, of a background that was measured beside a thing.
-// Between this and kSameDepth nothing is said.
+// From here on a surface lies behind another one: of what hides a point, of points that others hide, of a background that was
+// measured beside a thing. Between this and kSameDepth nothing is said.
 inline constexpr float kDepthGap = 0.02f;
 // Pixels beside each other in one map are one surface's, and a plane is fitted to them together; of what a first plane predicts.
 inline constexpr float kSameSurface = 0.02f;

@@ -46,7 +46,8 @@ class DistanceSearch {
       ends_.push_back({distance.inverse + distance.tolerance, -1, distances_.size()});
       distances_.push_back(distance);
     }
-    std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) { return std::pair(a.at, a.distance) < std::pair(b.at, b.distance); });
+    std::sort(ends_.begin(), ends_.end(),
+              [](const End& a, const End& b) { return std::pair(a.at, a.distance) < std::pair(b.at, b.distance); });
   }
 
   // Where the cells that reach there say most, and takes them away; false: too few cells are left on any. Between two ends the

@@ -33,8 +33,8 @@ struct PooledAnchor {
   int PixelY() const { return static_cast<int>(y + 0.5f); }
 };
 
-// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright. Same order for any number of threads. Views without a map take no part. `exposures`, if not null:
-// of each source view.
+// Measured pixels and clues of the source views that land on a pixel without depth that is about as bright. Same order for any
+// number of threads. Views without a map take no part. `exposures`, if not null: of each source view.
 std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& rules = {},
                                       std::vector<RelativeExposure>* exposures = nullptr);
 

@@ -173,7 +173,8 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
     cells_[k] = MakeAnchorCells(WeightedPoints(points, *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);
     if (!chooses) return;
-    const ChosenPlanes chosen = ChoosePlanes({cells_[k], spots[k], views, evidence.sources, directions}, planes_[k], evidence.scene, choice);
+    RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions};
+    const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
     if (const auto bent = SurfaceOf({planes_[k], points, cells_[k], spots[k]}, views, limits.reach_deviations, rules)) {

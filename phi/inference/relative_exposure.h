@@ -33,8 +33,8 @@ struct SpotPair {
   BrightSpot reference, source;
 };
 
-// Lenses darken by the fourth power of the cosine of the angle to the axis, and by more of that form: without the falloff c an image would be
-// (1 + c / 2 * squared radius)^2 times as bright.
+// Lenses darken by the fourth power of the cosine of the angle to the axis, and by more of that form: without the falloff c an
+// image would be (1 + c / 2 * squared radius)^2 times as bright.
 class RelativeExposure {
  public:
   // `gain`: the reference's brightness over the source's.

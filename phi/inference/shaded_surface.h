@@ -1,6 +1,6 @@
-// The surface of a region in which windows tell nothing, by its shade. Shade stays on a surface that is not glossy, so the region lies where
-// the source views show it as bright as the reference does. Its inverse depth is taken for a square in the image's coordinates, which a
-// plane is, and a column, a vault or a fold of cloth nearly.
+// The surface of a region in which windows tell nothing, by its shade. Shade stays on a surface that is not glossy, so the region
+// lies where the source views show it as bright as the reference does. Its inverse depth is taken for a square in the image's
+// coordinates, which a plane is, and a column, a vault or a fold of cloth nearly.
 #pragma once
 
 #include <optional>
