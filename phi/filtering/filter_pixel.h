@@ -24,8 +24,7 @@ struct FilterReference {
   // Of an inferred pixel: so many views that find nothing there for each that carries it drop it. 0: any number may.
   float max_empty_ratio = 0;
   float max_cost = 0;
-  bool accepts_few_views =
-      true;                    // Testimonies::num_close may take the place of views that cannot see the pixel
+  bool accepts_few_views = true;  // Testimonies::num_close may take the place of views that cannot see the pixel
   ArrayView2D<const PlaneHypothesis> map;
   ArrayView2D<const float> cost = {};         // no data: not tested
   ArrayView2D<const PixelState> states = {};  // no data: estimates, which are judged for the first time
@@ -106,7 +105,7 @@ PHI_HD FilterVerdict JudgeByViews(const FilterReference& f, int x, int y, const 
     return FilterVerdict::kKept;
   // Fewer views than were asked for can see the pixel; all that can confirm it, one of them closely.
   const bool all_confirm = t.num_contradicting == 0 && t.num_close > 0;
-  const bool can_be_few = f.thresholds.formulas == Formulas::kRobust && f.accepts_few_views && !was_inferred;
+  const bool can_be_few = f.accepts_few_views && !was_inferred;
   return can_be_few && all_confirm ? FilterVerdict::kKept : FilterVerdict::kDropped;
 }
 

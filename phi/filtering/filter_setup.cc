@@ -85,7 +85,7 @@ FilterReference MakeFilterReference(const FilterInput& input, const FilterOption
                     .min_num_consistent_inferred = options.min_num_consistent_inferred,
                     .max_empty_ratio = MaxEmptyRatio(options),
                     .max_cost = static_cast<float>(1 - options.min_ncc),
-                    .accepts_few_views = options.method.rules.IsOn(Rule::kFewViews),
+                    .accepts_few_views = options.method.FormulasOf(Rule::kFewViews) == Formulas::kRobust,
                     .map = input.reference.map->planes.view()};
   if (input.cost != nullptr && options.UsesCost()) f.cost = input.cost->view();
   if (!input.reference.map->states.empty()) f.states = input.reference.map->states.view();
