@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -48,7 +47,7 @@ class SourcePool {
   // Sampled row `row`.
   std::vector<PooledAnchor> Row(int row) const {
     std::vector<PooledAnchor> anchors;
-    for (int x = 0; x < depths_.width(); x += step_) AddPixel(x, row * step_, &anchors);
+    ForRow(row * step_, step_, [&](int x, int y, const PooledAnchor& anchor) { AddAnchor(x, y, anchor, &anchors); });
     anchors.shrink_to_fit();  // all rows wait for each other
     return anchors;
   }
@@ -57,7 +56,7 @@ class SourcePool {
   std::vector<SpotPair> SharedSpots() const {
     std::vector<SpotPair> pairs;
     for (int y = 0; y < depths_.height(); y += kGainStride * step_) {
-      for (int x = 0; x < depths_.width(); x += kGainStride * step_) AddPair(x, y, &pairs);
+      ForRow(y, kGainStride * step_, [&](int x, int y, const PooledAnchor& anchor) { AddPair(x, y, anchor, &pairs); });
     }
     return pairs;
   }
@@ -65,40 +64,40 @@ class SourcePool {
   void SetExposure(const RelativeExposure& exposure) { exposure_ = exposure; }
 
  private:
-  // The source's pixel as an anchor of the reference, without its hash; nullopt where it has no depth or lands outside.
-  std::optional<PooledAnchor> Project(int x, int y) const {
-    const std::optional<SourceAnchor> anchor = projected_.At(x, y);
-    if (!anchor) return std::nullopt;
-    const auto [u, v, w] = *anchor;
+  // function(x, y, anchor) for every `step`th pixel of the source's row y that has a depth and lands in the reference: as an anchor of
+  // it, without its hash.
+  template <typename Function>
+  void ForRow(int y, int step, const Function& function) const {
     const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
-    if (!(u >= 0 && v >= 0 && u < width && v < height)) return std::nullopt;
-    return PooledAnchor{u - 0.5f, v - 0.5f, w};
+    SourceAnchorRow row;
+    projected_.FindRow(y, step, &row);
+    for (std::size_t i = 0; i < row.u.size(); ++i) {
+      const float u = row.u[i], v = row.v[i], w = row.inverse_depth[i];
+      if (!(w > 0 && u >= 0 && v >= 0 && u < width && v < height)) continue;
+      function(static_cast<int>(i) * step, y, PooledAnchor{u - 0.5f, v - 0.5f, w});
+    }
   }
 
-  void AddPixel(int x, int y, std::vector<PooledAnchor>* row) const {
-    std::optional<PooledAnchor> anchor = Project(x, y);
-    if (!anchor) return;
-    const int px = anchor->PixelX(), py = anchor->PixelY();
+  void AddAnchor(int x, int y, const PooledAnchor& found, std::vector<PooledAnchor>* row) const {
+    const int px = found.PixelX(), py = found.PixelY();
     // The reference's own measurement knows better what is there.
     if (CarriesPlanes(measured_.states(px, py))) return;
     if (mask_ != nullptr && (*mask_)(px, py) == 0) return;
     const float change = exposure_.Change(InReference(px, py), InSource(x, y));
     if (!(std::abs(change) <= rules_.Scale(Rule::kPooledAnchors) * kMaxBrightnessChange)) return;
-    anchor->hash = Hash(x, y);
-    anchor->is_measured = IsMeasured(depths_.states(x, y));
-    row->push_back(*anchor);
+    PooledAnchor& anchor = row->emplace_back(found);
+    anchor.hash = Hash(x, y);
+    anchor.is_measured = IsMeasured(depths_.states(x, y));
   }
 
   BrightSpot InReference(int x, int y) const { return {static_cast<float>(reference_image_(x, y)), reference_radius_.Squared(x, y)}; }
   BrightSpot InSource(int x, int y) const { return {static_cast<float>(source_image_(x, y)), source_radius_.Squared(x, y)}; }
 
-  void AddPair(int x, int y, std::vector<SpotPair>* pairs) const {
-    const std::optional<PooledAnchor> anchor = Project(x, y);
-    if (!anchor) return;
-    const int px = anchor->PixelX(), py = anchor->PixelY();
+  void AddPair(int x, int y, const PooledAnchor& anchor, std::vector<SpotPair>* pairs) const {
+    const int px = anchor.PixelX(), py = anchor.PixelY();
     if (!CarriesPlanes(measured_.states(px, py))) return;
     const float there = measured_.planes(px, py).depth;
-    if (!(std::abs(there * anchor->inverse_depth - 1) <= kSameDepth)) return;
+    if (!(std::abs(there * anchor.inverse_depth - 1) <= kSameDepth)) return;
     const SpotPair pair = {InReference(px, py), InSource(x, y)};
     const auto [least, most] = std::minmax(pair.reference.brightness, pair.source.brightness);
     if (least >= kMinGainBrightness && most <= kMaxGainBrightness) pairs->push_back(pair);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -46,11 +45,12 @@ std::vector<AnchorPoint> SourcePoints(const InferenceInput& input, const ViewIma
   const auto width = static_cast<float>(input.measured->width()), height = static_cast<float>(input.measured->height());
   const SourceAnchors anchors(source, depths, input.reference.view->camera);
   const int step = StepOf(depths.width(), depths.height());
+  SourceAnchorRow row;
   for (int y = 0; y < depths.height(); y += step) {
-    for (int x = 0; x < depths.width(); x += step) {
-      const std::optional<SourceAnchor> anchor = anchors.At(x, y);
-      if (!anchor) continue;
-      const auto [u, v, w] = *anchor;
+    anchors.FindRow(y, step, &row);
+    for (std::size_t i = 0; i < row.u.size(); ++i) {
+      const float u = row.u[i], v = row.v[i], w = row.inverse_depth[i];
+      if (!(w > 0)) continue;
       if (!(u > -kBeside * width && u < (1 + kBeside) * width && v > -kBeside * height && v < (1 + kBeside) * height)) continue;
       points.push_back({u - 0.5f, v - 0.5f, w});
     }

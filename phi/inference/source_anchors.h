@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <vector>
 
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
@@ -20,9 +20,9 @@ inline int SamplingStep(int width, int height, int least, std::int64_t most) {
   return step;
 }
 
-// (u, v) in K's coordinates.
-struct SourceAnchor {
-  float u, v, inverse_depth;
+// Of a row of pixels: (u, v) in K's coordinates. inverse_depth 0: the pixel is no anchor or lies behind the reference camera.
+struct SourceAnchorRow {
+  std::vector<float> u, v, inverse_depth;
 };
 
 class SourceAnchors {
@@ -33,16 +33,8 @@ class SourceAnchors {
         rays_(MakeRayModel(source.view->camera.pinhole)),
         reference_from_source_(MakeRelativeView(source.view->camera, reference)) {}
 
-  // Of the source's pixel; nullopt where it is no anchor or lies behind the reference camera.
-  std::optional<SourceAnchor> At(int x, int y) const {
-    if (!CarriesPlanes(depths_.states(x, y))) return std::nullopt;
-    const Vec3f ray = rays_.Ray(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-    const RelativeView& view = reference_from_source_;
-    const Vec3f point = view.rotation * (depths_.depths(x, y) * ray) + view.translation;
-    if (!(point.z > 0)) return std::nullopt;
-    const auto [u, v] = view.source.Project(point);
-    return SourceAnchor{u, v, 1 / point.z};
-  }
+  // Of every `step`th pixel of row y.
+  void FindRow(int y, int step, SourceAnchorRow* row) const;
 
  private:
   const MeasuredDepths& depths_;
