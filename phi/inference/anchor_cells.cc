@@ -80,8 +80,8 @@ int RowOf(std::uint64_t key) {
 // A point's cell, and its place in the list.
 using KeyedPoint = std::pair<std::uint64_t, std::uint32_t>;
 
-// By key, then place: whatever the order before. Points go to their columns and rows first, then only a few are to be sorted.
-void SortByKey(std::vector<KeyedPoint>* points) {
+// By column and row, then place in the list. Depths may be in any order.
+void SortByPlace(std::vector<KeyedPoint>* points) {
   if (points->empty()) return;
   int first_column = ColumnOf(points->front().first), last_column = first_column;
   int first_row = RowOf(points->front().first), last_row = first_row;
@@ -104,12 +104,36 @@ void SortByKey(std::vector<KeyedPoint>* points) {
   std::partial_sum(next.begin(), next.end(), next.begin());
   std::vector<KeyedPoint> sorted(points->size());
   for (const KeyedPoint& point : *points) sorted[next[bucket(point.first)]++] = point;
-  // Now next[b] is where bucket b ends.
-  for (std::size_t b = 0, begin = 0; b + 1 < next.size(); begin = next[b++]) {
-    const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin), last = sorted.begin() + next[b];
-    if (!std::is_sorted(first, last)) std::sort(first, last);  // mostly all have one depth
-  }
   points->swap(sorted);
+}
+
+// Of a cell's points.
+struct CellSum {
+  std::uint64_t key;
+  int count = 0;
+  double x = 0, y = 0, w = 0, weight = 0;
+  bool is_measured = false;
+
+  void Add(const AnchorPoint& p) {
+    ++count;
+    x += p.x, y += p.y, w += p.w, weight += p.weight;
+    is_measured |= p.is_measured;
+  }
+  AnchorCell Cell(const AnchorTolerance& tolerance) const {
+    const auto n = static_cast<double>(count);
+    AnchorCell cell{static_cast<float>(x / n), static_cast<float>(y / n), w / n, 0, ColumnOf(key), RowOf(key), is_measured,
+                    static_cast<float>(weight / n)};
+    cell.tolerance = tolerance.At(cell.x, cell.y, static_cast<float>(cell.w));
+    return cell;
+  }
+};
+
+// The sum of that key; a new one where there is none. The points of one place mostly have a few depths, one after the other.
+CellSum* SumWith(std::uint64_t key, std::vector<CellSum>* sums) {
+  for (std::size_t i = sums->size(); i-- > 0;) {
+    if ((*sums)[i].key == key) return &(*sums)[i];
+  }
+  return &sums->emplace_back(CellSum{key});
 }
 
 }  // namespace
@@ -128,23 +152,19 @@ std::vector<AnchorCell> MakeAnchorCells(const std::vector<AnchorPoint>& points, 
     // Another program's map may hold a depth whose inverse is beyond numbers.
     if (std::isnormal(points[i].w)) order.emplace_back(KeyOf(points[i], side), static_cast<std::uint32_t>(i));
   }
-  SortByKey(&order);
+  SortByPlace(&order);
   std::vector<AnchorCell> cells;
+  std::vector<CellSum> sums;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    const std::uint64_t key = order[begin].first;
-    double x = 0, y = 0, w = 0, weight = 0;
-    bool is_measured = false;
-    for (; end < order.size() && order[end].first == key; ++end) {
-      const AnchorPoint& p = points[order[end].second];
-      x += p.x, y += p.y, w += p.w, weight += p.weight;
-      is_measured |= p.is_measured;
+    const std::uint64_t place = order[begin].first >> kKeyBits;
+    sums.clear();
+    for (; end < order.size() && order[end].first >> kKeyBits == place; ++end) {
+      SumWith(order[end].first, &sums)->Add(points[order[end].second]);
     }
-    const auto n = static_cast<double>(end - begin);
-    if (n < min_points) continue;
-    AnchorCell cell{static_cast<float>(x / n), static_cast<float>(y / n), w / n, 0, ColumnOf(key), RowOf(key), is_measured,
-                    static_cast<float>(weight / n)};
-    cell.tolerance = tolerance.At(cell.x, cell.y, static_cast<float>(cell.w));
-    cells.push_back(cell);
+    std::sort(sums.begin(), sums.end(), [](const CellSum& a, const CellSum& b) { return a.key < b.key; });
+    for (const CellSum& sum : sums) {
+      if (sum.count >= min_points) cells.push_back(sum.Cell(tolerance));
+    }
   }
   return cells;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "phi/base/wide_vectors.h"
+#include "phi/inference/scored_anchors.h"
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -48,50 +48,10 @@ const RegionPoint& PointAt(const std::vector<RegionPoint>& points, std::uint32_t
   return next == points.size() ? points.front() : points[next];
 }
 
-// The points that draws are scored on, a value after the other: loops over them become vector instructions.
-class ScoredPoints {
- public:
-  explicit ScoredPoints(std::span<const RegionPoint> points) : size_(points.size()), values_(4 * size_) {
-    float* next = values_.data();
-    for (const RegionPoint& p : points) *next++ = p.x;
-    for (const RegionPoint& p : points) *next++ = p.y;
-    for (const RegionPoint& p : points) *next++ = p.w;
-    for (const RegionPoint& p : points) *next++ = p.tolerance;
-  }
-
-  std::size_t size() const { return size_; }
-
-  // Those on the plane; stops where they cannot be more than `needed`.
-  std::size_t CountInliers(const ImagePlane& plane, std::size_t needed) const {
-    constexpr std::size_t kBatch = 128;
-    std::size_t count = 0;
-    for (std::size_t begin = 0; begin < size() && count + size() - begin > needed; begin += kBatch) {
-      count += static_cast<std::size_t>(Count(plane, begin, std::min(begin + kBatch, size())));
-    }
-    return count;
-  }
-
- private:
-  struct PlacedPoint {
-    float x, y, w, tolerance;
-  };
-
-  PHI_WIDE_VECTORS std::int64_t Count(const ImagePlane& plane, std::size_t begin, std::size_t end) const {
-    const ImagePlane own = plane;
-    const float *x = values_.data(), *y = x + size_, *w = y + size_, *tolerance = w + size_;
-    std::int64_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += IsOn(own, PlacedPoint{x[i], y[i], w[i], tolerance[i]}) ? 1 : 0;
-    return count;
-  }
-
-  std::size_t size_;
-  std::vector<float> values_;  // all x, all y, all w, all tolerances
-};
-
 // The plane that most of the points agree on. Points by ascending hash: the first ones are a sample of them all.
 bool FitPlane(const RegionFitLimits& limits, const std::vector<RegionPoint>& points, RandomKey key, std::uint64_t region,
               std::uint32_t round, RegionPlane* best) {
-  const ScoredPoints scored{std::span<const RegionPoint>(points).first(std::min(points.size(), kMaxScored))};
+  const ScoredAnchors scored(std::span<const RegionPoint>(points).first(std::min(points.size(), kMaxScored)));
   std::size_t best_count = 0;
   int num_draws = limits.max_draws;
   for (int draw = 0; draw < num_draws; ++draw) {

@@ -1,14 +1,17 @@
 #include "phi/inference/scene_planes.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 
 #include "phi/base/random.h"
+#include "phi/inference/scored_anchors.h"
 #include "phi/inference/source_anchors.h"
 
 namespace phi {
@@ -67,7 +70,10 @@ std::vector<AnchorPoint> MeasuredPoints(const InferenceInput& input) {
       parts[i] = SourcePoints(input, input.sources[i - 1], *input.source_depths[i - 1]);
     }
   });
+  std::size_t num_points = 0;
+  for (const auto& part : parts) num_points += part.size();
   std::vector<AnchorPoint> points;
+  points.reserve(num_points);
   for (const auto& part : parts) points.insert(points.end(), part.begin(), part.end());
   return points;
 }
@@ -81,10 +87,14 @@ class PlaneSearch {
   // The plane that most of the cells lie on, which are taken away; false: too few lie on one.
   bool Next(std::uint64_t round, CarriedPlane* plane) {
     if (cells_.size() < kMinCells) return false;
+    const ScoredAnchors scored(std::span<const AnchorCell>(cells_), std::max<std::size_t>(1, cells_.size() / kMaxScored));
     std::vector<std::pair<std::size_t, ImagePlane>> drawn(kDraws);
+    std::atomic<std::size_t> most = 1;  // a count so far: with fewer none is the best
     tbb::parallel_for(0, kDraws, [&](int draw) {
       auto& [count, candidate] = drawn[static_cast<std::size_t>(draw)];
-      if (Draw(round, static_cast<std::uint32_t>(draw), &candidate)) count = CountOn(candidate);
+      if (!Draw(round, static_cast<std::uint32_t>(draw), &candidate)) return;
+      count = scored.CountInliers(candidate, most - 1);
+      if (count > most) most = count;
     });
     const auto fewer = [](const auto& p, const auto& q) { return p.first < q.first; };
     const auto best = std::max_element(drawn.begin(), drawn.end(), fewer);
@@ -108,7 +118,8 @@ class PlaneSearch {
       return std::pair(cell.column, cell.row) < place;
     };
     const auto begin = std::lower_bound(cells_.begin(), cells_.end(), std::pair(column, row), before);
-    const auto end = std::lower_bound(begin, cells_.end(), std::pair(column, row + 1), before);
+    auto end = begin;  // mostly one or two cells on
+    while (end != cells_.end() && end->column == column && end->row == row) ++end;
     return begin == end ? nullptr : &begin[static_cast<std::ptrdiff_t>(IndexOf(word, static_cast<std::size_t>(end - begin)))];
   }
 
@@ -124,13 +135,6 @@ class PlaneSearch {
       if (cell != nullptr) corners[found++] = cell;
     }
     return found == 3 && PlaneThrough(*corners[0], *corners[1], *corners[2], 0.5 * side_ * side_ * reach, plane);
-  }
-
-  std::size_t CountOn(const ImagePlane& plane) const {
-    const std::size_t stride = std::max<std::size_t>(1, cells_.size() / kMaxScored);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < cells_.size(); i += stride) count += IsOn(plane, cells_[i]);
-    return count;
   }
 
   // Least squares over the cells on the plane; false where they are too few.
