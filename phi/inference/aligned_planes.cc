@@ -11,28 +11,33 @@ namespace {
 constexpr std::size_t kMaxPlanesAlong = 4;
 constexpr double kMinWeightAlong = 3;  // of the cells on a plane
 constexpr double kMinSlant = 1e-3;  // of a cell's ray to the plane: the direction's inverse depth there
+constexpr double kRounding = 1;  // a cell's weight: far more than sums of them are rounded by
 constexpr double kMaxRelative = 0.5;  // of a cell's tolerance: a vaguer one is on any plane
-
-// The inverse distance of the plane through a cell.
-struct Distance {
-  double inverse, tolerance, weight;
-
-  bool Reaches(double at) const { return std::abs(at - inverse) < tolerance; }
-};
 
 // What some cells say of a plane by its inverse distance x: the sum of weight * (1 - ((x - inverse) / tolerance)^2).
 struct Parabola {
   double weight = 0, square = 0, linear = 0, constant = 0;
 
-  void Add(const Distance& d, double sign) {
-    const double w = sign * d.weight, each = w / (d.tolerance * d.tolerance);
-    weight += w;
-    square += each;
-    linear += each * d.inverse;
-    constant += each * d.inverse * d.inverse;
+  void Add(const Parabola& other, double sign) {
+    weight += sign * other.weight;
+    square += sign * other.square;
+    linear += sign * other.linear;
+    constant += sign * other.constant;
   }
   double Top() const { return linear / square; }
   double AtTop() const { return weight - constant + linear * linear / square; }
+};
+
+// The inverse distance of the plane through a cell.
+struct Distance {
+  double inverse, tolerance;
+  Parabola says;
+
+  Distance(double inverse, double tolerance, double weight) : inverse(inverse), tolerance(tolerance) {
+    const double each = weight / (tolerance * tolerance);
+    says = {weight, each, each * inverse, each * inverse * inverse};
+  }
+  bool Reaches(double at) const { return std::abs(at - inverse) < tolerance; }
 };
 
 class DistanceSearch {
@@ -41,7 +46,7 @@ class DistanceSearch {
     for (const AnchorCell& cell : cells) {
       const double slant = direction.InverseDepth(cell.x, cell.y);
       if (std::abs(slant) < kMinSlant || !(cell.tolerance < kMaxRelative * cell.w)) continue;
-      const Distance distance{cell.w / slant, cell.tolerance / std::abs(slant), cell.weight};
+      const Distance distance(cell.w / slant, cell.tolerance / std::abs(slant), cell.weight);
       ends_.push_back({distance.inverse - distance.tolerance, 1, distances_.size()});
       ends_.push_back({distance.inverse + distance.tolerance, -1, distances_.size()});
       distances_.push_back(distance);
@@ -57,7 +62,8 @@ class DistanceSearch {
     bool found = false;
     Parabola sum;
     for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
-      sum.Add(distances_[ends_[i].distance], ends_[i].sign);
+      sum.Add(distances_[ends_[i].distance].says, ends_[i].sign);
+      if (sum.weight + kRounding < most) continue;  // nowhere is the sum above it
       const double top = sum.Top();
       if (!(top >= ends_[i].at && top <= ends_[i + 1].at && sum.AtTop() > most)) continue;
       most = sum.AtTop();
@@ -66,7 +72,7 @@ class DistanceSearch {
     }
     if (!found) return false;
     for (Distance& d : distances_) {
-      if (d.Reaches(*inverse)) d.weight = 0;
+      if (d.Reaches(*inverse)) d.says = {};
     }
     return true;
   }

@@ -1,6 +1,5 @@
 #include "phi/inference/box_mean.h"
 
-#include <cmath>
 #include <cstdint>
 
 namespace phi {
@@ -16,13 +15,13 @@ std::optional<BoxMean> MeanAround(const GrayImage& image, float u, float v) {
         y < static_cast<float>(image.height() - kReach - 1)))
     return std::nullopt;
   const int left = static_cast<int>(x) - kReach, top = static_cast<int>(y) - kReach;
-  const float right_part = x - std::floor(x), bottom_part = y - std::floor(y);
+  const float right_part = x - static_cast<float>(left + kReach), bottom_part = y - static_cast<float>(top + kReach);
   BoxMean sum;
   for (int j = 0; j <= kSide; ++j) {
     const std::uint8_t* row = &image(left, top + j);
-    float inner = 0;
+    int inner = 0;
     for (int i = 1; i < kSide; ++i) inner += row[i];
-    const float of_row = (1 - right_part) * row[0] + inner + right_part * row[kSide];
+    const float of_row = (1 - right_part) * row[0] + static_cast<float>(inner) + right_part * row[kSide];
     const float part = j == 0 ? 1 - bottom_part : j == kSide ? bottom_part : 1;
     sum.value += part * of_row;
     sum.du += part * (static_cast<float>(row[kSide]) - static_cast<float>(row[0]));

@@ -112,7 +112,9 @@ std::vector<SourceRegions::Overlap> SourceRegions::OverlapsUnder(const ImagePlan
   }
   std::vector<Overlap> overlaps;
   for (std::int32_t region = 0; region < end_label_; ++region) {
-    const double share = counts[static_cast<std::size_t>(region)] / static_cast<double>(spots.size());
+    const int count = counts[static_cast<std::size_t>(region)];
+    if (count == 0) continue;  // most of them
+    const double share = count / static_cast<double>(spots.size());
     if (share >= kMinOverlap) overlaps.push_back({region, share});
   }
   return overlaps;
