@@ -29,14 +29,17 @@ PHI_HD PackedNormal PackNormal(Vec3f n) {
           ToSigned16((1.0f - fabsf(x)) * (y >= 0 ? 1.0f : -1.0f))};
 }
 
-PHI_HD Vec3f UnpackNormal(PackedNormal p) {
-  float x = p.x * (1.0f / 32767.0f), y = p.y * (1.0f / 32767.0f);
+// Of a PackedNormal's numbers.
+PHI_HD Vec3f UnpackNormal(float packed_x, float packed_y) {
+  float x = packed_x * (1.0f / 32767.0f), y = packed_y * (1.0f / 32767.0f);
   const float z = 1.0f - fabsf(x) - fabsf(y);
   const float fold = z < 0 ? -z : 0.0f;
   x += x >= 0 ? -fold : fold;
   y += y >= 0 ? -fold : fold;
   return Normalized({x, y, z});
 }
+
+PHI_HD Vec3f UnpackNormal(PackedNormal p) { return UnpackNormal(p.x, p.y); }
 
 struct FusionPixel {
   // Bits of `flags`.

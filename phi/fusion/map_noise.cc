@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "phi/base/median.h"
+#include "phi/base/wide_vectors.h"
 #include "phi/fusion/neighbor_lookup.h"
 #include "phi/geometry/device_camera.h"
 
@@ -20,56 +21,24 @@ constexpr float kMaxDeviations = 3;
 // About as many pixels are compared with their neighbours to estimate the noise, and at least so many.
 constexpr int kWantedSamples = 1 << 16, kFewestSamples = 100;
 
-// The inverse depth over the image around a pixel, by its plane.
-struct InverseDepth {
-  float value = 0;                 // 0: no depth
-  float slope_x = 0, slope_y = 0;  // for a pixel to the right, down
-};
-
-InverseDepth MakeInverseDepth(const FusionPixel& pixel, const RayModel& rays, int x, int y) {
-  if (!(pixel.depth > 0)) return {};
-  const Vec3f normal = UnpackNormal(pixel.normal);
-  const float facing = Dot(normal, rays.Ray(x + 0.5f, y + 0.5f));
-  InverseDepth d;
-  d.value = 1 / pixel.depth;
-  if (facing >= -kMinRayCosine) return d;
-  d.slope_x = d.value * normal.x / (facing * rays.fx);
-  d.slope_y = d.value * normal.y / (facing * rays.fy);
-  return d;
-}
-
-// What `other`, a step of (dx, dy) away, says of the inverse depth at `here`, less that one.
-float Difference(const InverseDepth& here, const InverseDepth& other, float dx, float dy) {
-  return other.value - here.value - 0.5f * dx * (here.slope_x + other.slope_x) -
-         0.5f * dy * (here.slope_y + other.slope_y);
-}
-
 bool IsMeasured(const FusionPixel& pixel) {
   return pixel.depth > 0 && (pixel.flags & FusionPixel::kInferred) == 0;
 }
 
-// Deviations of pixels from the mean of the two beside them, over the depth.
-std::vector<float> SampleDeviations(const FusionMap& map, const RayModel& rays) {
-  const double per_sample = static_cast<double>(map.size()) / kWantedSamples;
-  const int stride = std::max(1, static_cast<int>(std::sqrt(per_sample)));
-  const auto at = [&](int x, int y) { return MakeInverseDepth(map(x, y), rays, x, y); };
-  std::vector<float> deviations;
-  for (int y = 1; y + 1 < map.height(); y += stride) {
-    for (int x = 1; x + 1 < map.width(); x += stride) {
-      if (!IsMeasured(map(x, y))) continue;
-      const InverseDepth here = at(x, y);
-      const auto add = [&](int dx, int dy) {
-        if (!IsMeasured(map(x - dx, y - dy)) || !IsMeasured(map(x + dx, y + dy))) return;
-        const float fx = static_cast<float>(dx), fy = static_cast<float>(dy);
-        const float sum =
-            Difference(here, at(x + dx, y + dy), fx, fy) + Difference(here, at(x - dx, y - dy), -fx, -fy);
-        deviations.push_back(std::abs(0.5f * sum) * map(x, y).depth);
-      };
-      add(1, 0);
-      add(0, 1);
-    }
+// The inverse depth over the image around each pixel of a row, by its plane: what it is, 0 without depth, and its slopes for a pixel to the
+// right and down. The arrays hold depths and packed normals before.
+PHI_WIDE_VECTORS void FindPlanes(const RayModel rays, int y, std::ptrdiff_t width, float* __restrict value, float* __restrict slope_x,
+                                 float* __restrict slope_y) {
+  for (std::ptrdiff_t x = 0; x < width; ++x) {
+    const Vec3f normal = UnpackNormal(slope_x[x], slope_y[x]);
+    const float facing = Dot(normal, rays.Ray(static_cast<float>(static_cast<int>(x)) + 0.5f, static_cast<float>(y) + 0.5f));
+    const float depth = value[x], inverse = 1 / depth;
+    const float right = inverse * normal.x / (facing * rays.fx), down = inverse * normal.y / (facing * rays.fy);
+    const bool has_depth = depth > 0, is_grazing = facing >= -kMinRayCosine;
+    value[x] = has_depth ? inverse : 0;
+    slope_x[x] = has_depth & !is_grazing ? right : 0;
+    slope_y[x] = has_depth & !is_grazing ? down : 0;
   }
-  return deviations;
 }
 
 // A row of a map, with a border of pixels without depth; arrays for the compiler's vectors.
@@ -82,15 +51,45 @@ struct InverseDepthRow {
   }
   void Read(const FusionMap& map, const RayModel& rays, int y) {
     for (int x = 0; x < map.width(); ++x) {
-      InverseDepth d;
-      if (y < map.height()) d = MakeInverseDepth(map(x, y), rays, x, y);
+      const FusionPixel pixel = y < map.height() ? map(x, y) : FusionPixel();
       const std::size_t i = static_cast<std::size_t>(x + kRadius);
-      value[i] = d.value;
-      slope_x[i] = d.slope_x;
-      slope_y[i] = d.slope_y;
+      value[i] = pixel.depth;
+      slope_x[i] = pixel.normal.x;
+      slope_y[i] = pixel.normal.y;
     }
+    FindPlanes(rays, y, map.width(), &value[kRadius], &slope_x[kRadius], &slope_y[kRadius]);
   }
 };
+
+// Of pixel x of a row, what `other_x` of another row, a step of (dx, dy) away, says of its inverse depth, less that one.
+float Difference(const InverseDepthRow& row, int x, const InverseDepthRow& other_row, int other_x, float dx, float dy) {
+  const auto here = static_cast<std::size_t>(x + kRadius), other = static_cast<std::size_t>(other_x + kRadius);
+  return other_row.value[other] - row.value[here] - 0.5f * dx * (row.slope_x[here] + other_row.slope_x[other]) -
+         0.5f * dy * (row.slope_y[here] + other_row.slope_y[other]);
+}
+
+// Deviations of pixels from the mean of the two beside them, over the depth.
+std::vector<float> SampleDeviations(const FusionMap& map, const RayModel& rays) {
+  const double per_sample = static_cast<double>(map.size()) / kWantedSamples;
+  const int stride = std::max(1, static_cast<int>(std::sqrt(per_sample)));
+  std::vector<float> deviations;
+  InverseDepthRow above(map.width()), row(map.width()), below(map.width());
+  for (int y = 1; y + 1 < map.height(); y += stride) {
+    above.Read(map, rays, y - 1), row.Read(map, rays, y), below.Read(map, rays, y + 1);
+    for (int x = 1; x + 1 < map.width(); x += stride) {
+      if (!IsMeasured(map(x, y))) continue;
+      const auto add = [&](const InverseDepthRow& before, const InverseDepthRow& after, int dx, int dy) {
+        if (!IsMeasured(map(x - dx, y - dy)) || !IsMeasured(map(x + dx, y + dy))) return;
+        const float fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+        const float sum = Difference(row, x, after, x + dx, fx, fy) + Difference(row, x, before, x - dx, -fx, -fy);
+        deviations.push_back(std::abs(0.5f * sum) * map(x, y).depth);
+      };
+      add(row, row, 1, 0);
+      add(above, below, 0, 1);
+    }
+  }
+  return deviations;
+}
 
 // Of the differences of the pixels around each pixel of a row.
 struct RowSums {
