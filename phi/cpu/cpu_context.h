@@ -39,9 +39,9 @@ struct CpuContext {
     Count(matcher.Rank(patch, x, y, h, ranked, costs), matcher.NumSamplesPerWindow(Samples::kSparse));
     return CombineCosts(costs, parameters.num_views, parameters.view_mean);
   }
-  float Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
+  float Score(const Patch& patch, int, int, const PlaneHypothesis&, Ranked* ranked) const {
     float costs[kMaxSourceViews];
-    Count(matcher.Score(patch, x, y, h, ranked, costs),
+    Count(matcher.Score(patch, ranked, costs),
           matcher.NumSamplesPerWindow(Samples::kAll) - matcher.NumSamplesPerWindow(Samples::kSparse));
     return CombineCosts(costs, parameters.num_views, parameters.view_mean);
   }

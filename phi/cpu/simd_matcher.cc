@@ -43,32 +43,32 @@ Array2D<WindowScale> SimdMatcher::SelectScales() const {
   });
 }
 
-void SimdMatcher::Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h,
-                      Ranked* ranked) const {
+void SimdMatcher::SumSparse(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const {
   const float u = x + 0.5f, v = y + 0.5f;
   const auto step = static_cast<float>(1 << patch.scale.level);  // pixels of level 0 per pixel of the level
-  const float offset = step / (h.depth * Dot(h.normal, rays_.Ray(u, v)));
+  const float offset = step / (h.depth * Dot(h.normal, patch.ray));
   const PlaneAtPoint plane = {u / step, v / step, 1.0 / h.depth, offset * h.normal.x / rays_.fx, offset * h.normal.y / rays_.fy};
-  sum(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, plane, ranked);
+  SumSparseSamples(Window(patch.scale), levels_[patch.scale.level].sources, patch.samples, plane, ranked);
 }
 
 int SimdMatcher::Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
   ranked->inside = 0;
-  if (patch.samples.sparse.textured || patch.samples.all.textured) Sum(SumSparseSamples, patch, x, y, h, ranked);
+  if (patch.samples.sparse.textured || patch.samples.all.textured) SumSparse(patch, x, y, h, ranked);
   CostsOfSums(patch.samples.sparse, *ranked, levels_[patch.scale.level].sources.num, costs);
   return std::popcount(ranked->inside);
 }
 
-int SimdMatcher::Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const {
-  if (patch.samples.all.textured) Sum(AddOtherSamples, patch, x, y, h, ranked);
-  CostsOfSums(patch.samples.all, *ranked, levels_[patch.scale.level].sources.num, costs);
+int SimdMatcher::Score(const Patch& patch, Ranked* ranked, float* costs) const {
+  const SimdSources& sources = levels_[patch.scale.level].sources;
+  if (patch.samples.all.textured) AddOtherSamples(Window(patch.scale), sources, patch.samples, ranked);
+  CostsOfSums(patch.samples.all, *ranked, sources.num, costs);
   return patch.samples.all.textured ? std::popcount(ranked->inside) : 0;
 }
 
 int SimdMatcher::Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const {
   Ranked ranked;
   const int num_read = Rank(patch, x, y, h, &ranked, costs);
-  return samples == Samples::kAll ? Score(patch, x, y, h, &ranked, costs) : num_read;
+  return samples == Samples::kAll ? Score(patch, &ranked, costs) : num_read;
 }
 
 }  // namespace phi

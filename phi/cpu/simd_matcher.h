@@ -18,6 +18,7 @@ class SimdMatcher {
  public:
   struct Patch {
     WindowScale scale;
+    Vec3f ray;  // of the pixel
     SimdPatch samples;
   };
   // What ranking found of a hypothesis.
@@ -29,6 +30,7 @@ class SimdMatcher {
   Patch LoadPatch(int x, int y) const {
     Patch patch;
     patch.scale = window_scales_(x, y);
+    patch.ray = rays_.Ray(x + 0.5f, y + 0.5f);
     const float scale = 1.0f / static_cast<float>(1 << patch.scale.level);
     const float decay = WindowAtScale(matching_window_, patch.scale).weight_decay;
     const PackedImage& image = levels_[patch.scale.level].reference;
@@ -39,7 +41,7 @@ class SimdMatcher {
   // The cost of each source view by sparse samples; Score then gives that of all samples for the same hypothesis, and reads the others
   // alone. Each returns how many windows it read.
   int Rank(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
-  int Score(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked, float* costs) const;
+  int Score(const Patch& patch, Ranked* ranked, float* costs) const;
   // The cost of each source view. Returns how many windows it read.
   int Costs(const Patch& patch, int x, int y, const PlaneHypothesis& h, Samples samples, float* costs) const;
 
@@ -54,8 +56,7 @@ class SimdMatcher {
 
   Array2D<WindowScale> SelectScales() const;
   const SimdWindow& Window(WindowScale scale) const { return scale.is_narrow ? narrow_window_ : window_; }
-  // `sum`: SumSparseSamples or AddOtherSamples.
-  void Sum(decltype(SumSparseSamples)* sum, const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;
+  void SumSparse(const Patch& patch, int x, int y, const PlaneHypothesis& h, Ranked* ranked) const;
 
   RayModel rays_;
   MatchingWindow matching_window_;

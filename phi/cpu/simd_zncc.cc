@@ -204,16 +204,6 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   patch->all = MakeReference({sparse.weight + rest.weight, sparse.sum + rest.sum, sparse.squares + rest.squares});
 }
 
-// The homographies around the window's centre, by view. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy, the
-// source's element is (x + (xx dx + xy dy) / w, y + (yx dx + yy dy) / w), counted from element (column, row): one element before the
-// window's first, so that positions are about 1 at least and PlaceInWindow takes them.
-struct LocalWarps {
-  alignas(64) float wx[kMaxSourceViews], wy[kMaxSourceViews];
-  alignas(64) float xx[kMaxSourceViews], xy[kMaxSourceViews], yx[kMaxSourceViews], yy[kMaxSourceViews];
-  alignas(64) float x[kMaxSourceViews], y[kMaxSourceViews];
-  alignas(64) double column[kMaxSourceViews], row[kMaxSourceViews];
-};
-
 using Doubles = hn::ScalableTag<double>;
 using VD = hn::Vec<Doubles>;
 
@@ -281,9 +271,10 @@ struct WindowPart {
 
 // Sets, or adds to, the sums of a view.
 template <bool kAdds>
-HWY_INLINE void SumWindow(const WindowPart& part, const SimdSources& sources, int view, const SimdPatch& patch,
-                          const LocalWarps& warps, SimdSums* sums) {
+HWY_INLINE void SumWindow(const WindowPart& part, const SimdSources& sources, int view, const SimdPatch& patch, SimdSums* sums) {
   const Floats df;
+  const LocalWarps& warps = sums->warps;
+  float* of_view = sums->of_view[view];
   const VF one = hn::Set(df, 1.0f);
   const VF wx = hn::Set(df, warps.wx[view]), wy = hn::Set(df, warps.wy[view]);
   const VF xx = hn::Set(df, warps.xx[view]), xy = hn::Set(df, warps.xy[view]);
@@ -294,7 +285,8 @@ HWY_INLINE void SumWindow(const WindowPart& part, const SimdSources& sources, in
   const auto stride = hn::Set(Ints(), static_cast<std::int32_t>(sources.stride[view]));
   // Shifted by the centre's sample, the sums lose no digits: the centre itself bounds how far it is from the
   // mean.
-  const VF shift = hn::Set(df, SampleAt(base, sources.stride[view], warps.x[view], warps.y[view]));
+  const float centre = kAdds ? of_view[3] : SampleAt(base, sources.stride[view], warps.x[view], warps.y[view]);
+  const VF shift = hn::Set(df, centre);
   const float* HWY_RESTRICT dx_begin = part.window.dx.data();
   const float* HWY_RESTRICT dy_begin = part.window.dy.data();
   Totals sum, squares, products;
@@ -312,31 +304,28 @@ HWY_INLINE void SumWindow(const WindowPart& part, const SimdSources& sources, in
       products.part[p] = hn::MulAdd(sample, hn::Load(df, patch.weighted + k), products.part[p]);
     }
   }
-  Join<kAdds>(sum, squares, products, sums->of_view[view]);
+  Join<kAdds>(sum, squares, products, of_view);
+  of_view[3] = centre;
 }
 
-template <bool kAdds>
-HWY_INLINE void SumSamples(const WindowPart& part, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
-                           SimdSums* sums) {
+void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane, SimdSums* sums) {
   constexpr int kViews = static_cast<int>(hn::MaxLanes(Doubles()));
-  LocalWarps warps;
   sums->inside = 0;
   for (int first = 0; first < sources.num; first += kViews) {
-    const std::uint64_t inside = MakeLocalWarps(sources, first, plane, part.window.radius, &warps);
+    const std::uint64_t inside = MakeLocalWarps(sources, first, plane, window.radius, &sums->warps);
     for (int j = first; j < sources.num && j < first + kViews; ++j) {
       if ((inside >> (j - first) & 1u) == 0) continue;
-      SumWindow<kAdds>(part, sources, j, patch, warps, sums);
+      SumWindow<false>({window, 0, window.end_of_sparse}, sources, j, patch, sums);
       sums->inside |= 1u << j;
     }
   }
 }
 
-void SumSparse(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane, SimdSums* sums) {
-  SumSamples<false>({window, 0, window.end_of_sparse}, sources, patch, plane, sums);
-}
-
-void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane, SimdSums* sums) {
-  SumSamples<true>({window, window.end_of_sparse, static_cast<int>(window.dx.size())}, sources, patch, plane, sums);
+void AddOthers(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, SimdSums* sums) {
+  for (int j = 0; j < sources.num; ++j) {
+    if ((sums->inside >> j & 1u) == 0) continue;
+    SumWindow<true>({window, window.end_of_sparse, static_cast<int>(window.dx.size())}, sources, j, patch, sums);
+  }
 }
 
 }  // namespace HWY_NAMESPACE
@@ -360,9 +349,8 @@ void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, cons
   HWY_DYNAMIC_DISPATCH(SumSparse)(window, sources, patch, plane, sums);
 }
 
-void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
-                     SimdSums* sums) {
-  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, plane, sums);
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, SimdSums* sums) {
+  HWY_DYNAMIC_DISPATCH(AddOthers)(window, sources, patch, sums);
 }
 
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs) {

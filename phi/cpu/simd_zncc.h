@@ -29,10 +29,23 @@ struct SimdPatch {
   alignas(64) float weighted[kMaxSimdSamples];  // weight * sample
 };
 
-// Of the samples so far, less the one at the centre, by source view. What ranked a hypothesis is part of what scores it.
+// The homographies around the window's centre, by view. With offsets (dx, dy) from the centre and w = 1 + wx dx + wy dy, the
+// source's element is (x + (xx dx + xy dy) / w, y + (yx dx + yy dy) / w), counted from element (column, row): one element before the
+// window's first, so that positions are about 1 at least.
+struct LocalWarps {
+  alignas(64) float wx[kMaxSourceViews], wy[kMaxSourceViews];
+  alignas(64) float xx[kMaxSourceViews], xy[kMaxSourceViews], yx[kMaxSourceViews], yy[kMaxSourceViews];
+  alignas(64) float x[kMaxSourceViews], y[kMaxSourceViews];
+  alignas(64) double column[kMaxSourceViews], row[kMaxSourceViews];
+};
+
+// Of the samples so far, less the one at the centre, by source view. What ranked a hypothesis is part of what scores it, and so is
+// where its windows lie.
 struct SimdSums {
-  std::uint32_t inside = 0;         // bit j: view j's window lies inside its image; the sums of others mean nothing
-  alignas(16) float of_view[kMaxSourceViews][4];  // weight * source, weight * source^2, weight * reference * source; a padding
+  std::uint32_t inside = 0;  // bit j: view j's window lies inside its image; the sums of others mean nothing
+  // weight * source, weight * source^2, weight * reference * source; then no sum, but the centre's sample
+  alignas(16) float of_view[kMaxSourceViews][4];
+  LocalWarps warps;
 };
 static_assert(kMaxSourceViews <= 32);
 
@@ -49,8 +62,7 @@ void LoadSimdPatch(const PackedImage& reference, const SimdWindow& window, float
 void SumSparseSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
                       SimdSums* sums);
 // The same plane's sums over all samples, from those over the sparse ones.
-void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, const PlaneAtPoint& plane,
-                     SimdSums* sums);
+void AddOtherSamples(const SimdWindow& window, const SimdSources& sources, const SimdPatch& patch, SimdSums* sums);
 // The cost in each source view (Eq. 4) of what was summed.
 void CostsOfSums(const SimdReference& reference, const SimdSums& sums, int num_views, float* costs);
 

@@ -219,21 +219,21 @@ PHI_HD void UpdateByRanking(const Context& context, int x, int y, int iteration)
   }
 
   const PlaneHypothesis disturbed = Disturbed(p, state, current.plane, x, y, iteration);
-  typename Context::Ranked promising_ranked, tried;
-  int promising = 0;
+  typename Context::Ranked tried[2];
+  int promising = 0, next = 0;  // the promising one is in the other place
   float lowest = current.sparse_cost;
   for (int variant = lowest < 0 ? 0 : 1; variant <= kNumVariants; ++variant) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, variant);
-    const float cost = context.Rank(patch, x, y, h, &tried);
+    const float cost = context.Rank(patch, x, y, h, &tried[next]);
     if (lowest >= 0 && !(cost < lowest)) continue;
     lowest = cost;
     promising = variant;
-    promising_ranked = tried;
+    next = 1 - next;
   }
 
   if (promising > 0) {
     const PlaneHypothesis h = RefinementVariant(current.plane, disturbed, promising);
-    const float cost = context.Score(patch, x, y, h, &promising_ranked);
+    const float cost = context.Score(patch, x, y, h, &tried[1 - next]);
     if (cost < current.cost) current = {h, cost};
   }
   WriteBetter(state, x, y, current);

@@ -283,7 +283,7 @@ TEST(SimdMatcher, ScoringGoesOnFromRanking) {
       const PlaneHypothesis h = scene.Hypothesis(x, y, 5);
       SimdMatcher::Ranked ranked;
       float sparse[4], sparse_alone[4], scored[4], at_once[4];
-      const int read_sparse = matcher.Rank(patch, x, y, h, &ranked, sparse), read_rest = matcher.Score(patch, x, y, h, &ranked, scored);
+      const int read_sparse = matcher.Rank(patch, x, y, h, &ranked, sparse), read_rest = matcher.Score(patch, &ranked, scored);
       EXPECT_EQ(read_rest, matcher.Costs(patch, x, y, h, Samples::kAll, at_once));
       EXPECT_EQ(read_sparse, matcher.Costs(patch, x, y, h, Samples::kSparse, sparse_alone));
       EXPECT_EQ(std::memcmp(scored, at_once, sizeof(scored)), 0) << x << ", " << y;
