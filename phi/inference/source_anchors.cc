@@ -8,18 +8,23 @@
 namespace phi {
 namespace {
 
-// `inverse_depth` holds the pixels' depths before; NaN: none. By value what is read in the loop, so that the compiler sees that the
+// A SourceAnchorRow's arrays, apart.
+struct RowArrays {
+  std::ptrdiff_t size;
+  float *__restrict u, *__restrict v, *__restrict inverse_depth;
+};
+
+// inverse_depth holds the pixels' depths before; NaN: none. By value what is read in the loop, so that the compiler sees that the
 // arrays change none of it.
-PHI_WIDE_VECTORS void ProjectRow(const RayModel rays, const RelativeView view, int y, int step, std::ptrdiff_t size,
-                                 float* __restrict u, float* __restrict v, float* __restrict inverse_depth) {
-  for (std::ptrdiff_t i = 0; i < size; ++i) {
+PHI_WIDE_VECTORS void ProjectRow(const RayModel rays, const RelativeView view, int y, int step, const RowArrays row) {
+  for (std::ptrdiff_t i = 0; i < row.size; ++i) {
     const Vec3f ray = rays.Ray(static_cast<float>(static_cast<int>(i) * step) + 0.5f, static_cast<float>(y) + 0.5f);
-    const Vec3f point = view.rotation * (inverse_depth[i] * ray) + view.translation;
+    const Vec3f point = view.rotation * (row.inverse_depth[i] * ray) + view.translation;
     const ImagePoint seen = view.source.Project(point);
     const float inverse = 1 / point.z;
-    u[i] = seen.u;
-    v[i] = seen.v;
-    inverse_depth[i] = point.z > 0 ? inverse : 0;
+    row.u[i] = seen.u;
+    row.v[i] = seen.v;
+    row.inverse_depth[i] = point.z > 0 ? inverse : 0;
   }
 }
 
@@ -34,8 +39,8 @@ void SourceAnchors::FindRow(int y, int step, SourceAnchorRow* row) const {
     found = CarriesPlanes(*state) ? *depth : std::numeric_limits<float>::quiet_NaN();
     depth += step, state += step;
   }
-  ProjectRow(rays_, reference_from_source_, y, step, static_cast<std::ptrdiff_t>(size), row->u.data(), row->v.data(),
-             row->inverse_depth.data());
+  ProjectRow(rays_, reference_from_source_, y, step,
+             {static_cast<std::ptrdiff_t>(size), row->u.data(), row->v.data(), row->inverse_depth.data()});
 }
 
 }  // namespace phi
