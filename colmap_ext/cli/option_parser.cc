@@ -67,6 +67,17 @@ bool SameValue(const std::string& a, const std::string& b) {
 
 std::string CurrentName(const std::string& name) { return name == kFormerSeedName ? kSeedName : name; }
 
+// As COLMAP, which takes no option twice either.
+void RefuseRepetitions(const std::filesystem::path& path, const std::vector<ProjectEntry>& entries) {
+  std::map<std::string, int> line_of;
+  for (const ProjectEntry& entry : entries) {
+    const auto [first, is_new] = line_of.emplace(CurrentName(entry.name), entry.line);
+    if (is_new) continue;
+    throw phi::InputError(LineText(path, entry.line) + entry.name + " is the option of line " +
+                          std::to_string(first->second) + " again; leave one of them out");
+  }
+}
+
 std::string GroupOf(const std::string& name) {
   const std::size_t dot = name.find('.');
   return dot == std::string::npos ? "" : name.substr(0, dot);
@@ -182,6 +193,7 @@ OptionParser::Values OptionParser::ReadCommandLine(int argc, const char* const* 
 
 std::vector<ProjectEntry> OptionParser::ChosenEntries(const std::filesystem::path& path) const {
   std::vector<ProjectEntry> entries = ReadProjectFile(path), chosen;
+  RefuseRepetitions(path, entries);
   for (ProjectEntry& entry : entries) entry.name = CurrentName(entry.name);
   // A key that only COLMAP has gives away who wrote the file.
   const bool by_colmap =

@@ -204,6 +204,17 @@ TEST_F(OptionParserTest, ErrorsOfAProjectFileNameTheLine) {
             "--PatchMatchStereo.window_radius is 33, but must be between 1 and 32");
 }
 
+// As in COLMAP. The last one won in silence.
+TEST_F(OptionParserTest, AProjectFileThatSetsAnOptionTwiceIsRefused) {
+  const std::string path = (folder_ / "project.ini").string();
+  EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni("random_seed=3\n\ndefault_random_seed=4\n")}),
+            path + ": line 3: default_random_seed is the option of line 1 again; leave one of them out");
+  const std::string group = "[PatchMatchStereo]\nnum_iterations=4\n";
+  EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni(group + "[StereoFusion]\n" + group)}),
+            path + ": line 5: PatchMatchStereo.num_iterations is the option of line 2 again; leave one of them out");
+  EXPECT_EQ(MessageOf<phi::InputError>({"--project_path", WriteIni("[A]\nsize=1\n[B]\nsize=2\n")}), "no error");
+}
+
 TEST_F(OptionParserTest, AProjectFileMayBeginWithAByteOrderMark) {
   Parse({"--project_path", WriteIni("\xEF\xBB\xBF[ PatchMatchStereo ] # of an editor\nnum_iterations = 4\n[]\nworkspace_path=w\n")});
   EXPECT_EQ(iterations_, 4);
