@@ -120,7 +120,9 @@ def evaluate(options: Any, *, progress: ProgressCallable | None = None) -> dict[
     such as {"cloud_path": ..., "truth_path": ...}. Returns the scores, and as `table` what the command prints."""
     with tempfile.TemporaryDirectory() as folder:
         words = dict(options.changed() if hasattr(options, "changed") else options or {})
-        scores = words.setdefault("output_path", str(Path(folder) / "scores.json"))
+        scores = _values("evaluate", {}, words)["output_path"]
+        if not scores:
+            scores = words["output_path"] = str(Path(folder) / "scores.json")
         _, printed = _call("evaluate", {}, words, progress)
         return {**json.loads(Path(scores).read_text()), "table": printed}
 

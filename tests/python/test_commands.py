@@ -67,6 +67,9 @@ def test_evaluate_and_report(done, room, tmp_path):
     options = phimvs.EvaluateOptions(depth_maps=done / "stereo/depth_maps", truth_depth_maps=room / "truth/depth_maps")
     scores = phimvs.evaluate(options)
     assert scores["depth_maps"] and "0.02" in scores["table"]
+    (tmp_path / "project.ini").write_text(f"output_path={tmp_path / 'chosen.json'}\n")
+    chosen = phimvs.evaluate({**options.changed(), "project_path": tmp_path / "project.ini"})
+    assert json.loads((tmp_path / "chosen.json").read_text())["depth_maps"] == chosen["depth_maps"] == scores["depth_maps"]
     assert phimvs.report(done, tmp_path / "page.html") == str(tmp_path / "page.html")
     assert (tmp_path / "page.html").stat().st_size > 10000
 
