@@ -1,4 +1,4 @@
-// What lies in a folder, for messages about files that are not where they should be.
+// What lies in a folder, and in those that links lead to: parts of a workspace are often on another disk.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,11 @@
 
 namespace colmap_ext {
 
-// The regular files below it, as paths from it, sorted. Hidden ones are left out, and whatever cannot be read.
-std::vector<std::filesystem::path> FilesBelow(const std::filesystem::path& folder);
+enum class HiddenFiles { kLeftOut, kIncluded };
+
+// The regular files below it, as paths from it, sorted. Links are followed, but those to a folder that they lie in. Folders that
+// cannot be read are left out, with a warning.
+std::vector<std::filesystem::path> FilesBelow(const std::filesystem::path& folder,
+                                              HiddenFiles hidden = HiddenFiles::kLeftOut);
 
 }  // namespace colmap_ext

@@ -11,6 +11,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/compact_map.h"
+#include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
@@ -200,13 +201,10 @@ void CheckMaps(const Workspace& workspace, ProblemList* errors) {
 }
 
 void WarnOfLeftovers(const Workspace& workspace, ProblemList* warnings) {
-  std::error_code error;
-  for (fs::recursive_directory_iterator entry(workspace.path(), error), end; !error && entry != end;
-       entry.increment(error)) {
-    if (IsTemporaryFile(entry->path())) {
-      warnings->push_back(entry->path().string() +
-                          ": left by a run that was killed; delete it when none is running");
-    }
+  for (const fs::path& file : FilesBelow(workspace.path(), HiddenFiles::kIncluded)) {
+    if (!IsTemporaryFile(file)) continue;
+    warnings->push_back((workspace.path() / file).string() +
+                        ": left by a run that was killed; delete it when none is running");
   }
 }
 

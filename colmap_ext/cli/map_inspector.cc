@@ -8,6 +8,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
 #include "colmap_ext/colorize.h"
+#include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/map_statistics.h"
@@ -101,13 +102,11 @@ std::optional<std::string> ImageName(const std::string& file, const std::string&
 
 std::map<std::string, Inspection> FindMaps(const InspectorOptions& options) {
   std::map<std::string, Inspection> found;  // by image name
-  for (const auto& entry : fs::recursive_directory_iterator(options.input_path)) {
-    if (!entry.is_regular_file()) continue;
-    const auto name =
-        ImageName(fs::relative(entry.path(), options.input_path).generic_string(), options.map_kind);
+  for (const fs::path& file : FilesBelow(options.input_path, HiddenFiles::kIncluded)) {
+    const auto name = ImageName(file.generic_string(), options.map_kind);
     if (!name) continue;
     Inspection& files = found[*name];
-    files.map = entry.path();
+    files.map = options.input_path / file;
     if (!options.output_path.empty())
       files.picture = options.output_path / (*name + "." + options.map_kind + ".png");
     if (!options.truth_path.empty()) files.truth = options.truth_path / (*name + ".bin");

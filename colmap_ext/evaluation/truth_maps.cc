@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "colmap_ext/folder_files.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/workspace.h"
@@ -19,14 +20,14 @@ std::string WithoutSuffix(const std::string& text, const std::string& suffix) {
 std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder)) throw phi::InputError("there is no folder " + phi::AboutFile(folder));
   std::map<std::string, std::filesystem::path> maps;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    const std::string extension = entry.path().extension().string();
-    if (!entry.is_regular_file() || (extension != ".png" && extension != ".bin")) continue;
-    std::string name = entry.path().lexically_relative(folder).replace_extension().generic_string();
+  for (const std::filesystem::path& file : FilesBelow(folder, HiddenFiles::kIncluded)) {
+    const std::string extension = file.extension().string();
+    if (extension != ".png" && extension != ".bin") continue;
+    std::string name = std::filesystem::path(file).replace_extension().generic_string();
     for (std::string_view kind : {kGeometric, kMeasured, kPhotometric}) {
       if (extension == ".bin") name = WithoutSuffix(name, "." + std::string(kind));
     }
-    maps[name] = entry.path();
+    maps[name] = folder / file;
   }
   if (maps.empty())
     throw phi::InputError(phi::AboutFile(folder) + " holds no map (<image name>.png or <image name>.bin)");

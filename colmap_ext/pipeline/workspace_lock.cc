@@ -8,9 +8,9 @@
 #include <chrono>
 #include <system_error>
 #include <thread>
-#include <vector>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/folder_files.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -63,13 +63,7 @@ LockUse FindLockUse(const fs::path& stereo_folder) {
 }
 
 void RemoveTemporaryFiles(const fs::path& stereo_folder) {
-  std::vector<fs::path> leftovers;
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(stereo_folder, error), end; it != end; it.increment(error)) {
-    if (error) return;
-    if (IsTemporaryFile(it->path())) leftovers.push_back(it->path());
-  }
-  for (const fs::path& path : leftovers) RemoveIfLeftOver(path);
+  for (const fs::path& file : FilesBelow(stereo_folder, HiddenFiles::kIncluded)) RemoveIfLeftOver(stereo_folder / file);
 }
 
 }  // namespace colmap_ext

@@ -9,6 +9,7 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "tests/support/error_message.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -263,6 +264,16 @@ TEST_F(WorkspaceCheckTest, NamesMapsThatACompactOneHides) {
       ElementsAre(AllOf(HasSubstr(depth.string()), HasSubstr(compact.string()), HasSubstr("in its place"))));
   WriteRecord(stereo, {"a.png", "photometric"}, {compact, depth, normal});  // of a conversion that was killed
   EXPECT_THAT(CheckWorkspace(options_).errors, IsEmpty());
+}
+
+TEST_F(WorkspaceCheckTest, MapsOnAnotherDiskAreLookedAt) {
+  const TemporaryFolder other_disk;
+  fs::create_directories(other_disk / "depth");
+  fs::create_directory_symlink(other_disk / "depth", folder_ / "stereo/depth_maps");
+  WriteBytes(other_disk / "depth/.phimvs-1-2.tmp", "");
+  EXPECT_THAT(CheckWorkspace(options_).warnings, ElementsAre(HasSubstr("stereo/depth_maps/.phimvs-1-2.tmp")));
+  RemoveTemporaryFiles(folder_ / "stereo");
+  EXPECT_THAT(CheckWorkspace(options_).warnings, IsEmpty());
 }
 
 // Here for access(), which asks for the real user.
