@@ -16,6 +16,7 @@
 #include <system_error>
 #include <utility>
 
+#include "colmap_ext/dead_link.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -164,6 +165,9 @@ AtomicFile::AtomicFile(const fs::path& path, Durability durability)
   std::error_code error;
   if (!folder().empty()) {
     fs::create_directories(folder(), error);
+    if (const std::string dead = error ? DescribeDeadLink(folder()) : ""; !dead.empty()) {
+      throw phi::InputError(phi::AboutFile(path_) + ": " + dead);
+    }
     if (error) ThrowWriteError(path_, "create the folder", error.value());
   }
   RemoveLeftOversOnce(folder());

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "colmap_ext/dead_link.h"
 #include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "phi/base/error.h"
@@ -68,9 +69,8 @@ phi::Message DescribeMissingImages(const Workspace& workspace) {
     return phi::AboutFile(folder) + ": this folder of the images cannot be read; change its permissions";
   }
   const fs::path link = is_folder ? workspace.ImagePath(0) : folder;
-  if (fs::is_symlink(link, unreachable)) {
-    return none + ": '" + link.filename().string() + "' is a link to " + fs::read_symlink(link, unreachable).string() +
-           ", which cannot be reached; mount or restore that, or run colmap image_undistorter again";
+  if (const std::string dead = DescribeDeadLink(link); !dead.empty()) {
+    return none + ": " + dead + ", or run colmap image_undistorter again";
   }
   const std::vector<fs::path> files = FilesBelow(folder);
   if (files.empty()) {

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "colmap_ext/dead_link.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/moved_image.h"
 #include "colmap_ext/pinhole_camera.h"
@@ -39,6 +40,9 @@ void CheckOptions(const WorkspaceOptions& options) {
   }
   if (!options.mask_path.empty() && !fs::is_directory(options.mask_path)) {
     throw phi::InputError("--PhiStereo.mask_path: there is no folder " + phi::AboutFile(options.mask_path));
+  }
+  if (const std::string dead = DescribeDeadLink(options.path / "sparse"); !dead.empty()) {
+    throw phi::InputError(phi::AboutFile(options.path) + ": " + dead);
   }
   if (!fs::is_directory(options.path / "sparse")) {
     throw phi::InputError(

@@ -11,6 +11,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/compact_map.h"
+#include "colmap_ext/dead_link.h"
 #include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion_config.h"
@@ -235,6 +236,7 @@ bool HasMapsToMake(const Workspace& workspace, const std::vector<PatchMatchProbl
 void CheckDisk(const Workspace& workspace, const std::vector<PatchMatchProblem>& problems,
                WorkspaceReport* report) {
   const fs::path stereo = workspace.StereoFolder();
+  Try(&report->errors, [&] { RequireReachable(stereo); });
   const fs::path folder = fs::exists(stereo) ? stereo : workspace.path();
   if (::access(folder.c_str(), W_OK | X_OK) != 0 && HasMapsToMake(workspace, problems)) {
     report->errors.push_back(folder.string() +

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/dead_link.h"
 #include "colmap_ext/folder_files.h"
 #include "phi/base/error.h"
 
@@ -35,6 +36,7 @@ int OpenFolder(const fs::path& folder) { return open(folder.c_str(), O_RDONLY | 
 }  // namespace
 
 WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
+  RequireReachable(stereo_folder);
   std::error_code error;
   fs::create_directories(stereo_folder, error);
   if (error)

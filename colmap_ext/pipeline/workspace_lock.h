@@ -10,7 +10,8 @@ class WorkspaceLock {
  public:
   enum class Sharing { kAlone, kWithShards };
 
-  // Creates the folder where it is missing. Throws phi::InputError when another process holds the lock.
+  // Creates the folder where it is missing. Throws phi::InputError when another process holds the lock, and for folders that cannot
+  // be reached (dead_link.h).
   explicit WorkspaceLock(const std::filesystem::path& stereo_folder, Sharing sharing = Sharing::kAlone);
   ~WorkspaceLock();
   WorkspaceLock(const WorkspaceLock&) = delete;
