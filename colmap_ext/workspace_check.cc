@@ -26,6 +26,7 @@
 #include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/run_status.h"
+#include "colmap_ext/rig_frames.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -281,6 +282,9 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
                             ": one image is not enough for stereo; at least two are needed");
   }
   CheckPoints(*workspace, &report);
+  if (const std::string warning = FramesWarning(options.path / "sparse", workspace->model()); !warning.empty()) {
+    report.warnings.push_back(warning);
+  }
   if (report.errors.empty()) CheckPoses(*workspace, &report);
   CheckImages(*workspace, &report.errors);
   CheckMasks(*workspace, &report.errors, &report.warnings);

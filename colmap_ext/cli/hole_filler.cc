@@ -11,6 +11,7 @@
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/original_maps.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
+#include "colmap_ext/rig_frames.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -42,6 +43,7 @@ int RunHoleFiller(int argc, char** argv) {
 
   Workspace workspace(options.workspace);
   if (!restore) RequireAnImage(workspace);
+  WarnOfFrames(workspace);
   const WorkspaceLock lock(workspace.StereoFolder());
   std::vector<ImageJob> jobs = MakeImageJobs(workspace, MakeSparseScene(workspace.model()),
                                              options.config_path, options.pipeline.view_selection);

@@ -14,6 +14,7 @@
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
+#include "colmap_ext/rig_frames.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -50,6 +51,7 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
   Workspace workspace(options.workspace);
   RequireAnImage(workspace);
   const WorkspaceLock lock(workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
+  WarnOfFrames(workspace);
   const StereoInput input(std::move(workspace), options, shard);
   if (shard.IsWhole()) {
     RemoveTemporaryFiles(input.workspace.StereoFolder());

@@ -13,6 +13,7 @@
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/progress.h"
+#include "colmap_ext/rig_frames.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -73,6 +74,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
   Workspace workspace(options.workspace);
   if (output.IsFile()) workspace.DropObservations();  // a sparse model has them again
+  if (handed.kind().empty()) WarnOfFrames(workspace);  // of dense, the stereo has told
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }

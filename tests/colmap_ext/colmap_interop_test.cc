@@ -11,6 +11,7 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/patch_match_config.h"
+#include "colmap_ext/rig_frames.h"
 #include "colmap_ext/workspace.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
@@ -99,6 +100,37 @@ TEST_F(PycolmapTest, ReadsOurTextModelAndWeItsModels) {
   RunPython(kPythonRewrite);
   ExpectSameModel(ReadSparseModel(folder_ / "binary"), ModelWithPlainNames(), kRotationTolerance);
   ExpectSameModel(ReadSparseModel(folder_ / "text"), ModelWithPlainNames(), kRotationTolerance);
+}
+
+// Frames of two cameras, of which the second is turned.
+TEST_F(PycolmapTest, WritesFramesWhosePosesWeKnow) {
+  RunPython(
+      "import numpy as np\n"
+      "def pose(q, t): return pycolmap.Rigid3d(pycolmap.Rotation3d(np.array(q)), np.array(t))\n"
+      "model = pycolmap.Reconstruction()\n"
+      "for id in (1, 2): model.add_camera(pycolmap.Camera(camera_id=id, model='PINHOLE', width=64, height=48, params=[60, 60, 32, 24]))\n"
+      "rig = pycolmap.Rig(rig_id=7)\n"
+      "rig.add_ref_sensor(model.cameras[1].sensor_id)\n"
+      "rig.add_sensor(model.cameras[2].sensor_id, pose([0, 0, 0.6, 0.8], [0.1, 0.2, 0.3]))\n"
+      "model.add_rig(rig)\n"
+      "for f in (1, 2):\n"
+      "    frame = pycolmap.Frame(frame_id=f, rig_id=7)\n"
+      "    images = [pycolmap.Image(image_id=10 * f + c, camera_id=c, name=f'{f}/{c}.png', frame_id=f) for c in (1, 2)]\n"
+      "    for image in images: frame.add_data_id(image.data_id)\n"
+      "    frame.rig_from_world = pose([0.6 * (f - 1), 0, 0, 1 - 0.2 * (f - 1)], [f, 2, 3])\n"
+      "    model.add_frame(frame)\n"
+      "    for image in images: model.add_image(image)\n"
+      "    model.register_frame(f)\n"
+      "for name in ('binary', 'text'): (a / name).mkdir()\n"
+      "model.write_binary(str(a / 'binary'))\n"
+      "model.write_text(str(a / 'text'))\n");
+  for (const char* name : {"binary", "text"}) {
+    SparseModel model = ReadSparseModel(folder_ / name);
+    ASSERT_EQ(model.images.size(), 4u);
+    EXPECT_EQ(FramesWarning(folder_ / name, model), "");
+    for (SparseImage& image : model.images) image.translation.x() += image.camera_id == 2 ? 0.01 : 0;
+    EXPECT_THAT(FramesWarning(folder_ / name, model), ::testing::HasSubstr("2 of 4 images"));
+  }
 }
 
 TEST_F(PycolmapTest, KnowsOurNamesOfCameraModels) {

@@ -24,6 +24,7 @@
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/ply_writer.h"
+#include "colmap_ext/rig_frames.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/error.h"
 
@@ -241,6 +242,31 @@ std::vector<std::string> PlySeeds() {
                   110)};
 }
 
+// rigs and frames, each with its length; as both forms.
+void RunFrames(Bytes bytes) {
+  const char* const binary[3] = {"frames/rigs.bin", "frames/frames.bin", "frames/images.bin"};
+  const char* const text[3] = {"text_frames/rigs.txt", "text_frames/frames.txt", "text_frames/images.txt"};
+  WriteThree(binary, bytes);
+  Allow([] { FramesWarning(Folder() / "frames", SmallModel()); });
+  WriteThree(text, bytes);
+  Allow([] { FramesWarning(Folder() / "text_frames", SmallModel()); });
+}
+
+std::vector<std::string> FramesSeeds() {
+  const fs::path folder = Folder() / "frames_seed";
+  const auto seed = [&](const std::string& rigs, const std::string& frames) {
+    fs::create_directories(folder);
+    for (const auto& [name, content] : {std::pair{"rigs", rigs}, {"frames", frames}, {"images", std::string()}}) {
+      std::ofstream(folder / name, std::ios::binary) << content;
+    }
+    const char* const names[3] = {"rigs", "frames", "images"};
+    return JoinThree(folder, names);
+  };
+  const std::string one(1, '\1'), zeros(7, '\0'), camera(4, '\0'), id = one + std::string(3, '\0'), pose(56, '\0');
+  return {seed(one + zeros + id + id + camera + id, one + zeros + id + id + pose + id + camera + id + one + zeros),
+          seed("1 2 CAMERA 1 CAMERA 2 1 1 0 0 0 0.5 0 0\n", "# frames\n1 1 1 0 0 0 1 2 3 2 CAMERA 1 1 CAMERA 2 2\n")};
+}
+
 void RunMeshLab(Bytes bytes) {
   const fs::path path = WriteFile("a.mlp", bytes);
   Allow([&] { ReadMeshLabProject(path); });
@@ -355,6 +381,7 @@ constexpr Target kTargets[] = {{"map", RunMap, MapSeeds},
                                {"image", RunImage, ImageSeeds},
                                {"binary_model", RunBinaryModel, BinaryModelSeeds},
                                {"text_model", RunTextModel, TextModelSeeds},
+                               {"frames", RunFrames, FramesSeeds},
                                {"ply", RunPly, PlySeeds},
                                {"meshlab", RunMeshLab, MeshLabSeeds},
                                {"config", RunConfig, ConfigSeeds},
