@@ -35,6 +35,7 @@ RunSummary HoleFilling::Run() {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
   FindMeasuredMaps();
+  RecordImpossibleJobs();
   runner_.Begin(BuildFillingStages(options_));
   for (auto plan = Plan(); HasPending(plan); plan = Plan()) runner_.Run(plan);
   runner_.End();
@@ -73,6 +74,17 @@ void HoleFilling::FindMeasuredMaps() {
         " holds no .measured.bin or .geometric.bin maps of the images' size; run patch_match_stereo "
         "first, or give the --PatchMatchStereo.max_image_size that it ran with");
   }
+}
+
+// For `status`: what the image has is no result of this run.
+void HoleFilling::RecordImpossibleJobs() {
+  std::vector<RunRecord::Task> tasks;
+  std::vector<std::string> why;
+  for (const phi::Message& failure : runner_.summary().failures) {
+    tasks.emplace_back(failure.image, kGeometric);
+    why.push_back(failure.text);
+  }
+  runner_.record().FailAll(tasks, why);
 }
 
 void HoleFilling::LeaveOut(const phi::Message& why) {

@@ -26,6 +26,7 @@ class HoleFilling {
 
  private:
   void FindMeasuredMaps();
+  void RecordImpossibleJobs();
   // With a warning, and not counted.
   void LeaveOut(const phi::Message& why);
   bool MapsAreOurs(int job, std::string_view kind) const;

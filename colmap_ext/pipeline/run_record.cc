@@ -197,6 +197,12 @@ void RunRecord::Finish(const Task& task, const TaskRecord& record) {
   known = std::move(finished);
 }
 
+void RunRecord::FailAll(const std::vector<Task>& tasks, const std::vector<std::string>& why) {
+  if (tasks.empty()) return;
+  Begin(tasks, std::vector<std::string>(tasks.size()));
+  for (std::size_t i = 0; i < tasks.size(); ++i) Finish(tasks[i], {.state = "failed", .key = "", .warnings = {why[i]}});
+}
+
 void RunRecord::Forget(const Task& task) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (tasks_.erase(task) > 0) changed_ = true;

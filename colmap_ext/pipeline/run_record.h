@@ -52,6 +52,8 @@ class RunRecord {
   // the record or not ours, wherever the last one was killed. In the journal when this returns; on the disk when the files
   // are (MapStore).
   void Finish(const Task& task, const TaskRecord& record);
+  // The results of these tasks cannot be made; why: by task. Files under their names stay known as ours.
+  void FailAll(const std::vector<Task>& tasks, const std::vector<std::string>& why);
   void Forget(const Task& task);
   // The run that is under way found the result up to date.
   void Confirm(const Task& task);

@@ -228,27 +228,22 @@ void StereoPipeline::ReportImpossibleJobs() {
     }
     runner_.Fail(j, stages_[0].result, jobs_[j].problem);
     if (!IsShard() || !scope_.Owns(0, j)) continue;
-    const RunRecord::Task task{NameOf(j), stages_[0].result};  // for `status`, which plans nothing
-    runner_.record().Begin({task}, {""});
-    runner_.record().Finish(task, {.state = "failed", .key = "", .warnings = {jobs_[j].problem.text}});
+    runner_.record().FailAll({{NameOf(j), stages_[0].result}}, {jobs_[j].problem.text});  // for `status`, which plans nothing
   }
 }
 
 // For `status`, as shards do. Maps of these options, of an image whose photo is away for once, stay done.
 void StereoPipeline::RecordImpossibleJobs() {
   RunRecord& record = runner_.record();
-  std::vector<const phi::Message*> failures;
   std::vector<RunRecord::Task> tasks;
+  std::vector<std::string> why;
   for (const phi::Message& failure : runner_.summary().failures) {
     const auto known = record.Find(failure.image, failure.stage);
     if (known && known->state == "done" && known->IsOfOptions(record.options_hash())) continue;
-    failures.push_back(&failure);
     tasks.emplace_back(failure.image, failure.stage);
+    why.push_back(failure.text);
   }
-  if (tasks.empty()) return;
-  record.Begin(tasks, std::vector<std::string>(tasks.size()));  // their files stay known as ours
-  for (std::size_t i = 0; i < tasks.size(); ++i)
-    record.Finish(tasks[i], {.state = "failed", .key = "", .warnings = {failures[i]->text}});
+  record.FailAll(tasks, why);
 }
 
 // Most likely a folder was moved or is not mounted, which must not look like success. Of images out of its reach a shard

@@ -350,6 +350,24 @@ TEST(StaleMaps, OfAFailedImageSayThatItFailed) {
   EXPECT_THAT(fused.errors, Not(HasSubstr("a run that stopped")));
 }
 
+// Its earlier map is no result of the run, and stays.
+TEST(HoleFillerCommand, StatusTellsOfAPhotoThatIsMissing) {
+  const ForeignWorkspace workspace;
+  const fs::path photo = workspace.path() / "images/view1.png", geometric = workspace.path() / "stereo/depth_maps/view1.png.geometric.bin";
+  const auto status = [&] { return RunProgram({PHIMVS_BINARY, "status", "--workspace_path", workspace.path()}).output; };
+  ASSERT_EQ(workspace.Fill("min_cost").exit_code, 0);
+  EXPECT_THAT(status(), Not(HasSubstr("failed: ")));
+  const std::string before = ReadBytes(geometric);
+  fs::rename(photo, workspace.path() / "away.png");
+  EXPECT_EQ(workspace.Fill("min_cost").exit_code, 4);
+  EXPECT_THAT(status(), HasSubstr("failed: view1.png, geometric: image view1.png: the file " + photo.string() + " is missing"));
+  EXPECT_EQ(ReadBytes(geometric), before);
+  fs::rename(workspace.path() / "away.png", photo);
+  EXPECT_EQ(workspace.Fill("min_cost").exit_code, 0);
+  EXPECT_THAT(status(), Not(HasSubstr("failed: ")));
+  EXPECT_EQ(ReadBytes(geometric), before);
+}
+
 // What was inferred once must never come back as measured.
 TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
   const ForeignWorkspace workspace;
