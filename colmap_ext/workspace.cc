@@ -80,11 +80,13 @@ std::string NameProblem(const std::string& name) {
   return "";
 }
 
+// Those that no image uses may be anything.
 std::set<std::uint32_t> ReportCameras(const SparseModel& model, const phi::Message& origin,
                                       ProblemList* problems) {
-  std::set<std::uint32_t> refused;
+  std::set<std::uint32_t> used, refused;
+  for (const SparseImage& image : model.images) used.insert(image.camera_id);
   for (const auto& [id, camera] : model.cameras) {
-    const std::string problem = PinholeProblem(camera);
+    const std::string problem = used.contains(id) ? PinholeProblem(camera) : "";
     if (problem.empty()) continue;
     refused.insert(id);
     ReportProblem(problems, origin + ": " + problem);

@@ -153,6 +153,13 @@ TEST_F(WorkspaceTest, RefusesDistortedCamerasByName) {
   EXPECT_THAT(OpenError(), HasSubstr("camera 4 has a focal length that is not positive"));
 }
 
+TEST_F(WorkspaceTest, CamerasThatNoImageUsesMayBeAnything) {
+  SparseModel model = SmallModel();
+  model.cameras[9] = {9, 4, 40, 30, {25, 25, 10, 5, 0, 0, 0, 0.1}};
+  WriteModel(model);
+  EXPECT_EQ(Workspace(options_).views().size(), 3u);
+}
+
 TEST_F(WorkspaceTest, RefusesNamesThatLeaveTheWorkspace) {
   const std::pair<const char*, const char*> names[] = {{"../x.png", "leads out of the workspace"},
                                                        {"a/../../x.png", "leads out of the workspace"},
