@@ -195,6 +195,15 @@ ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
   return FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
 }
 
+std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check_size) {
+  if (IsJpeg(photo.bytes)) return {};
+  const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
+  if (decoded.depth() != CV_16U) return {};
+  double brightest = 0;
+  cv::minMaxLoc(decoded, nullptr, &brightest);
+  return static_cast<int>(brightest);
+}
+
 ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side) {
   const std::optional<ImageSize> size = IsJpeg(photo.bytes) ? AnnouncedSize(photo.bytes) : std::nullopt;
   const std::size_t longest = size ? std::max(size->width, size->height) : 0, wanted = static_cast<std::size_t>(longest_side);
@@ -211,6 +220,14 @@ phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) 
 
 ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
   return DecodeColor(ReadPhotoFile(path), check_size);
+}
+
+phi::GrayImage ReadImageMaskFile(const fs::path& path, const CheckSize& check_size) {
+  const cv::Mat decoded = Decode(ReadPhotoFile(path), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
+  phi::GrayImage mask(decoded.cols, decoded.rows);
+  cv::Mat target = Wrap(mask);
+  cv::compare(decoded, 0, target, cv::CMP_NE);
+  return mask;
 }
 
 phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,9 @@ PhotoFile ReadPhotoFile(const std::filesystem::path& path);
 phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size = {});
 ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size = {});
 
+// The largest value of a photo with 16 bits a channel; none of others.
+std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check_size = {});
+
 // For pictures of it: a JPEG is decoded to a half, a quarter or an eighth, as long as that leaves a longer side of at least
 // `longest_side` pixels; others are not reduced.
 ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side);
@@ -48,6 +52,9 @@ ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side);
 // Read and decode.
 phi::GrayImage ReadGrayImage(const std::filesystem::path& path, const CheckSize& check_size = {});
 ColorImage ReadColorImage(const std::filesystem::path& path, const CheckSize& check_size = {});
+
+// A mask that users give, in gray: 0 where it is 0, 255 elsewhere. Numbers of things in 16 bits would all be 0 in 8.
+phi::GrayImage ReadImageMaskFile(const std::filesystem::path& path, const CheckSize& check_size = {});
 
 // The 16-bit values as they are stored; refuses other pixels.
 phi::Array2D<std::uint16_t> ReadGray16Image(const std::filesystem::path& path);

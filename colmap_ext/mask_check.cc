@@ -27,7 +27,7 @@ std::string StereoMaskWarning(const Workspace& workspace, int image) {
   if (HasSize(workspace, image)) {
     workspace.ReadImageMask(image);
   } else if (workspace.HasImageMask(image)) {
-    ReadGrayImage(workspace.ImageMaskPath(image));
+    ReadImageMaskFile(workspace.ImageMaskPath(image));
   }
   return "";
 }
@@ -36,7 +36,7 @@ std::string StereoMaskWarning(const Workspace& workspace, int image) {
 std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder, int image) {
   const fs::path path = workspace.MaskPathIn(folder, image);
   if (!fs::exists(path)) return "";
-  const phi::GrayImage mask = ReadGrayImage(path);
+  const phi::GrayImage mask = ReadImageMaskFile(path);
   const phi::Pinhole& size = workspace.views()[image].camera.pinhole;
   if (!HasSize(workspace, image) || HasShapeOf(size, mask.width(), mask.height())) return "";
   return path.string() + ": the mask is " + SizeText(mask.width(), mask.height()) + " pixels, which is not the shape of its " +

@@ -282,7 +282,7 @@ std::shared_ptr<const phi::ImageMask> Workspace::ReadImageMask(int image) const 
                           SizeText(camera.width, camera.height) +
                           "; make masks of the undistorted images");
   };
-  const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadGrayImage(path, check_size);
+  const phi::GrayImage full = IsInMemory() ? *memory_images_[image].mask : ReadImageMaskFile(path, check_size);
   check_size(full.width(), full.height());
   const phi::Pinhole& working = views_[image].camera.pinhole;
   auto mask = std::make_shared<phi::ImageMask>(working.width, working.height, 255);

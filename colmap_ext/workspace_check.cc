@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -12,6 +13,7 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/dead_link.h"
+#include "colmap_ext/dim_photos.h"
 #include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion_config.h"
@@ -52,7 +54,7 @@ bool HasCamera(const Workspace& workspace, int image) {
   return workspace.views()[image].camera.pinhole.width > 0;  // else its camera is reported already
 }
 
-void CheckImages(const Workspace& workspace, ProblemList* errors) {
+void CheckImages(const Workspace& workspace, ProblemList* errors, ProblemList* warnings) {
   if (const phi::Message problem = DescribeMissingImages(workspace); !problem.empty()) {
     errors->push_back(problem);
     return;
@@ -69,6 +71,9 @@ void CheckImages(const Workspace& workspace, ProblemList* errors) {
     });
   });
   for (const ProblemList& list : errors_of_image) errors->insert(errors->end(), list.begin(), list.end());
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  if (const std::string dim = DescribeDimPhotos(workspace, all); !dim.empty()) warnings->push_back(dim);
 }
 
 void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
@@ -286,7 +291,7 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
     report.warnings.push_back(warning);
   }
   if (report.errors.empty()) CheckPoses(*workspace, &report);
-  CheckImages(*workspace, &report.errors);
+  CheckImages(*workspace, &report.errors, &report.warnings);
   CheckMasks(*workspace, &report.errors, &report.warnings);
   CheckFusionMasks(*workspace, fusion_mask_path, &report.errors, &report.warnings);
   CheckConfigs(*workspace, config_path, &report);

@@ -9,6 +9,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/dim_photos.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
@@ -52,6 +53,7 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
   RequireAnImage(workspace);
   const WorkspaceLock lock(workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
   WarnOfFrames(workspace);
+  if (const std::string dim = DescribeDimPhotosOfSome(workspace); !dim.empty()) phi::LogWarning(dim);
   const StereoInput input(std::move(workspace), options, shard);
   if (shard.IsWhole()) {
     RemoveTemporaryFiles(input.workspace.StereoFolder());

@@ -213,7 +213,7 @@ void FusionMapReader::AddStates(const phi::Mask& states, phi::FusionMap* map) co
 void FusionMapReader::ApplyMask(int image, phi::FusionMap* map) const {
   const fs::path path = MaskPath(image);
   if (!fs::exists(path)) return;
-  ForPixels(ReadGrayImage(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
+  ForPixels(ReadImageMaskFile(path), map, [](std::uint8_t value, phi::FusionPixel& pixel) {
     if (value == 0) pixel.depth = 0;
   });
 }

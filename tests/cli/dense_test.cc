@@ -50,6 +50,14 @@ TEST_F(DenseCommand, GoesFromWorkspaceToCloudAndReport) {
   EXPECT_THAT(test_support::ReadBytes(folder_ / "room/dense/report.html"), HasSubstr("\"num_shown\""));
 }
 
+TEST_F(DenseCommand, PhotosOf12BitsInFilesOf16AreTold) {
+  std::string photo = "P5 120 90 65535\n";
+  for (int i = 0; i < 120 * 90; ++i) photo += {'\x0F', static_cast<char>(i)};
+  test_support::WriteBytes(folder_ / "room/dense/images/room0000.png", photo);
+  EXPECT_THAT(Dense({"--PhiStereo.quality", "fast"}).errors,
+              HasSubstr("1 of 3 photos looked at, room0000.png the first, have 16 bits but no value above 4095 of 65535"));
+}
+
 // An earlier run left fused.ply of one point; LAS and tiles are no PLY that a page could show.
 TEST_F(DenseCommand, TheReportIsOfThisRunsCloudAlone) {
   const std::filesystem::path dense = folder_ / "room/dense", page = dense / "report.html";

@@ -148,6 +148,18 @@ TEST_F(ImageFileTest, SixteenBitsBecomeEight) {
   }
 }
 
+// Numbers of things in 16 bits: they became 0, which leaves everything out.
+TEST_F(ImageFileTest, MasksKeepWhateverIsNotZero) {
+  cv::Mat deep(2, 3, CV_16UC1, cv::Scalar(0)), gray(2, 3, CV_8UC1, cv::Scalar(0)), clear(2, 3, CV_8UC4, cv::Scalar(0, 0, 0, 255));
+  deep.at<std::uint16_t>(0, 1) = 1;
+  gray.at<std::uint8_t>(0, 1) = 1;
+  clear.at<cv::Vec4b>(0, 1) = {9, 9, 9, 0};
+  for (const auto& [name, mask] : {std::pair{"deep.png", deep}, {"gray.png", gray}, {"clear.png", clear}, {"deep.tif", deep}}) {
+    const phi::GrayImage read = ReadImageMaskFile(Save(name, mask));
+    EXPECT_THAT(std::vector<int>(read.begin(), read.end()), testing::ElementsAre(0, 255, 0, 0, 0, 0)) << name;
+  }
+}
+
 TEST_F(ImageFileTest, AlphaIsIgnored) {
   const cv::Mat pixels(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0));
   const fs::path path = Save("alpha.png", pixels);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
@@ -273,6 +274,23 @@ TEST_F(WorkspaceCheckTest, MapsOnAnotherDiskAreLookedAt) {
   WriteBytes(other_disk / "depth/.phimvs-1-2.tmp", "");
   EXPECT_THAT(CheckWorkspace(options_).warnings, ElementsAre(HasSubstr("stereo/depth_maps/.phimvs-1-2.tmp")));
   RemoveTemporaryFiles(folder_ / "stereo");
+  EXPECT_THAT(CheckWorkspace(options_).warnings, IsEmpty());
+}
+
+// Of an industrial camera: values of 12 bits in files of 16 left 16 levels of grey, in silence.
+TEST_F(WorkspaceCheckTest, PhotosOfFewerThan16BitsInFilesOf16AreTold) {
+  const auto warnings = [&](int brightest) {
+    cv::Mat photo(24, 32, CV_16UC1, cv::Scalar(100));
+    photo.at<std::uint16_t>(5, 7) = static_cast<std::uint16_t>(brightest);
+    cv::imwrite((folder_ / "images/a.png").string(), photo);
+    return CheckWorkspace(options_).warnings;
+  };
+  EXPECT_THAT(warnings(16383),
+              ElementsAre("1 of 3 photos looked at, a.png the first, have 16 bits but no value above 16383 of 65535: scale "
+                          "values of 10, 12 or 14 bits to the full range, else few levels of gray are left to match"));
+  EXPECT_THAT(warnings(16384), IsEmpty());
+  // Before decoding: a file may announce far more pixels than it has bytes.
+  cv::imwrite((folder_ / "images/a.png").string(), cv::Mat(24, 33, CV_16UC1, cv::Scalar(100)));
   EXPECT_THAT(CheckWorkspace(options_).warnings, IsEmpty());
 }
 
