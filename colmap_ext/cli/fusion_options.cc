@@ -1,6 +1,7 @@
 #include "colmap_ext/cli/fusion_options.h"
 
 #include "colmap_ext/fusion/bounding_box_file.h"
+#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/workspace_folder.h"
 #include "phi/base/error.h"
 
@@ -42,6 +43,8 @@ void FusionCommandOptions::Finish(const OptionParser& parser) {
                              "with --PhiFusion.formulas paper points agree by their distance alone");
   }
   if (const std::string problem = fusion.Check(); !problem.empty()) throw phi::UsageError(problem);
+  const std::filesystem::path& masks = fusion.input.mask_path;
+  if (!masks.empty() && !std::filesystem::is_directory(masks)) throw phi::InputError(NoFolderOfFusionMasks(masks));
   if (!bbox_path.empty()) fusion.box = ReadBoundingBox(bbox_path);
   fusion.input.downsize = workspace.max_image_size > 0;
 }

@@ -1,4 +1,5 @@
 // phimvs patch_match_stereo: depth and normal maps for every image of an undistorted workspace.
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -10,6 +11,7 @@
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
 #include "colmap_ext/dim_photos.h"
+#include "colmap_ext/fusion_config.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
@@ -51,6 +53,9 @@ int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string
   using Sharing = WorkspaceLock::Sharing;
   Workspace workspace(options.workspace);
   RequireAnImage(workspace);
+  if (handed != nullptr && std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
+    ReadFusionConfig(workspace);  // a mistake there must not come out after hours of stereo
+  }
   const WorkspaceLock lock(workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
   WarnOfFrames(workspace);
   if (const std::string dim = DescribeDimPhotosOfSome(workspace); !dim.empty()) phi::LogWarning(dim);

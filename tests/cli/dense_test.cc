@@ -58,6 +58,20 @@ TEST_F(DenseCommand, PhotosOf12BitsInFilesOf16AreTold) {
               HasSubstr("1 of 3 photos looked at, room0000.png the first, have 16 bits but no value above 4095 of 65535"));
 }
 
+// They came out after hours of stereo.
+TEST_F(DenseCommand, MistakesInWhatFusionReadsAreToldBeforeTheStereo) {
+  const std::filesystem::path stereo = folder_ / "room/dense/stereo";
+  const ProgramResult without_masks = Dense({"--StereoFusion.mask_path", folder_ / "nowhere"});
+  EXPECT_EQ(without_masks.exit_code, 2);
+  EXPECT_THAT(without_masks.errors, HasSubstr("--StereoFusion.mask_path: there is no folder"));
+  EXPECT_FALSE(std::filesystem::exists(stereo / "phimvs.json"));
+  test_support::WriteBytes(stereo / "fusion.cfg", "room0000.png\nroom9999.png\n");
+  const ProgramResult wrong_name = Dense({});
+  EXPECT_EQ(wrong_name.exit_code, 2);
+  EXPECT_THAT(wrong_name.errors, HasSubstr("fusion.cfg: line 2: image 'room9999.png' is not in the sparse model"));
+  EXPECT_FALSE(std::filesystem::exists(stereo / "phimvs.json"));
+}
+
 // An earlier run left fused.ply of one point; LAS and tiles are no PLY that a page could show.
 TEST_F(DenseCommand, TheReportIsOfThisRunsCloudAlone) {
   const std::filesystem::path dense = folder_ / "room/dense", page = dense / "report.html";
