@@ -27,7 +27,6 @@ std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
   std::vector<ConfigLine> lines;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     std::string_view text = line;
     if (number == 1 && text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     text = Trim(text);

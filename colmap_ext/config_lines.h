@@ -15,6 +15,9 @@ struct ConfigLine {
   std::string text;  // without surrounding white space; not empty, no comment
 };
 
+// What editors of Windows put before a text.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 // Throws phi::InputError when the file cannot be read.
 std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path);
 

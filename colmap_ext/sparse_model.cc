@@ -58,7 +58,16 @@ bool HasAllFiles(const fs::path& folder, const char* extension) {
   return true;
 }
 
+// Poses that are given come without points.
+void RequirePointFile(const fs::path& folder, const std::string& extension) {
+  const fs::path points = folder / ("points3D" + extension);
+  if (fs::exists(points) || !fs::exists(folder / ("cameras" + extension)) || !fs::exists(folder / ("images" + extension))) return;
+  throw phi::InputError(phi::AboutFile(points) + ": this file of the sparse model is missing; copy it, too. Where there are no points, " +
+                        (extension == ".txt" ? "an empty file will do" : "write the model as .txt, with an empty points3D.txt"));
+}
+
 [[noreturn]] void ThrowNoModel(const fs::path& folder) {
+  for (const char* extension : {".bin", ".txt"}) RequirePointFile(folder, extension);
   phi::Message message =
       phi::AboutFile(folder) + ": no sparse model here (cameras, images and points3D as .bin or .txt)";
   if (HasAllFiles(folder / "0", ".bin") || HasAllFiles(folder / "0", ".txt")) {

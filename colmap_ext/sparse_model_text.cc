@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "colmap_ext/atomic_file.h"
+#include "colmap_ext/config_lines.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/sparse_model_builder.h"
@@ -91,7 +92,7 @@ class TextReader {
 
   bool NextLine() {
     if (!std::getline(file_, line_)) return false;
-    ++line_number_;
+    if (++line_number_ == 1 && line_.starts_with(kByteOrderMark)) line_.erase(0, kByteOrderMark.size());
     ends_with_newline_ = !file_.eof();
     return true;
   }

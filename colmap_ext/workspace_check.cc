@@ -85,14 +85,16 @@ void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {
         "alone, which is less accurate");
     return;
   }
-  for (const SparseImage& image : model.images) {
-    const bool sees_point = std::any_of(image.observations.begin(), image.observations.end(),
-                                        [](const Observation& o) { return o.point3D_id != kInvalidPoint3D; });
-    if (!sees_point) {
-      report->warnings.push_back(workspace.path().string() + ": image '" + image.name +
-                                 "' sees no sparse point; its source images and depth range are guesses");
-    }
-  }
+  const auto sees_no_point = [](const SparseImage& image) {
+    return std::none_of(image.observations.begin(), image.observations.end(),
+                        [](const Observation& o) { return o.point3D_id != kInvalidPoint3D; });
+  };
+  const auto first = std::find_if(model.images.begin(), model.images.end(), sees_no_point);
+  if (first == model.images.end()) return;
+  const auto count = std::count_if(first, model.images.end(), sees_no_point);
+  report->warnings.push_back(workspace.path().string() + ": " + std::to_string(count) + " of " +
+                             std::to_string(model.images.size()) + " images see no sparse point, '" + first->name +
+                             "' the first; their source images and depth ranges are guesses");
 }
 
 void CheckPoses(const Workspace& workspace, WorkspaceReport* report) {

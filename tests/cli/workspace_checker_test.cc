@@ -28,7 +28,7 @@ TEST(WorkspaceCheckerTest, EndsWellOnAGoodWorkspace) {
   const ProgramResult result = Check(folder.path());
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.output,
-              AllOf(HasSubstr("warning: "), HasSubstr("'c.png' sees no sparse point"),
+              AllOf(HasSubstr("warning: "), HasSubstr("1 of 3 images see no sparse point, 'c.png' the first"),
                     HasSubstr("3 images, 3 to estimate, 2 sparse points; 0 errors, 1 warnings")));
 }
 

@@ -115,6 +115,14 @@ TEST_F(SparseModelTest, TextSurvivesWindowsLineEndsCommentsAndBlankLines) {
   ExpectSameModel(ReadSparseModel(folder_.path()), SmallModel(), 0);
 }
 
+TEST_F(SparseModelTest, TextMayBeginWithAByteOrderMark) {
+  WriteSparseModelText(SmallModel(), folder_.path());
+  for (const char* name : {"cameras.txt", "images.txt", "points3D.txt"}) {
+    WriteBytes(folder_ / name, "\xEF\xBB\xBF" + ReadBytes(folder_ / name));
+  }
+  ExpectSameModel(ReadSparseModel(folder_.path()), SmallModel(), 1e-15);
+}
+
 TEST_F(SparseModelTest, NumbersSurviveTextExactly) {
   SparseModel model = SmallModel();
   model.images[0].translation = {1.0 / 3, 1e-300, 4321987.123456789};
@@ -127,6 +135,18 @@ TEST_F(SparseModelTest, NamesTheMissingModelAndTheNextStep) {
   EXPECT_THAT(ReadError(), AllOf(HasSubstr(folder_.path().string()), HasSubstr("colmap image_undistorter")));
   WriteSparseModelBinary(SmallModel(), folder_ / "0");
   EXPECT_THAT(ReadError(), HasSubstr((folder_ / "0").string()));
+}
+
+// Of a rig or a SLAM, whose poses are given.
+TEST_F(SparseModelTest, APointFileThatIsMissingIsNamed) {
+  WriteSparseModelText(SmallModel(), folder_.path());
+  std::filesystem::remove(folder_ / "points3D.txt");
+  EXPECT_EQ(InputErrorOf([&] { ReadSparseModel(folder_.path()); }),
+            (folder_ / "points3D.txt").string() +
+                ": this file of the sparse model is missing; copy it, too. Where there are no points, an empty file will do");
+  WriteBytes(folder_ / "points3D.txt", "");
+  EXPECT_EQ(ReadSparseModel(folder_.path()).images.size(), 3u);
+  EXPECT_TRUE(ReadSparseModel(folder_.path()).points.empty());
 }
 
 TEST_F(SparseModelTest, EveryTruncationOfABinaryFileIsAnInputErrorThatNamesIt) {

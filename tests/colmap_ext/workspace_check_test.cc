@@ -77,7 +77,7 @@ TEST_F(WorkspaceCheckTest, ListsEveryProblemAtOnce) {
                                                   AllOf(HasSubstr("c.png"), HasSubstr("damaged")),
                                                   HasSubstr("'d.png'"), HasSubstr("fusion.cfg")));
   EXPECT_THAT(report.warnings,
-              UnorderedElementsAre(HasSubstr("'c.png' sees no sparse point"), HasSubstr(".phimvs-1-2.tmp")));
+              UnorderedElementsAre(HasSubstr("1 of 3 images see no sparse point, 'c.png' the first"), HasSubstr(".phimvs-1-2.tmp")));
 }
 
 TEST_F(WorkspaceCheckTest, ListsProblemsOfMaps) {
