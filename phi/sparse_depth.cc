@@ -57,14 +57,15 @@ std::vector<float> DepthsOf(const std::vector<SparseObservation>& points) {
 }
 
 // Multi-view stereo sees a surface from cameras that stand apart by between 1/50 of its distance and about
-// twice that distance; the four nearest cameras tell how far apart they stand.
+// twice that distance; the four nearest cameras tell how far apart they stand. Those at the view's own place, but for rounding, do
+// not.
 DepthRange RangeFromBaselines(const std::vector<SceneView>& views, int view) {
   const Eigen::Vector3d center = views[view].camera.pose.Center();
+  constexpr double kRounding = 1e-6;  // of the farthest camera's distance
   std::vector<double> baselines;
-  for (const SceneView& other : views) {
-    const double baseline = (other.camera.pose.Center() - center).norm();
-    if (baseline > 0) baselines.push_back(baseline);
-  }
+  for (const SceneView& other : views) baselines.push_back((other.camera.pose.Center() - center).norm());
+  const double farthest = *std::max_element(baselines.begin(), baselines.end());
+  std::erase_if(baselines, [&](double baseline) { return baseline <= kRounding * farthest; });
   if (baselines.empty()) return {0.1f, 100.0f};  // one camera: nothing can be triangulated anyway
   std::sort(baselines.begin(), baselines.end());
   baselines.resize(std::min<std::size_t>(baselines.size(), 4));

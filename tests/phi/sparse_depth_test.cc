@@ -89,5 +89,17 @@ TEST(SparseDepth, WithoutAnyPointTheBaselinesSetTheRange) {
   EXPECT_FLOAT_EQ(range.max, 50.0f);
 }
 
+// The faces of a panorama, whose poses are rounded. Their nearest cameras set ranges of 1e-12 units.
+TEST(SparseDepth, CamerasAtOnePlaceSetNoRange) {
+  TwoViews two;
+  for (int k = 0; k < 5; ++k) {
+    two.views.push_back(two.views[0]);
+    two.views.back().camera.pose.translation.x() = k * 1e-12;
+  }
+  const DepthRange range = DepthRangeWithoutOwnPoints(two.views, two.scene, 0);
+  EXPECT_FLOAT_EQ(range.min, 0.5f);
+  EXPECT_FLOAT_EQ(range.max, 50.0f);
+}
+
 }  // namespace
 }  // namespace phi
