@@ -83,22 +83,24 @@ bool Contains(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
-// The nearest cameras whose optical axes differ by less than 90 degrees.
-std::vector<int> NearestCameras(const Workspace& workspace, const std::vector<int>& images, int position,
-                                int count) {
+// The nearest cameras whose optical axes differ by less than 90 degrees; those at the same place after all others.
+std::vector<int> NearestCameras(const Workspace& workspace, const std::vector<int>& images, const OnePlace& one_place,
+                                int position, int count) {
   const auto pose = [&](int p) -> const phi::Pose& {
     return workspace.views()[static_cast<std::size_t>(images[static_cast<std::size_t>(p)])].camera.pose;
   };
-  std::vector<std::pair<double, int>> candidates;
+  const auto image = [&](int p) { return images[static_cast<std::size_t>(p)]; };
+  std::vector<std::tuple<bool, double, int>> candidates;
   for (int other = 0; other < static_cast<int>(images.size()); ++other) {
     if (other == position || pose(other).rotation.row(2).dot(pose(position).rotation.row(2)) <= 0) continue;
-    candidates.emplace_back((pose(other).Center() - pose(position).Center()).squaredNorm(), other);
+    candidates.emplace_back(one_place.StandTogether(image(position), image(other)),
+                            (pose(other).Center() - pose(position).Center()).squaredNorm(), other);
   }
   const std::size_t kept = std::min<std::size_t>(candidates.size(), static_cast<std::size_t>(count));
   std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(kept),
                     candidates.end());
   std::vector<int> nearest;
-  for (std::size_t i = 0; i < kept; ++i) nearest.push_back(candidates[i].second);
+  for (std::size_t i = 0; i < kept; ++i) nearest.push_back(std::get<2>(candidates[i]));
   return nearest;
 }
 
@@ -114,7 +116,7 @@ NeighborGraph CompleteGraph(int num_images) {
 
 }  // namespace
 
-NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<int>& images,
+NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<int>& images, const OnePlace& one_place,
                                  int max_neighbors) {
   if (max_neighbors < 0) return CompleteGraph(static_cast<int>(images.size()));
   std::vector<int> position_of_image(workspace.views().size(), -1);
@@ -130,16 +132,24 @@ NeighborGraph BuildNeighborGraph(const Workspace& workspace, const std::vector<i
     graph[static_cast<std::size_t>(a)].push_back(b);
     graph[static_cast<std::size_t>(b)].push_back(a);
   };
+  std::vector<int> num_together(images.size(), 0);
   for (const Pair& pair : pairs.Sorted()) {
+    const auto a = static_cast<std::size_t>(pair.first), b = static_cast<std::size_t>(pair.second);
+    const bool stand_together = one_place.StandTogether(images[a], images[b]);
+    // They share the most points, and confirm nothing: half of the places are for others.
+    if (stand_together && std::max(num_together[a], num_together[b]) >= max_neighbors / 2) continue;
     // Either side may want the pair, but a popular image must not collect the whole scene.
     const int low = std::min(degree(pair.first), degree(pair.second));
     const int high = std::max(degree(pair.first), degree(pair.second));
-    if (low < max_neighbors && high < 2 * max_neighbors) connect(pair.first, pair.second);
+    if (!(low < max_neighbors && high < 2 * max_neighbors)) continue;
+    connect(pair.first, pair.second);
+    num_together[a] += stand_together;
+    num_together[b] += stand_together;
   }
   const int few = std::min(kFewNeighbors, max_neighbors);
   for (int p = 0; p < static_cast<int>(images.size()); ++p) {
     if (degree(p) >= few) continue;
-    for (const int other : NearestCameras(workspace, images, p, few)) {
+    for (const int other : NearestCameras(workspace, images, one_place, p, few)) {
       if (degree(p) >= few) break;
       if (degree(other) < 2 * max_neighbors && !Contains(graph[static_cast<std::size_t>(p)], other))
         connect(p, other);

@@ -48,13 +48,13 @@ std::vector<int> ImagesToFuse(const Workspace& workspace) {
 
 SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
                        const SceneFusionOptions& options)
-    : workspace_(workspace), options_(options), reader_(maps) {
+    : workspace_(workspace), options_(options), reader_(maps), one_place_(workspace) {
   FindImages();
   flags_ = std::make_unique<FlagStore>(options.scratch_folder, images_.size(),
                                        IsPaper() ? phi::FusionPixel::kMerged : phi::FusionPixel::kEmitted);
   done_.assign(images_.size(), false);
   maps_.resize(images_.size());
-  graph_ = BuildNeighborGraph(workspace, images_, options.max_neighbors);
+  graph_ = BuildNeighborGraph(workspace, images_, one_place_, options.max_neighbors);
   FusionBackend backend = options.backend;
   if (IsPaper()) {
     backend = FusionBackend::kCpu;
@@ -312,7 +312,10 @@ void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& com
 
 void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
   std::vector<phi::ImageFuser::Image> neighbors;
-  for (const int p : step.neighbors) neighbors.push_back(MakeImage(p));
+  for (const int p : step.neighbors) {
+    neighbors.push_back(MakeImage(p));
+    neighbors.back().stands_apart = !one_place_.StandTogether(images_[Index(step.reference)], images_[Index(p)]);
+  }
   const phi::BoundingBox* box = options_.box ? &*options_.box : nullptr;
   const int height = cameras_[Index(step.reference)].pinhole.height;
   if (IsPaper()) {

@@ -17,6 +17,7 @@
 #include "colmap_ext/fusion/fusion_parts.h"
 #include "colmap_ext/fusion/fusion_plan.h"
 #include "colmap_ext/fusion/scene_fusion.h"
+#include "colmap_ext/one_place.h"
 #include "phi/base/error.h"
 #include "phi/fusion/image_fusion.h"
 
@@ -99,6 +100,7 @@ class SceneFuser {
   const Workspace& workspace_;
   const SceneFusionOptions& options_;
   const FusionMapSource& reader_;
+  const OnePlace one_place_;
   std::vector<int> images_;
   std::vector<phi::Camera> cameras_;
   NeighborGraph graph_;

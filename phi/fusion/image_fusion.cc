@@ -96,7 +96,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       }
       neighbors_.push_back({image.index, earlier && options.method.rules.IsOn(Rule::kCover),
                             MakeRelativeView(reference.camera, image.camera), static_cast<float>(1 / k.fx),
-                            static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view()});
+                            static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view(), image.stands_apart});
     }
   }
   if (device_ == nullptr) return;

@@ -28,6 +28,7 @@ class ImageFuser {
     Camera camera;             // at the map's size
     FusionMap* map = nullptr;  // of the reference: receives the emitted flags
     bool earlier = false;      // of a neighbour: decided before the reference
+    bool stands_apart = true;  // of a neighbour, see FusionNeighbor
   };
 
   // `box` and `device` may be null. The maps must outlive the fuser. With a device, its copy of the reference's map is right when

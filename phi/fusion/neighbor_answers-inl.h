@@ -172,6 +172,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
     return hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
   };
   if (hn::AllFalse(df, near)) {
+    if (!neighbor.stands_apart) return none;
     Count(has_depth, run->num_depth + first);
     const Mask behind = hn::And(has_depth, beyond);
     if (!hn::AllFalse(df, behind)) CountSeenThrough(gather_color(), behind, first, run);
@@ -184,7 +185,7 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const Mask close = hn::Le(m.reproj_error, Set(gates.max_reproj_error));
   const Mask covered =
       neighbor.earlier ? FindCovered(neighbor, gates, part, s, color, hn::And(compared, close)) : none;
-  if (hn::AllFalse(df, hn::AndNot(covered, has_depth)))
+  if (!neighbor.stands_apart || hn::AllFalse(df, hn::AndNot(covered, has_depth)))
     return covered;  // nothing else matters of these pixels
 
   const Mask depth_agrees = hn::And(compared, hn::Le(hn::Abs(m.relative_depth), Set(gates.max_depth_error)));

@@ -53,6 +53,8 @@ struct FusionNeighbor {
   RelativeView view;
   float inverse_fx = 1, inverse_fy = 1;  // of view.source: divisions are dear here
   ArrayView2D<const FusionPixel> map;
+  // From the reference. One at the same place, which has the same depths right and wrong, covers pixels and tells nothing else.
+  bool stands_apart = true;
 
   // The ray through the centre of a pixel, z = 1.
   PHI_HD Vec3f Ray(int column, int row) const {

@@ -166,6 +166,7 @@ PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbo
     const NeighborAnswer answer = AskNeighbor(neighbors[k], gates, reference);
     result.is_covered = answer.covers;
     if (result.is_covered) return result;
+    if (!neighbors[k].stands_apart) continue;
     result.num_other_depth += answer.test == NeighborTest::kOtherDepth ? 1 : 0;
     result.num_other_reprojection += answer.test == NeighborTest::kOtherReprojection ? 1 : 0;
     result.num_other_normal += answer.test == NeighborTest::kOtherNormal ? 1 : 0;

@@ -62,7 +62,8 @@ void Share(std::size_t a, std::size_t b, int count, SparseModel* model) {
 NeighborGraph GraphOf(const SparseModel& model, int max_neighbors) {
   std::vector<int> images;
   for (int k = 0; k < static_cast<int>(model.images.size()); ++k) images.push_back(k);
-  return BuildNeighborGraph(Workspace(model, {}, -1), images, max_neighbors);
+  const Workspace workspace(model, {}, -1);
+  return BuildNeighborGraph(workspace, images, OnePlace(workspace), max_neighbors);
 }
 
 // Without points the nearest cameras are neighbours; 89 degrees are less than a right angle, 91 more.
@@ -78,7 +79,8 @@ TEST(NeighborGraph, ConfiguredPairsAreNeighbours) {
   SparseModel model = ModelOf({{0, 0}, {1, 0}, {2, 0}, {3, 180}});
   const auto graph = [&] {
     WriteSparseModelBinary(model, folder / "sparse");
-    return BuildNeighborGraph(Workspace({.path = folder.path()}), {1, 2, 3}, 1);
+    const Workspace workspace({.path = folder.path()});
+    return BuildNeighborGraph(workspace, {1, 2, 3}, OnePlace(workspace), 1);
   };
   EXPECT_THAT(graph(), ElementsAre(ElementsAre(1), ElementsAre(0), ElementsAre()));
   WriteBytes(folder / "stereo/patch-match.cfg", "1.png\n0.png, 3.png\n0.png\n2.png\n");
@@ -87,6 +89,20 @@ TEST(NeighborGraph, ConfiguredPairsAreNeighbours) {
   EXPECT_THAT(graph()[0], ElementsAre(1, 2)) << "two points are more than the pair";
   Share(1, 3, 2, &model);
   EXPECT_THAT(graph()[0], ElementsAre(2, 1)) << "the pair comes on top of its points";
+}
+
+// Three shots of one tripod, and two of the same wall from elsewhere, which share fewer points.
+TEST(NeighborGraph, ImagesAtOnePlaceLeaveRoomForOthers) {
+  SparseModel model = ModelOf({{0, 0}, {0, 0}, {0, 0}, {1, 0}, {2, 0}});
+  for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {1, 2}}) Share(static_cast<std::size_t>(a), static_cast<std::size_t>(b), 20, &model);
+  for (const std::size_t k : {0u, 1u, 2u}) Share(k, 3, 4, &model), Share(k, 4, 3, &model);
+  EXPECT_THAT(GraphOf(model, 2)[0], ElementsAre(1, 3, 4));
+  EXPECT_THAT(GraphOf(model, 2)[2], ElementsAre(3, 4));
+  EXPECT_THAT(GraphOf(model, -1)[0], ElementsAre(1, 2, 3, 4));
+  // Without points, the nearest ones elsewhere come first.
+  for (SparseImage& image : model.images) image.observations.clear();
+  model.points.clear();
+  EXPECT_THAT(GraphOf(model, 2)[0], ElementsAre(3, 4));
 }
 
 // Six images share points with the first alone, fewer and fewer. It takes twice what each may want; the last two stand right beside

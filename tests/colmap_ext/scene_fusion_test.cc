@@ -100,6 +100,30 @@ TEST(SceneFusion, SameBytesForAnyThreadsAndAnyMemory) {
   EXPECT_TRUE(read_again);
 }
 
+// Whatever a photo's duplicate finds, the photo finds as well: it confirmed every error.
+TEST(SceneFusion, ImagesAtOnePlaceDoNotConfirmEachOther) {
+  const TemporaryFolder folder;
+  RenderedScene scene = PlaneScene({.num_views = 1});
+  for (int copy = 0; copy < 2; ++copy) {
+    scene.views.push_back(scene.views[0]);
+    scene.images.push_back(scene.images[0]);
+    scene.truth.push_back(scene.truth[0]);
+  }
+  scene.views[1].camera.pose.translation.x() = 0.001;  // 0.02 degrees
+  WriteMapWorkspace(scene, folder.path());
+  const SceneFusionReport report = Fuse(folder.path());
+  EXPECT_EQ(report.num_points, 0);
+  EXPECT_EQ(report.outcomes[PixelOutcome::kTooFewViews], 3 * 160 * 120);
+
+  // One image for a point is enough, and the others' pixels are covered.
+  SceneFusionOptions options;
+  options.rule.min_num_views = 1;
+  const SceneFusionReport alone = Fuse(folder.path(), options);
+  EXPECT_EQ(alone.outcomes[PixelOutcome::kFused], 160 * 120);
+  EXPECT_EQ(alone.outcomes[PixelOutcome::kCovered] > 2 * 159 * 119, true);
+  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_EQ(vertex.views, 1);
+}
+
 // Of a .vis file: by point, its images' places in the model.
 std::vector<std::vector<std::uint32_t>> ReadVisibility(const fs::path& path) {
   const std::string bytes = ReadBytes(path);

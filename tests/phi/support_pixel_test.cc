@@ -68,8 +68,9 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
 }
 
 void CompareImage(const RenderedScene& scene, const std::vector<FusionMap>& maps, std::size_t image, const FusionGates& gates,
-                  Tally* tally) {
-  const std::vector<FusionNeighbor> neighbors = Neighbors(scene, maps, image);
+                  Tally* tally, bool all_stand_apart = true) {
+  std::vector<FusionNeighbor> neighbors = Neighbors(scene, maps, image);
+  for (std::size_t k = 0; k < neighbors.size(); k += 2) neighbors[k].stands_apart = all_stand_apart;
   const FusionMap& map = maps[image];
   const RayModel rays = MakeRayModel(scene.views[image].camera.pinhole);
   SupportRun run(neighbors);
@@ -105,6 +106,7 @@ TEST(SupportPixel, IsTheRunsRuleToTheBit) {
     const std::vector<FusionMap> maps = test_support::MakeNoisyMaps(scene);
     for (std::size_t image = 0; image < maps.size(); ++image) {
       for (const FusionGates& gates : {FusionGates(), few, strict}) CompareImage(scene, maps, image, gates, &tally);
+      CompareImage(scene, maps, image, FusionGates(), &tally, /*all_stand_apart=*/false);
       if (HasFatalFailure()) return;
     }
   }
