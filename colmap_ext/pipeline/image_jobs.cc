@@ -12,6 +12,7 @@
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/mask_check.h"
+#include "colmap_ext/one_place.h"
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pinhole_camera.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -151,7 +152,29 @@ phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::For
   const std::string remedy = workspace.IsInMemory()
                                  ? "leave it out, or name its source images"
                                  : "remove it from patch-match.cfg, or name its source images there";
-  return image + ": no other image sees the same part of the scene; " + remedy;
+  return image + ": no other image sees the same part of the scene from another place; " + remedy;
+}
+
+// Views from the reference's own place confirm whatever it finds. In the paper's form the lists are taken as they are.
+void LeaveOutOwnPlace(const Workspace& workspace, phi::Formulas formulas, std::vector<PatchMatchProblem>* problems) {
+  const bool has_lists = std::any_of(problems->begin(), problems->end(), [](const auto& p) { return !p.sources.empty(); });
+  if (!has_lists || formulas == phi::Formulas::kPaper) return;
+  const OnePlace one_place(workspace);
+  std::size_t num_left_out = 0;
+  std::string example;
+  for (PatchMatchProblem& problem : *problems) {
+    const auto stands_there = [&](int source) { return one_place.StandTogether(problem.reference, source); };
+    const auto first = std::find_if(problem.sources.begin(), problem.sources.end(), stands_there);
+    if (first == problem.sources.end()) continue;
+    if (example.empty()) {
+      const auto name = [&](int image) { return "'" + workspace.views()[image].name + "'"; };
+      example = name(*first) + " of " + name(problem.reference) + " the first";
+    }
+    num_left_out += std::erase_if(problem.sources, stands_there);
+  }
+  if (num_left_out == 0) return;
+  phi::LogWarning(std::to_string(num_left_out) + " source images that are named stand where their reference image does, " + example +
+                  ": they tell no depth and are left out");
 }
 
 std::vector<ImageJob> JobsOf(const std::vector<PatchMatchProblem>& problems) {
@@ -222,8 +245,9 @@ std::string DescribeJobs(const Workspace& workspace, const std::vector<ImageJob>
 std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::SparseScene& scene,
                                     const std::filesystem::path& config_path,
                                     const phi::ViewSelectionOptions& options) {
-  const std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(workspace, config_path);
+  std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(workspace, config_path);
   if (problems.empty()) throw phi::InputError("patch-match.cfg names no image; nothing to do");
+  LeaveOutOwnPlace(workspace, options.method.formulas, &problems);
   std::vector<ImageJob> jobs = JobsOf(problems);
   WarnOfMissingMasks(workspace, jobs);
   SelectSources(workspace, scene, problems, options, &jobs);
@@ -275,6 +299,7 @@ std::vector<ImageJob> MakeMemoryJobs(const Workspace& workspace, const phi::Spar
     if (i < sources.size()) problems[i].sources = sources[i];
     problems[i].max_automatic_sources = problems[i].sources.empty() ? options.NumSelectedViews() : 0;
   }
+  LeaveOutOwnPlace(workspace, options.method.formulas, &problems);
   std::vector<ImageJob> jobs = JobsOf(problems);
   SelectSources(workspace, scene, problems, options, &jobs);
   FindSourceJobs(workspace, &jobs);
