@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -94,19 +95,27 @@ BrightnessSums SumsInside(const BrightnessSums& sums, const Mask& inside) {
   return result;
 }
 
-// Takes `place` for those of `size` pixels that are more like `other` than like what they were most alike so far.
-PHI_WIDE_VECTORS void TakeMoreAlike(const std::uint16_t* own, const std::uint16_t* other, int size, std::uint16_t place,
-                                    std::uint16_t* least, std::uint16_t* best) {
-  for (int x = 0; x < size; ++x) {
-    const std::uint16_t difference = other[x] > own[x] ? other[x] - own[x] : own[x] - other[x];
-    const bool is_best = difference < least[x];
-    least[x] = is_best ? difference : least[x];
-    best[x] = is_best ? place : best[x];
-  }
-}
-
 // Segments of rows in which nothing, or all, lies inside a region are passed over: most of a textured image, most of a wall.
 constexpr int kSegment = 64;  // pixels, more than any reach
+
+// Of a segment's pixels: their sums, and what they are most alike so far: by which difference, at which place.
+struct MostAlike {
+  std::uint16_t own[kSegment], least[kSegment], best[kSegment];
+};
+
+// Asks the pixels at `num_places` places of one row, one beside the other; `other`: the first one's for the segment's first pixel.
+PHI_WIDE_VECTORS void TakeMoreAlike(const std::uint16_t* __restrict other, int num_places, std::uint16_t place,
+                                    MostAlike* __restrict found) {
+  for (int k = 0; k < num_places; ++k, ++other, ++place) {
+    for (int x = 0; x < kSegment; ++x) {
+      const std::uint16_t own = found->own[x];
+      const std::uint16_t difference = other[x] > own ? other[x] - own : own - other[x];
+      const bool is_best = difference < found->least[x];
+      found->least[x] = is_best ? difference : found->least[x];
+      found->best[x] = is_best ? place : found->best[x];
+    }
+  }
+}
 
 struct Segments {
   Mask has_inside, has_outside;  // of segment (column, y)
@@ -148,22 +157,22 @@ class RegionExtension {
   void ExtendSegment(int column, int y, Array2D<std::int32_t>* region) const {
     constexpr std::uint16_t kNone = 65535;
     const int begin = column * kSegment, end = std::min(begin + kSegment, sums_.width()), side = 2 * reach_ + 1;
-    std::array<std::uint16_t, kSegment> best, least;
-    best.fill(kNone);
-    least.fill(kUnlike);
+    MostAlike found;
+    std::fill(std::copy(&sums_(begin, y), &sums_(begin, y) + (end - begin), found.own), std::end(found.own), std::uint16_t{0});
+    std::fill(std::begin(found.least), std::end(found.least), kUnlike);
+    std::fill(std::begin(found.best), std::end(found.best), kNone);
+    // Beyond the image nothing is alike.
+    std::array<std::uint16_t, 3 * kSegment> row;
+    row.fill(kOutside);
+    const int first = std::max(begin - reach_, 0), last = std::min(begin + kSegment + reach_, sums_.width());
     for (int v = std::max(y - reach_, 0); v <= std::min(y + reach_, sums_.height() - 1); ++v) {
       if (!segments_.HasInsideNear(column, v)) continue;
-      for (int du = -reach_; du <= reach_; ++du) {
-        const auto place = static_cast<std::uint16_t>((v - y + reach_) * side + du + reach_);
-        const int first = std::max(begin, -du), last = std::min(end, sums_.width() - du);
-        if (first < last) {
-          TakeMoreAlike(&sums_(first, y), &sums_inside_(first + du, v), last - first, place, &least[first - begin],
-                        &best[first - begin]);
-        }
-      }
+      const std::uint16_t* others = &sums_inside_(0, v);
+      std::copy(others + first, others + last, row.begin() + (first - (begin - reach_)));
+      TakeMoreAlike(row.data(), side, static_cast<std::uint16_t>((v - y + reach_) * side), &found);
     }
     for (int x = begin; x < end; ++x) {
-      const int place = best[x - begin];
+      const int place = found.best[x - begin];
       if (inside_(x, y) == 0 && place != kNone) (*region)(x, y) = (*region)(x + place % side - reach_, y + place / side - reach_);
     }
   }
