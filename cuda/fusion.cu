@@ -17,7 +17,7 @@ __global__ void DecideKernel(const __grid_constant__ FusionLaunch launch, Fusion
   verdicts.outcomes[i] = outcome;
   verdicts.is_fused[i] = outcome == PixelOutcome::kFused;
   if (outcome != PixelOutcome::kFused) return;
-  verdicts.fused[i] = {number, support.point, support.views};
+  verdicts.fused[i] = {number, support.point, DoubtsOf(support), support.views};
   launch.map(x, y).flags |= FusionPixel::kEmitted;
 }
 

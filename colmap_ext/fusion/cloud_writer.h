@@ -51,8 +51,9 @@ struct PlyCloudOptions {
   std::uint64_t max_points_per_file = 0x7fffffffu;
 };
 
-// Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred. Beside it
-// PATH.vis: uint64 count, then per point uint32 n and the n uint32 indices of the images that see it, in the model's order.
+// Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred, uchar confidence
+// (per cent, 0: not judged). Beside it PATH.vis: uint64 count, then per point uint32 n and the n uint32 indices of the images that see
+// it, in the model's order.
 std::unique_ptr<CloudWriter> MakePlyCloudWriter(const PlyCloudOptions& options);
 
 struct LasCloudOptions {
@@ -64,7 +65,7 @@ struct LasCloudOptions {
 };
 inline constexpr std::size_t kMaxCrsBytes = 65534;  // of a LAS record, but for its final zero
 
-// LAS 1.4, point format 7: position, colour in 16 bits, extra bytes `views` (16 bits, saturating) and `inferred`. Points that
+// LAS 1.4, point format 7: position, colour in 16 bits, extra bytes `views` (16 bits, saturating), `inferred` and `confidence`. Points that
 // 32 bits do not reach are left out.
 std::unique_ptr<CloudWriter> MakeLasCloudWriter(const LasCloudOptions& options);
 

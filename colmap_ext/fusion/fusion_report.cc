@@ -46,6 +46,8 @@ constexpr Reason kReasons[] = {
      "low"},
     {PixelOutcome::kWeakSupport, "enough images agree, but not closely",
      "the maps agree only just: lower --PhiFusion.min_support"},
+    {PixelOutcome::kImprobable, "more probably wrong than --PhiFusion.min_confidence allows",
+     "few images agree well: lower --PhiFusion.min_confidence"},
     {PixelOutcome::kOutsideBox, "outside the bounding box",
      "the box of --bbox_path does not hold the scene: is it in the "
      "sparse model's coordinates?"},

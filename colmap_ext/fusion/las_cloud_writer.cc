@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little);
 constexpr std::size_t kHeaderBytes = 375, kRecordHeaderBytes = 54;
 constexpr std::size_t kExtraBytesDescriptor = 192;
 constexpr std::uint8_t kPointFormat = 7;
-constexpr std::size_t kFormatBytes = 36, kExtraBytes = 3, kPointBytes = kFormatBytes + kExtraBytes;
+constexpr std::size_t kFormatBytes = 36, kExtraBytes = 4, kPointBytes = kFormatBytes + kExtraBytes;
 constexpr std::uint16_t kWktBit = 1 << 4;
 constexpr std::uint8_t kUnclassified = 1, kOnlyReturn = 1 | 1 << 4;  // the first of one
 constexpr int kExtraUint8 = 1, kExtraUint16 = 3;                      // data types of extra bytes
@@ -70,7 +70,8 @@ std::vector<std::string> MakeRecords(const std::string& crs) {
   std::vector<std::string> records = {
       MakeRecord("LASF_Spec", 4, "extra bytes",
                  DescribeExtra(kExtraUint16, "views", "images that see the point") +
-                     DescribeExtra(kExtraUint8, "inferred", "1: most depths were inferred"))};
+                     DescribeExtra(kExtraUint8, "inferred", "1: most depths were inferred") +
+                     DescribeExtra(kExtraUint8, "confidence", "per cent; 0: not judged"))};
   if (!crs.empty()) records.push_back(MakeRecord("LASF_Projection", 2112, "OGC WKT", crs + '\0'));
   return records;
 }
@@ -105,6 +106,7 @@ class LasCloudWriter : public CloudWriter {
     const auto views = static_cast<std::uint16_t>(std::min<std::uint32_t>(num_views, 0xffff));
     std::memcpy(row + kFormatBytes, &views, sizeof(views));
     row[kFormatBytes + 2] = static_cast<char>(point.inferred);
+    row[kFormatBytes + 3] = static_cast<char>(point.confidence);
     rows_.insert(rows_.end(), row, row + kPointBytes);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       least_[axis] = std::min(least_[axis], (*units)[axis]);

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kMagic = "phimvsF1";
+constexpr std::string_view kMagic = "phimvsF2";
 constexpr std::size_t kKeyBytes = 16;
 constexpr std::size_t kNumbersOffset = kMagic.size() + kKeyBytes,
                       kHeaderBytes = kNumbersOffset + 2 * sizeof(std::uint64_t);

@@ -21,13 +21,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBytesAfterPosition = 3 * sizeof(float) + 5;
+constexpr std::size_t kColorBytes = 6;  // and the properties after them
+constexpr std::size_t kBytesAfterPosition = 3 * sizeof(float) + kColorBytes;
 
 std::vector<PlyVertexProperty> Properties(bool in_doubles) {
   const std::string_view position = in_doubles ? "double" : "float";
   return {{position, "x"},   {position, "y"},    {position, "z"},     {"float", "nx"},
           {"float", "ny"},   {"float", "nz"},    {"uchar", "red"},    {"uchar", "green"},
-          {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"}};
+          {"uchar", "blue"}, {"uchar", "views"}, {"uchar", "inferred"},
+          {"uchar", "confidence"}};
 }
 
 // The .vis file: its count, too, is completed at the end.
@@ -112,9 +114,9 @@ class PlyCloudWriter : public CloudWriter {
       Coordinate position[3];
       for (std::size_t axis = 0; axis < 3; ++axis)
         position[axis] = static_cast<Coordinate>(point.xyz[axis] - options_.offset[axis]);
-      const unsigned char bytes[5] = {
+      const unsigned char bytes[kColorBytes] = {
           point.rgb[0], point.rgb[1], point.rgb[2],
-          static_cast<unsigned char>(std::min<std::uint32_t>(block.view_counts[i], 255)), point.inferred};
+          static_cast<unsigned char>(std::min<std::uint32_t>(block.view_counts[i], 255)), point.inferred, point.confidence};
       std::memcpy(row, position, sizeof(position));
       std::memcpy(row + sizeof(position), point.normal, sizeof(point.normal));
       std::memcpy(row + sizeof(position) + sizeof(point.normal), bytes, sizeof(bytes));

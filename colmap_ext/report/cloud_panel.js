@@ -66,6 +66,11 @@ function cloudColorings(cloud) {
     key.append(make('span', 'key measured'), ' measured ', make('span', 'key filled'), ' inferred');
     all.push({ name: 'Measured or inferred', key, colors: () => paint((i) => (inferred[i] ? [232, 163, 61] : [42, 120, 184])) });
   }
+  if (cloud.confidences) {
+    const confidences = decodeBytes(cloud.confidences), least = 50;
+    all.push({ name: 'Confidence', key: makeLegend(['viridis', `${least} % or less`, '100 %']),
+      colors: () => paint((i) => paletteColor('viridis', (confidences[i] - least) / (100 - least))) });
+  }
   if (cloud.normals) {
     const normals = new Int8Array(decodeBytes(cloud.normals).buffer);
     all.push({ name: 'Normals', key: 'red, green, blue: along the axes x, y, z of the world',
@@ -96,6 +101,7 @@ function showPoint(view, point) {
   const xyz = [0, 1, 2].map((a) => cloud.center[a] + cloud.scale * positions[3 * point + a] / 32767);
   const parts = [`Point at ${xyz.map((v) => v.toPrecision(5)).join(', ')}`];
   if (cloud.inferred) parts.push(decodeBytes(cloud.inferred)[point] ? 'inferred' : 'measured');
+  if (cloud.confidences) parts.push(`confidence ${decodeBytes(cloud.confidences)[point]} %`);
   if (cloud.errors) {
     const error = decodeBytes(cloud.errors)[point];
     if (error < 255) {

@@ -174,6 +174,7 @@ void AddPoints(const ReportOptions& options, const Workspace& workspace, const s
                      {"colors", cloud.colors},
                      {"normals", cloud.normals},
                      {"inferred", cloud.inferred},
+                     {"confidences", cloud.confidences},
                      {"errors", cloud.errors},
                      {"error_unit", CloudSample::kErrorUnit},
                      {"view_counts", cloud.view_counts},

@@ -59,6 +59,7 @@ CloudSample::Point MakePoint(const double* v) {
     for (int axis = 0; axis < 3; ++axis) p.normal[axis] = static_cast<float>(v[6 + axis]);
   }
   p.inferred = v[9] > 0;
+  if (std::isfinite(v[10])) p.confidence = static_cast<std::uint8_t>(std::clamp(v[10], 0.0, 100.0));
   return p;
 }
 
@@ -152,7 +153,7 @@ CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_invoke(
         [&] {
-          rows.ForChosenRows("vertex", {"x", "y", "z", "red", "green", "blue", "nx", "ny", "nz", "inferred"}, chosen,
+          rows.ForChosenRows("vertex", {"x", "y", "z", "red", "green", "blue", "nx", "ny", "nz", "inferred", "confidence"}, chosen,
                              [&](const double* v) { sample.points.push_back(MakePoint(v)); });
         },
         [&] { views = ReadViews(ply.string() + ".vis", sample.num_points, chosen); });
@@ -183,14 +184,16 @@ ReportCloud PackCloud(const CloudSample& sample) {
   ReportCloud cloud;
   if (sample.points.empty()) return cloud;
   FindCube(sample.points, &cloud);
-  std::string positions, colors, normals, inferred, errors, view_counts, views;
-  bool has_errors = false;
+  std::string positions, colors, normals, inferred, confidences, errors, view_counts, views;
+  bool has_confidence = false, has_errors = false;
   for (const CloudSample::Point& p : sample.points) {
     if (!AppendPosition(p, cloud, &positions)) continue;
     colors.append(reinterpret_cast<const char*>(p.rgb.data()), 3);
     for (const float n : p.normal)
       AppendValue(static_cast<std::int8_t>(std::lround(127 * std::clamp(n, -1.0f, 1.0f))), &normals);
     AppendValue(static_cast<std::uint8_t>(p.inferred), &inferred);
+    AppendValue(p.confidence, &confidences);
+    has_confidence |= p.confidence > 0;
     AppendValue(p.error, &errors);
     has_errors |= p.error != 255;
     const std::size_t num_views = std::min(p.views.size(), kMaxListedViews);
@@ -202,6 +205,7 @@ ReportCloud PackCloud(const CloudSample& sample) {
   cloud.colors = Base64(colors);
   if (sample.has_normals) cloud.normals = Base64(normals);
   if (sample.has_origin) cloud.inferred = Base64(inferred);
+  if (has_confidence) cloud.confidences = Base64(confidences);
   if (has_errors) cloud.errors = Base64(errors);
   if (!views.empty()) {
     cloud.view_counts = Base64(view_counts);

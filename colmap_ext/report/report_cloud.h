@@ -20,6 +20,7 @@ struct CloudSample {
     std::array<float, 3> normal{};
     std::array<std::uint8_t, 3> rgb{160, 160, 160};
     bool inferred = false;
+    std::uint8_t confidence = 0;  // per cent; 0: not judged
     std::uint8_t error = 255;         // to truth, over depth, in units of kErrorUnit; 254: that or more; 255: not known
     std::vector<std::uint16_t> views;  // images that see it, as indices into the workspace's views
   };
@@ -46,9 +47,10 @@ struct ReportCloud {
   std::size_t num_shown = 0;
   double center[3] = {0, 0, 0};
   double scale = 1;
-  // base64 of little-endian values: int16 x y z; uint8 r g b; int8 x y z (or empty); uint8; uint8 (or empty); number of
-  // views, uint8 (255: that or more); views of all points, one after the other, at most 255 each, uint16.
-  std::string positions, colors, normals, inferred, errors, view_counts, views;
+  // base64 of little-endian values: int16 x y z; uint8 r g b; int8 x y z; uint8; uint8, per cent; uint8; number of views, uint8 (255:
+  // that or more); views of all points, one after the other, at most 255 each, uint16.
+  // All from the normals on may be empty.
+  std::string positions, colors, normals, inferred, confidences, errors, view_counts, views;
 };
 
 ReportCloud PackCloud(const CloudSample& sample);

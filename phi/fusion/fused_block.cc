@@ -22,7 +22,8 @@ PixelOutcome EmitPoint(const Pose& pose, const BoundingBox* box, const PointCand
     point.rgb[axis] = static_cast<std::uint8_t>((sum + candidate.num_views / 2) / candidate.num_views);
   }
   std::sort(first_view, block->views.end());
-  point.inferred = 2 * candidate.num_inferred > candidate.num_views;
+  point.inferred = 2 * candidate.num_inferred > candidate.num_views ? 1 : 0;
+  point.confidence = static_cast<std::uint8_t>(candidate.confidence) & 0x7f;
   block->points.push_back(point);
   block->view_counts.push_back(static_cast<std::uint32_t>(candidate.num_views));
   return PixelOutcome::kFused;

@@ -40,6 +40,7 @@ OptionList FusionOptions::List() {
       .AtLeast(0);
   list.Add("PhiFusion.max_conflicts", &max_conflicts, "Most images that see through a point, for each that supports it")
       .AtLeast(0);
+  list.Add("PhiFusion.min_confidence", &min_confidence, "Points less probably right than this are left out").Between(0, 1);
   return list;
 }
 

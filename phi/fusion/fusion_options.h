@@ -23,6 +23,8 @@ struct FusionOptions {
   // The same for a pixel whose depth was inferred, if larger. Below 1 a single image in close agreement is enough.
   double min_support_inferred = 0.5;
   double max_conflicts = 0.5;  // images that see through the point, per image that supports it
+  double min_confidence = 0;   // probability that a point is right (point_confidence.h): those below it are left out
+  bool keeps_terms = false;    // no option of a command: blocks hold what confidences were found from, for those who fit the model
 
   OptionList List();
   std::string Check() const;

@@ -49,19 +49,30 @@ bool HasPixel(RunBits bits, int i) { return (bits >> i & 1u) != 0; }
 PixelSupport SupportOf(const SupportRun& run, int i) {
   PixelSupport support;
   support.has_depth = true;
+  support.num_without_depth = run.num_without_depth[i];
   support.num_other_depth = run.num_depth[i];
   support.num_other_reprojection = run.num_reprojection[i];
   support.num_other_normal = run.num_normal[i];
   support.num_seen_through = run.num_seen_through[i];
+  support.num_hidden = run.num_hidden[i];
   support.num_agreeing = run.num_agreeing[i];
   support.reference_is_near = HasPixel(run.reference.agrees, i);
   support.support = run.support[i];
   support.point.relative_depth = run.relative_depth[i];
   support.point.num_views = run.num_views[i];
   support.point.num_inferred = run.num_inferred[i];
+  support.point.brightness_squares = run.brightness_squares[i];
   for (int c = 0; c < 3; ++c) support.point.rgb_sum[c] = run.rgb_sum[c][i];
   support.point.normal_sum = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
   return support;
+}
+
+NeighborSet ViewsOf(const SupportRun& run, int i) {
+  NeighborSet views;
+  for (const std::uint32_t k : run.agreeing) {
+    if (HasPixel(run.answers[k].agrees, i)) views.Add(static_cast<int>(k));
+  }
+  return views;
 }
 
 }  // namespace
@@ -73,6 +84,8 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       gates_(MakeGates(options)),
       hole_gates_(gates_),
       hole_edge_(options.method.rules.Count(Rule::kCloudHoles, kMaxEdgeOfHole)),
+      min_confidence_(static_cast<float>(options.min_confidence)),
+      keeps_terms_(options.keeps_terms),
       box_(box),
       device_(device),
       outcomes_(reference.map->width(), reference.map->height(), PixelOutcome::kNoDepth) {
@@ -97,11 +110,13 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
       neighbors_.push_back({image.index, earlier && options.method.rules.IsOn(Rule::kCover),
                             MakeRelativeView(reference.camera, image.camera), static_cast<float>(1 / k.fx),
                             static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view(), image.stands_apart});
+      const RelativeView& view = neighbors_.back().view;
+      centers_.push_back(TransposedTimes(view.rotation, -1.0f * view.translation));
     }
   }
   if (device_ == nullptr) return;
   on_device_ = device_->Start(reference_.map->view(), rays_, neighbors_);
-  is_device_right_ = on_device_ != nullptr && box_ == nullptr;
+  is_device_right_ = on_device_ != nullptr && box_ == nullptr && min_confidence_ == 0;
 }
 
 ImageFuser::~ImageFuser() {
@@ -154,11 +169,7 @@ bool ImageFuser::FuseOnDevice(Pass pass, const std::vector<std::uint32_t>& pixel
     const int x = static_cast<int>(pixels[k] % width), y = static_cast<int>(pixels[k] / width);
     PixelOutcome outcome = decided.outcomes[k];
     if (outcome == PixelOutcome::kFused) {
-      block->views.push_back(reference_.index);
-      for (std::size_t n = 0; n < neighbors_.size(); ++n) {
-        if (fused->views.Contains(static_cast<int>(n))) block->views.push_back(neighbors_[n].image);
-      }
-      outcome = Emit(x, y, fused->point, block);
+      outcome = Emit(x, y, fused->point, fused->doubts, fused->views, block);
       ++fused;
     }
     Note(pass, x, y, outcome, block);
@@ -191,13 +202,7 @@ void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* ru
     const PixelSupport support = SupportOf(*run, i);
     const bool is_inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
     PixelOutcome outcome = JudgePixel(gates, support, is_inferred);
-    if (outcome == PixelOutcome::kFused) {
-      block->views.push_back(reference_.index);
-      for (const std::uint32_t k : run->agreeing) {
-        if (HasPixel(run->answers[k].agrees, i)) block->views.push_back(neighbors_[k].image);
-      }
-      outcome = Emit(x + i, y, support.point, block);
-    }
+    if (outcome == PixelOutcome::kFused) outcome = Emit(x + i, y, support.point, DoubtsOf(support), ViewsOf(*run, i), block);
     Note(pass, x + i, y, outcome, block);
   }
 }
@@ -219,15 +224,36 @@ ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   return reference;
 }
 
-PixelOutcome ImageFuser::Emit(int x, int y, const PointSupport& support, FusedBlock* block) const {
+float ImageFuser::WidestAngle(Vec3f point, const NeighborSet& views) const {
+  float cosine = 1;
+  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
+    if (!views.Contains(static_cast<int>(k))) continue;
+    const Vec3f theirs = point - centers_[k];
+    cosine = std::min(cosine, Dot(point, theirs) / std::sqrt(Dot(point, point) * Dot(theirs, theirs)));
+  }
+  return std::acos(std::max(-1.0f, cosine)) * static_cast<float>(180 / std::numbers::pi);
+}
+
+PixelOutcome ImageFuser::Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
+                              FusedBlock* block) const {
   PointCandidate candidate;
   const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
   candidate.point = (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
+  const PointTerms terms = MakePointTerms(support, doubts, WidestAngle(candidate.point, views));
+  const float confidence = PointConfidence(terms);
+  if (confidence < min_confidence_) return PixelOutcome::kImprobable;
+  candidate.confidence = std::clamp(static_cast<int>(100 * confidence + 0.5f), 1, 100);
   candidate.normal = support.normal_sum;
   std::copy(std::begin(support.rgb_sum), std::end(support.rgb_sum), candidate.rgb_sum);
   candidate.num_views = support.num_views;
   candidate.num_inferred = support.num_inferred;
-  return EmitPoint(reference_.camera.pose, box_, candidate, block);
+  block->views.push_back(reference_.index);
+  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
+    if (views.Contains(static_cast<int>(k))) block->views.push_back(neighbors_[k].image);
+  }
+  const PixelOutcome outcome = EmitPoint(reference_.camera.pose, box_, candidate, block);
+  if (keeps_terms_ && outcome == PixelOutcome::kFused) block->terms.push_back(terms);
+  return outcome;
 }
 
 // Holes are found by the outcomes of the first pass, also while others of them are being filled.

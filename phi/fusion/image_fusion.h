@@ -16,6 +16,7 @@
 #include "phi/fusion/fused_block.h"
 #include "phi/fusion/fusion_device.h"
 #include "phi/fusion/fusion_options.h"
+#include "phi/fusion/point_confidence.h"
 #include "phi/fusion/support_run.h"
 #include "phi/geometry/camera.h"
 
@@ -57,17 +58,22 @@ class ImageFuser {
   void FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block);
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
   const FusionGates& GatesOf(Pass pass) const { return pass == Pass::kHoles ? hole_gates_ : gates_; }
-  // The point of pixel (x, y), whose views were appended to the block's.
-  PixelOutcome Emit(int x, int y, const PointSupport& support, FusedBlock* block) const;
+  // The point of pixel (x, y).
+  PixelOutcome Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views, FusedBlock* block) const;
+  // Degrees between the reference's ray to the point (its frame) and those of `views`.
+  float WidestAngle(Vec3f point, const NeighborSet& views) const;
   void Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block);
   std::vector<std::uint32_t> HolesIn(int begin, int end) const;
 
   Image reference_;
   RayModel rays_;
   std::vector<FusionNeighbor> neighbors_;  // earlier ones first: they may end a pixel's work
+  std::vector<Vec3f> centers_;             // of the neighbours' cameras, in the reference's frame
   FusionGates gates_;
   FusionGates hole_gates_;  // normals that differ by more
   int hole_edge_;           // pixels, see FindHoles
+  float min_confidence_;
+  bool keeps_terms_;
   const BoundingBox* box_;
   FusionDevice* device_;
   std::unique_ptr<FusionDevice::Image> on_device_;  // null: the host decides

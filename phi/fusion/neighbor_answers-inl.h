@@ -165,15 +165,18 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const VF difference = hn::Sub(s.depth, s.point.z);
   const auto tolerances = [&](float factor)
                               HWY_ATTR { return hn::Mul(Set(factor * gates.max_depth_error), s.point.z); };
-  const Mask beyond = hn::Gt(difference, tolerances(gates.seen_through_factor));
+  const VF apart = tolerances(gates.seen_through_factor);
+  const Mask beyond = hn::Gt(difference, apart), before = hn::Lt(difference, hn::Neg(apart));
   const Mask near = hn::AndNot(hn::Gt(hn::Abs(difference), tolerances(gates.hopeless_factor)), has_depth);
   const int first = part.first;
+  if (neighbor.stands_apart) Count(hn::AndNot(has_depth, s.inside), run->num_without_depth + first);
   const auto gather_color = [&]() HWY_ATTR {
     return hn::GatherIndex(Words(), words + FusionPixel::kColorWord, s.index);
   };
   if (hn::AllFalse(df, near)) {
     if (!neighbor.stands_apart) return none;
     Count(has_depth, run->num_depth + first);
+    Count(hn::And(has_depth, before), run->num_hidden + first);
     const Mask behind = hn::And(has_depth, beyond);
     if (!hn::AllFalse(df, behind)) CountSeenThrough(gather_color(), behind, first, run);
     return none;
@@ -193,7 +196,9 @@ HWY_INLINE Mask Ask(const FusionNeighbor& neighbor, const FusionGates& gates, co
   const VF cosine = Dot(Rotate(neighbor.view.rotation, part.normal), m.normal);
   const Mask agrees = hn::And(reproj_agrees, hn::Ge(cosine, Set(gates.min_normal_cosine)));
   Count(hn::AndNot(depth_agrees, has_depth), run->num_depth + first);
-  CountSeenThrough(color, hn::And(hn::AndNot(compared, has_depth), beyond), first, run);
+  const Mask elsewhere = hn::AndNot(compared, has_depth);
+  CountSeenThrough(color, hn::And(elsewhere, beyond), first, run);
+  Count(hn::And(elsewhere, before), run->num_hidden + first);
   Count(hn::AndNot(reproj_agrees, depth_agrees), run->num_reprojection + first);
   Count(hn::AndNot(agrees, reproj_agrees), run->num_normal + first);
 

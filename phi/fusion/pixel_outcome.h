@@ -17,9 +17,10 @@ enum class PixelOutcome : std::uint8_t {
   kNormal,        // too few of those agree on the normal
   kSeenThrough,   // images see through the point to something behind it
   kWeakSupport,   // enough images agree, but only just
+  kImprobable,    // its confidence is too low
   kOutsideBox,
 };
-inline constexpr int kNumPixelOutcomes = 10;
+inline constexpr int kNumPixelOutcomes = 11;
 
 class OutcomeCounts {
  public:

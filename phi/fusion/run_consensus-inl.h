@@ -57,13 +57,13 @@ HWY_INLINE VF Median(const FusionGates& gates, int first, SupportRun* run) {
 struct Sums {
   VF support;
   Vectors3 normal;
-  VI num_views, num_inferred, red, green, blue;
+  VI num_views, num_inferred, red, green, blue, brightness_squares;
 };
 
 HWY_INLINE Sums ZeroSums() {
   const VF f = hn::Zero(Floats());
   const VI i = hn::Zero(Ints());
-  return {f, {f, f, f}, i, i, i, i, i};
+  return {f, {f, f, f}, i, i, i, i, i, i};
 }
 
 // Drops the image where it is outside the tolerance around the median (both over the reference depth), and adds it elsewhere.
@@ -83,14 +83,15 @@ HWY_INLINE void AddView(VF median, VF tolerance, int first, bool is_reference, R
 
   const Words dw;
   const VW color = hn::IfThenElseZero(hn::RebindMask(dw, kept), hn::Load(dw, answer->color + first));
-  const auto add_bits = [&](VW bits, std::uint32_t mask, VI* sum) HWY_ATTR {
-    *sum = hn::Add(*sum, hn::BitCast(di, hn::And(bits, hn::Set(dw, mask))));
-  };
-  add_bits(color, 0xFF, &sums->red);
-  add_bits(hn::ShiftRight<8>(color), 0xFF, &sums->green);
-  add_bits(hn::ShiftRight<16>(color), 0xFF, &sums->blue);
+  const auto bits_of = [&](VW bits, std::uint32_t mask) HWY_ATTR { return hn::BitCast(di, hn::And(bits, hn::Set(dw, mask))); };
+  const VI red = bits_of(color, 0xFF), green = bits_of(hn::ShiftRight<8>(color), 0xFF),
+           blue = bits_of(hn::ShiftRight<16>(color), 0xFF), brightness = hn::Add(hn::Add(red, green), blue);
+  sums->red = hn::Add(sums->red, red);
+  sums->green = hn::Add(sums->green, green);
+  sums->blue = hn::Add(sums->blue, blue);
+  sums->brightness_squares = hn::Add(sums->brightness_squares, hn::Mul(brightness, brightness));
   static_assert(FusionPixel::kInferred == 1);
-  add_bits(hn::ShiftRight<24>(color), FusionPixel::kInferred, &sums->num_inferred);
+  sums->num_inferred = hn::Add(sums->num_inferred, bits_of(hn::ShiftRight<24>(color), FusionPixel::kInferred));
   sums->num_views = hn::Sub(sums->num_views, hn::BitCast(di, hn::VecFromMask(df, kept)));
 }
 
@@ -110,6 +111,7 @@ HWY_INLINE void FindConsensus(const FusionGates& gates, int first, SupportRun* r
   hn::Store(sums.red, di, run->rgb_sum[0] + first);
   hn::Store(sums.green, di, run->rgb_sum[1] + first);
   hn::Store(sums.blue, di, run->rgb_sum[2] + first);
+  hn::Store(sums.brightness_squares, di, run->brightness_squares + first);
 }
 
 }  // namespace HWY_NAMESPACE

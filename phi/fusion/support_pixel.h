@@ -20,12 +20,13 @@ struct ReferencePixel {
 };
 
 // What one image says about a reference pixel, in the order of the tests (neighbor_lookup.h).
-enum class NeighborTest { kBlind, kOtherDepth, kOtherReprojection, kOtherNormal, kAgrees };
+enum class NeighborTest { kBlind, kWithoutDepth, kOtherDepth, kOtherReprojection, kOtherNormal, kAgrees };
 
 struct NeighborAnswer {
   NeighborTest test = NeighborTest::kBlind;
   bool covers = false;         // a point of its own stands for the pixel; the rest means nothing then
   bool sees_through = false;   // it measured a surface beyond the point
+  bool is_hidden = false;      // its surface lies before the point
   float relative_depth = 0;    // of its plane along the reference ray, over the reference depth, minus 1
   float agreement = 0;         // [0, 1]: how well reprojection and normal agree
   Vec3f normal;                // reference frame
@@ -37,6 +38,7 @@ struct PointSupport {
   float relative_depth = 0;  // of the consensus, over the pixel's own depth, minus 1
   int num_views = 0, num_inferred = 0;
   int rgb_sum[3] = {0, 0, 0};
+  int brightness_squares = 0;  // sum of (red + green + blue)^2
   Vec3f normal_sum;  // reference frame, weighted by agreement
 };
 
@@ -44,17 +46,26 @@ struct PointSupport {
 struct PixelSupport {
   bool has_depth = false, is_covered = false;
   // Images by their answers; num_agreeing with the reference itself.
-  int num_other_depth = 0, num_other_reprojection = 0, num_other_normal = 0, num_seen_through = 0, num_agreeing = 0;
+  int num_without_depth = 0;  // that look there
+  int num_other_depth = 0, num_other_reprojection = 0, num_other_normal = 0, num_agreeing = 0;
+  int num_seen_through = 0, num_hidden = 0;  // among num_other_depth
   bool reference_is_near = false;  // to the consensus
   float support = 0;               // sum of the other images' agreements, depth included
   PointSupport point;
   NeighborSet views;  // neighbours near the consensus
 };
 
+// What speaks against a point: point_confidence.h tells from it how probable the point is.
+struct PointDoubts {
+  std::uint16_t num_contradicting = 0;  // images that have another depth there, unless something hides the point from them
+  std::uint16_t num_without_depth = 0;  // that look there and have none
+};
+
 // A pixel that gives a point, before a bounding box is asked.
 struct FusedPixel {
   std::uint32_t pixel = 0;  // its number in its map, row by row
   PointSupport point;
+  PointDoubts doubts;
   NeighborSet views;
 };
 
@@ -86,12 +97,14 @@ PHI_HD NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, const FusionGa
   const int column = static_cast<int>(seen.u), row = static_cast<int>(seen.v);
   answer.pixel = neighbor.map(column, row);
   const float depth = answer.pixel.depth;
+  answer.test = NeighborTest::kWithoutDepth;
   if (!(depth > 0)) return answer;
 
   answer.test = NeighborTest::kOtherDepth;
   const float difference = depth - point.z;
-  const bool is_beyond = difference > gates.seen_through_factor * gates.max_depth_error * point.z;
-  answer.sees_through = is_beyond && (answer.pixel.flags & FusionPixel::kInferred) == 0;
+  const float apart = gates.seen_through_factor * gates.max_depth_error * point.z;
+  answer.is_hidden = difference < -apart;
+  answer.sees_through = difference > apart && (answer.pixel.flags & FusionPixel::kInferred) == 0;
   if (fabsf(difference) > gates.hopeless_factor * gates.max_depth_error * point.z) return answer;
 
   // The neighbour's plane, met by the reference ray.
@@ -104,7 +117,7 @@ PHI_HD NeighborAnswer AskNeighbor(const FusionNeighbor& neighbor, const FusionGa
   const bool meets = slope < -gates.min_ray_cosine && met.z > 0 &&
                      fabsf(answer.relative_depth) <= gates.cover_factor * gates.max_depth_error;
   if (!meets) return answer;
-  answer.sees_through = false;
+  answer.sees_through = answer.is_hidden = false;
   const ImagePoint agreed = ProjectPoint(k, met);
   const float du = agreed.u - seen.u, dv = agreed.v - seen.v;
   const float reproj_error = sqrtf(du * du + dv * dv);
@@ -148,6 +161,8 @@ PHI_HD float AddView(const FusionGates& gates, const FusionPixel& pixel, Vec3f n
   if (!(nearness > 0)) return 0;
   point->normal_sum = point->normal_sum + agreement * normal;
   for (int c = 0; c < 3; ++c) point->rgb_sum[c] += pixel.rgb[c];
+  const int brightness = pixel.rgb[0] + pixel.rgb[1] + pixel.rgb[2];
+  point->brightness_squares += brightness * brightness;
   point->num_inferred += (pixel.flags & FusionPixel::kInferred) != 0 ? 1 : 0;
   ++point->num_views;
   return nearness;
@@ -167,10 +182,12 @@ PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbo
     result.is_covered = answer.covers;
     if (result.is_covered) return result;
     if (!neighbors[k].stands_apart) continue;
+    result.num_without_depth += answer.test == NeighborTest::kWithoutDepth ? 1 : 0;
     result.num_other_depth += answer.test == NeighborTest::kOtherDepth ? 1 : 0;
     result.num_other_reprojection += answer.test == NeighborTest::kOtherReprojection ? 1 : 0;
     result.num_other_normal += answer.test == NeighborTest::kOtherNormal ? 1 : 0;
     result.num_seen_through += answer.sees_through ? 1 : 0;
+    result.num_hidden += answer.is_hidden ? 1 : 0;
     if (answer.test != NeighborTest::kAgrees || depths.size() >= gates.max_num_views) continue;
     depths.Insert(answer.relative_depth);
     agreeing.Add(k);
@@ -191,6 +208,13 @@ PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbo
     result.views.Add(k);
   }
   return result;
+}
+
+PHI_HD PointDoubts DoubtsOf(const PixelSupport& support) {
+  const int num_left_out = support.num_agreeing - support.point.num_views;  // agree with the pixel, but not with the consensus
+  const int num_contradicting = support.num_other_depth - support.num_hidden + support.num_other_reprojection +
+                                support.num_other_normal + num_left_out;
+  return {static_cast<std::uint16_t>(num_contradicting), static_cast<std::uint16_t>(support.num_without_depth)};
 }
 
 // What becomes of a pixel, by what the images make of it. kFused: unless its point lies outside the box.

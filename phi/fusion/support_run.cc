@@ -26,7 +26,7 @@ HWY_INLINE void StartRun(const ReferenceRun& reference, Part* parts, SupportRun*
     const Part& part = parts[i];
     run->has_depth |= ToBits(hn::Gt(part.depth, hn::Zero(Floats())), first);
     for (std::int32_t* counts :
-         {run->num_depth, run->num_reprojection, run->num_normal, run->num_seen_through})
+         {run->num_without_depth, run->num_depth, run->num_reprojection, run->num_normal, run->num_seen_through, run->num_hidden})
       hn::Store(zero, Ints(), counts + first);
     RunAnswer& own = run->reference;
     Store(hn::Zero(Floats()), own.relative_depth + first);

@@ -49,8 +49,9 @@ struct SupportRun {
   RunBits covered = 0;  // by a point of an earlier image
 
   // Images whose answer is no agreement, by the test that failed (NeighborTest in support_pixel.h).
+  alignas(64) std::int32_t num_without_depth[kRunLength];
   alignas(64) std::int32_t num_depth[kRunLength], num_reprojection[kRunLength], num_normal[kRunLength];
-  alignas(64) std::int32_t num_seen_through[kRunLength];  // among num_depth
+  alignas(64) std::int32_t num_seen_through[kRunLength], num_hidden[kRunLength];  // among num_depth
   alignas(64) std::int32_t num_agreeing[kRunLength];      // the reference included
 
   // Consensus.
@@ -59,6 +60,7 @@ struct SupportRun {
   alignas(64) std::int32_t num_views[kRunLength];  // that agree with the consensus, the reference included
   alignas(64) std::int32_t num_inferred[kRunLength];
   alignas(64) std::int32_t rgb_sum[3][kRunLength];
+  alignas(64) std::int32_t brightness_squares[kRunLength];  // sum of (red + green + blue)^2
   alignas(64) float normal_sum[3][kRunLength];  // reference frame, weighted by agreement
   RunAnswer reference;
   std::vector<RunAnswer> answers;  // by neighbour

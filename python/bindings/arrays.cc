@@ -274,7 +274,7 @@ using LargeVector = std::vector<T, phi::ArrayAllocator<T>>;
 struct CloudArrays {
   LargeVector<double> xyz;
   LargeVector<float> normals;
-  LargeVector<std::uint8_t> colors, inferred;
+  LargeVector<std::uint8_t> colors, inferred, confidence;
   LargeVector<std::uint32_t> view_counts, views;
 
   CloudArrays(std::size_t num_points, std::size_t num_views)
@@ -282,6 +282,7 @@ struct CloudArrays {
         normals(3 * num_points),
         colors(3 * num_points),
         inferred(num_points),
+        confidence(num_points),
         view_counts(num_points),
         views(num_views) {}
 
@@ -293,6 +294,7 @@ struct CloudArrays {
       std::copy_n(point.normal, 3, normals.data() + 3 * place);
       std::copy_n(point.rgb, 3, colors.data() + 3 * place);
       inferred[place] = point.inferred;
+      confidence[place] = point.confidence;
     }
     std::copy(block.view_counts.begin(), block.view_counts.end(), view_counts.data() + first_point);
     std::copy(block.views.begin(), block.views.end(), views.data() + first_view);
@@ -314,7 +316,7 @@ CloudArrays ArraysOf(std::vector<phi::FusedBlock> blocks) {
   return arrays;
 }
 
-// xyz, normals, colors, inferred, view_counts, views.
+// xyz, normals, colors, inferred, confidence, view_counts, views.
 nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std::vector<std::string>& words,
                const Listeners& listeners) {
   CloudArrays arrays(0, 0);
@@ -331,6 +333,7 @@ nb::tuple Fuse(const Scene& scene, const std::vector<GivenMap>& given, const std
   const std::size_t n = arrays.view_counts.size(), num_views = arrays.views.size();
   return nb::make_tuple(MakeOutput(std::move(arrays.xyz), {n, 3}), MakeOutput(std::move(arrays.normals), {n, 3}),
                         MakeOutput(std::move(arrays.colors), {n, 3}), MakeOutput(std::move(arrays.inferred), {n}),
+                        MakeOutput(std::move(arrays.confidence), {n}),
                         MakeOutput(std::move(arrays.view_counts), {n}), MakeOutput(std::move(arrays.views), {num_views}));
 }
 

@@ -29,8 +29,8 @@ using Bytes = Input<std::uint8_t>;
 using Floats = Input<float>;
 using Doubles = Input<double>;
 
-// xyz, normals, colors, inferred.
-using Points = std::tuple<Doubles, Floats, Bytes, Bytes>;
+// xyz, normals, colors, inferred, confidence.
+using Points = std::tuple<Doubles, Floats, Bytes, Bytes, Bytes>;
 // How many images see each point, and which, point by point.
 using Views = std::pair<Input<std::uint32_t>, Input<std::uint32_t>>;
 // The offset that positions count from, and whether they are doubles.
@@ -38,7 +38,7 @@ using Coordinates = std::pair<std::array<double, 3>, bool>;
 
 // The .ply and .vis files that stereo_fusion writes.
 void WriteCloud(const std::string& path, const Points& points, const Views& views, const Coordinates& coordinates) {
-  const auto& [xyz, normals, colors, inferred] = points;
+  const auto& [xyz, normals, colors, inferred, confidence] = points;
   const auto& [view_counts, views_of_points] = views;
   phi::FusedBlock block;
   block.points.resize(xyz.shape(0));
@@ -47,7 +47,8 @@ void WriteCloud(const std::string& path, const Points& points, const Views& view
     std::copy_n(xyz.data() + 3 * i, 3, point.xyz);
     std::copy_n(normals.data() + 3 * i, 3, point.normal);
     std::copy_n(colors.data() + 3 * i, 3, point.rgb);
-    point.inferred = inferred.data()[i];
+    point.inferred = inferred.data()[i] & 1;
+    point.confidence = confidence.data()[i] & 0x7f;
   }
   block.view_counts.assign(view_counts.data(), view_counts.data() + view_counts.size());
   block.views.assign(views_of_points.data(), views_of_points.data() + views_of_points.size());

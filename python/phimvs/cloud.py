@@ -14,9 +14,9 @@ from .errors import UsageError
 
 _PER_POINT = {
     "xyz": (np.float64, (3,)), "normals": (np.float32, (3,)), "colors": (np.uint8, (3,)), "inferred": (np.uint8, ()),
-    "num_views": (np.uint32, ()),
+    "num_views": (np.uint32, ()), "confidence": (np.uint8, ()),
 }  # fmt: skip
-_WHOLE_NUMBERS = ("colors", "inferred", "num_views", "views")
+_WHOLE_NUMBERS = ("colors", "inferred", "num_views", "confidence", "views")
 
 _MOST_SEARCHED = 200_000  # points among which neighbours are searched
 _NUM_ASKED = 200  # points whose neighbours are searched
@@ -77,6 +77,11 @@ class Cloud:
     inferred: np.ndarray  # bool (N,): more of its measurements were inferred than measured
     num_views: np.ndarray  # uint32 (N,): images that agree on it
     views: np.ndarray  # uint32 (sum of num_views,): their indices, point after point
+    confidence: np.ndarray | None = None  # uint8 (N,), per cent: how probably the point is right; 0: not judged, as all are by default
+
+    def __post_init__(self) -> None:
+        if self.confidence is None:
+            self.confidence = np.zeros(len(self.xyz), np.uint8)
 
     def __getitem__(self, which: Any) -> Cloud:
         """Some of the points, with all that belongs to them. which: a bool for each point, indices in any order, or a slice."""
@@ -96,7 +101,7 @@ class Cloud:
         if os.path.splitext(os.fspath(path))[1].lower() != ".ply":
             raise UsageError(f"{os.fspath(path)}: a cloud is written as .ply; name it so (stereo_fusion writes .las, too)")
         a = self._checked()
-        points = a["xyz"], a["normals"], a["colors"], a["inferred"]
+        points = a["xyz"], a["normals"], a["colors"], a["inferred"], a["confidence"]
         _core.write_cloud(os.fspath(path), points, (a["num_views"], a["views"]), _coordinates(a["xyz"]))
 
     def _places(self, which: Any) -> np.ndarray:

@@ -170,10 +170,10 @@ def fuse(
     ids = [m.image_id or i + 1 for i, m in enumerate(maps)]
     given = gather(images, cameras, [m.pose for m in maps], points, names, ids, None, sizes)
     core_maps = [_fused_map(m, f"maps[{i}]", depths[i].shape, map_cameras[i]) for i, m in enumerate(maps)]
-    xyz, normals, colors, inferred, counts, views = compute(
+    xyz, normals, colors, inferred, confidence, counts, views = compute(
         _core.fuse, given.core(), core_maps, words_of(options), Run(progress).listeners
     )
-    return Cloud(xyz, normals, colors, inferred.view(bool), counts, views)
+    return Cloud(xyz, normals, colors, inferred.view(bool), counts, views, confidence)
 
 
 def read_scene(workspace_path: str | os.PathLike[str], *, color: bool = False) -> dict[str, Any]:

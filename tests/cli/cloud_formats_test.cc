@@ -47,6 +47,7 @@ phi::FusedBlock MakeBlock(const std::vector<std::array<double, 3>>& positions) {
     point.rgb[0] = 255;
     point.rgb[1] = static_cast<std::uint8_t>(i);
     point.inferred = i % 2;
+    point.confidence = 40 + i % 60;
     block.points.push_back(point);
     block.view_counts.push_back(static_cast<std::uint32_t>(2 + i));
     for (std::uint32_t view = 0; view < 2 + i; ++view) block.views.push_back(view);
@@ -79,7 +80,7 @@ TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
   EXPECT_EQ(At<std::uint64_t>(bytes, 255), 2u);  // of these first returns
   const auto data = At<std::uint32_t>(bytes, 96);
   const auto length = At<std::uint16_t>(bytes, 105);
-  EXPECT_EQ(length, 39);
+  EXPECT_EQ(length, 40);
   ASSERT_EQ(bytes.size(), data + 2 * length);
   EXPECT_EQ(At<std::int32_t>(bytes, data), 10);
   EXPECT_EQ(At<std::int32_t>(bytes, data + 4), 20);
@@ -88,6 +89,7 @@ TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
   EXPECT_EQ(At<std::uint16_t>(bytes, data + 30), 0xffff);           // red
   EXPECT_EQ(At<std::uint16_t>(bytes, data + length + 36), 3);       // views of the second point
   EXPECT_EQ(At<std::uint8_t>(bytes, data + length + 38), 1);        // inferred
+  EXPECT_EQ(At<std::uint8_t>(bytes, data + length + 39), 41);       // confidence
   const double extents[6] = {10000000.001, 9999999.5, 5300010.25, 5300000.002, 401.125, 400.003};  // largest, least x; y; z
   for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(At<double>(bytes, 179 + 8 * i), extents[i]) << i;
   EXPECT_THAT(bytes.substr(375, data - 375), HasSubstr(kCrs));
@@ -107,10 +109,11 @@ TEST(PlyCloud, HoldsDoublesWhereFloatsAreTooCoarse) {
   const auto writer = MakePlyCloudWriter({.path = folder / "c.ply", .in_doubles = true});
   writer->Write(MakeBlock({{123456.000123, -1, 2}}));
   writer->Commit();
-  PlyRows(folder / "c.ply").ForEachRow("vertex", {"x", "nz", "views"}, [&](const double* row) {
+  PlyRows(folder / "c.ply").ForEachRow("vertex", {"x", "nz", "views", "confidence"}, [&](const double* row) {
     EXPECT_DOUBLE_EQ(row[0], 123456.000123);
     EXPECT_EQ(row[1], -1);
     EXPECT_EQ(row[2], 2);
+    EXPECT_EQ(row[3], 40);
   });
 }
 

@@ -73,7 +73,7 @@ void ExpectCloudChanges(const json& notes) {
     modes.push_back(mode[0]);
     pictures.insert(mode[1]);
   }
-  EXPECT_EQ(modes, (Names{"Photo colours", "Measured or inferred", "Normals", "Number of images", "Error to truth"}));
+  EXPECT_EQ(modes, (Names{"Photo colours", "Measured or inferred", "Confidence", "Normals", "Number of images", "Error to truth"}));
   EXPECT_EQ(pictures.size(), modes.size()) << "each colours the cloud in its own way: " << notes["colors"];
   EXPECT_EQ(notes["colors"][0][1], notes["start"]);
   for (std::size_t i = 1; i < notes["views"].size(); ++i) {

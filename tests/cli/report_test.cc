@@ -206,12 +206,13 @@ void AppendBytes(T value, std::string* bytes) {
 // A cloud of points 0, 1, 2, ... along x, with the images that see them: i % 3 of them, 10 (i % 1000) and the next.
 void WriteCloud(const std::filesystem::path& path, std::uint32_t num_points) {
   std::string cloud = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(num_points) +
-                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar inferred\nend_header\n";
+                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar inferred\nproperty uchar confidence\nend_header\n";
   std::string visibility;
   AppendBytes(std::uint64_t{num_points}, &visibility);
   for (std::uint32_t i = 0; i < num_points; ++i) {
     for (const float coordinate : {static_cast<float>(i), 0.0f, 0.0f}) AppendBytes(coordinate, &cloud);
     AppendBytes(static_cast<std::uint8_t>(i % 2), &cloud);
+    AppendBytes(static_cast<std::uint8_t>(i % 101), &cloud);
     AppendBytes(i % 3, &visibility);
     for (std::uint32_t view = 0; view < i % 3; ++view) AppendBytes(10 * (i % 1000) + view, &visibility);
   }
@@ -241,6 +242,7 @@ TEST(SampleCloud, TakesWhatIsAskedForAtRandomWithItsViews) {
       num_first_half += i < 500;
       num_odd += i % 2;
       EXPECT_EQ(point.inferred, i % 2 == 1);
+      EXPECT_EQ(point.confidence, i % 101);
       EXPECT_EQ(point.views, ViewsOf(i)) << i;
     }
     EXPECT_NEAR(num_first_half, wanted / 2, 40);  // standard deviation: 8

@@ -60,7 +60,7 @@ fs::path MapPath(const fs::path& folder, const char* maps, int view) {
 
 struct Vertex {
   float xyz[3], normal[3];
-  std::uint8_t rgb[3], views, inferred;
+  std::uint8_t rgb[3], views, inferred, confidence;
 };
 
 // Independent of the writer but for the format that the documentation promises.
@@ -69,9 +69,9 @@ std::vector<Vertex> ReadCloud(const fs::path& path) {
   const std::size_t end = bytes.find("end_header\n") + 11;
   const std::size_t element = bytes.find("\nelement vertex ");
   std::vector<Vertex> vertices(std::stoul(bytes.substr(element + 16)));
-  EXPECT_EQ(bytes.size(), end + vertices.size() * 29);
+  EXPECT_EQ(bytes.size(), end + vertices.size() * 30);
   for (std::size_t i = 0; i < vertices.size(); ++i)
-    std::memcpy(&vertices[i], bytes.data() + end + 29 * i, 29);
+    std::memcpy(&vertices[i], bytes.data() + end + 30 * i, 30);
   return vertices;
 }
 
@@ -317,7 +317,11 @@ TEST(SceneFusion, MarksInferredPixels) {
               phi::Mask(160, 120, 255));
   }
   Fuse(folder.path());
-  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) ASSERT_EQ(vertex.inferred, 1);
+  for (const Vertex& vertex : ReadCloud(folder / "fused.ply")) {
+    ASSERT_EQ(vertex.inferred, 1);
+    ASSERT_GE(vertex.confidence, 1);
+    ASSERT_LE(vertex.confidence, 100);
+  }
 }
 
 TEST(SceneFusion, SmoothsMapsWhoseNoiseMatters) {

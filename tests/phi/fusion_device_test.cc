@@ -38,7 +38,9 @@ class ScalarDevice : public FusionDevice {
         const ReferencePixel pixel = {map_(x, y), rays_.Ray(x + 0.5f, y + 0.5f), rays_.fx};
         const PixelSupport support = DecidePixel(neighbors_.data(), static_cast<int>(neighbors_.size()), gates, pixel);
         decided.outcomes.push_back(JudgePixel(gates, support, (pixel.pixel.flags & FusionPixel::kInferred) != 0));
-        if (decided.outcomes.back() == PixelOutcome::kFused) decided.fused.push_back({number, support.point, support.views});
+        if (decided.outcomes.back() == PixelOutcome::kFused) {
+          decided.fused.push_back({number, support.point, DoubtsOf(support), support.views});
+        }
       }
       return decided;
     }
@@ -78,6 +80,11 @@ TEST_F(FusionDeviceTest, GivesTheHostsBytes) {
 TEST_F(FusionDeviceTest, PointsOutsideTheBoxCoverNothing) {
   const BoundingBox box = {{-10, -10, -10}, {0.1, 10, 10}};
   ExpectTheHostsBytes({}, &box);
+  EXPECT_EQ(device_.num_forgotten, static_cast<int>(scene_.views.size()));
+}
+
+TEST_F(FusionDeviceTest, ImprobablePointsCoverNothing) {
+  ExpectTheHostsBytes({.min_confidence = 0.9}, nullptr);
   EXPECT_EQ(device_.num_forgotten, static_cast<int>(scene_.views.size()));
 }
 

@@ -325,6 +325,44 @@ TEST(Fusion, AnInferredPixelNeedsMoreSupport) {
   EXPECT_GT(outcomes(7, false, {.min_support = 0.5})[PixelOutcome::kWeakSupport], 100);
 }
 
+TEST(Fusion, APointIsSurerTheMoreImagesAgreeAndTheFewerDoNot) {
+  const RenderedScene scene = PlaneScene({.num_views = 4}, {0, 0, -1});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  const auto fuse = [&](const FusionOptions& options) {
+    std::vector<FusionMap> copy = maps;
+    return MakeFuser(scene, 0, options, &copy).FuseRows(60, 61);
+  };
+  // Of a point that all images look at.
+  const auto confidence = [&] {
+    const FusedBlock block = fuse({});
+    return block.points.empty() ? 0 : static_cast<int>(block.points[block.points.size() / 2].confidence);
+  };
+  const int all = confidence();
+  EXPECT_GT(all, 50);
+  for (FusionPixel& pixel : maps[3]) pixel.depth = 0;
+  const int three_of_four = confidence();
+  EXPECT_LT(three_of_four, all);
+  for (FusionPixel& pixel : maps[2]) pixel.depth *= 0.5f;  // hides the point, and says nothing of it
+  const int two_of_three = confidence();
+  EXPECT_LT(two_of_three, three_of_four);
+  for (FusionPixel& pixel : maps[2]) pixel.depth *= 1.96f;  // just before it
+  EXPECT_LT(confidence(), two_of_three);
+  for (FusionMap& map : maps) {
+    for (FusionPixel& pixel : map) pixel.flags = FusionPixel::kInferred;
+  }
+  const int inferred = confidence();
+  EXPECT_GT(inferred, 0);
+  EXPECT_LT(inferred, two_of_three);
+  const auto num_points = [&](int least) {
+    const FusedBlock block = fuse({});
+    return std::count_if(block.points.begin(), block.points.end(), [&](const FusedPoint& p) { return p.confidence >= least; });
+  };
+  const FusedBlock sure = fuse({.min_confidence = inferred / 100.0 + 0.005});  // percents are rounded
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(sure.points.size()), num_points(inferred + 1));
+  EXPECT_LT(num_points(inferred + 1), num_points(inferred));
+  EXPECT_EQ(sure.outcomes[PixelOutcome::kImprobable], num_points(1) - num_points(inferred + 1));
+}
+
 TEST(Fusion, AnImageThatSeesThroughOutweighsASingleSupport) {
   const RenderedScene scene = PlaneScene({.num_views = 4}, {0, 0, -1});
   std::vector<FusionMap> maps = MakeMaps(scene);

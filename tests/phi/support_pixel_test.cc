@@ -32,7 +32,8 @@ std::vector<FusionNeighbor> Neighbors(const RenderedScene& scene, const std::vec
 }
 
 struct Tally {
-  int covered = 0, other_depth = 0, other_reprojection = 0, other_normal = 0, seen_through = 0, agreeing = 0, dropped = 0;
+  int covered = 0, without_depth = 0, other_depth = 0, other_reprojection = 0, other_normal = 0, seen_through = 0, hidden = 0, agreeing = 0,
+      dropped = 0;
 };
 
 void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* tally) {
@@ -40,10 +41,12 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
   ASSERT_EQ(pixel.is_covered, (run.covered >> i & 1) != 0);
   tally->covered += pixel.is_covered;
   if (!pixel.has_depth || pixel.is_covered) return;
+  ASSERT_EQ(pixel.num_without_depth, run.num_without_depth[i]);
   ASSERT_EQ(pixel.num_other_depth, run.num_depth[i]);
   ASSERT_EQ(pixel.num_other_reprojection, run.num_reprojection[i]);
   ASSERT_EQ(pixel.num_other_normal, run.num_normal[i]);
   ASSERT_EQ(pixel.num_seen_through, run.num_seen_through[i]);
+  ASSERT_EQ(pixel.num_hidden, run.num_hidden[i]);
   ASSERT_EQ(pixel.num_agreeing, run.num_agreeing[i]);
   ASSERT_EQ(Bits(pixel.point.relative_depth), Bits(run.relative_depth[i]));
   ASSERT_EQ(Bits(pixel.support), Bits(run.support[i]));
@@ -51,6 +54,7 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
   ASSERT_EQ(pixel.point.num_views, run.num_views[i]);
   ASSERT_EQ(pixel.point.num_inferred, run.num_inferred[i]);
   for (int c = 0; c < 3; ++c) ASSERT_EQ(pixel.point.rgb_sum[c], run.rgb_sum[c][i]);
+  ASSERT_EQ(pixel.point.brightness_squares, run.brightness_squares[i]);
   ASSERT_EQ(Bits(pixel.point.normal_sum.x), Bits(run.normal_sum[0][i]));
   ASSERT_EQ(Bits(pixel.point.normal_sum.y), Bits(run.normal_sum[1][i]));
   ASSERT_EQ(Bits(pixel.point.normal_sum.z), Bits(run.normal_sum[2][i]));
@@ -59,10 +63,12 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
     if ((run.answers[k].agrees >> i & 1) != 0) views.Add(static_cast<int>(k));
   }
   ASSERT_TRUE(pixel.views == views);
+  tally->without_depth += pixel.num_without_depth;
   tally->other_depth += pixel.num_other_depth;
   tally->other_reprojection += pixel.num_other_reprojection;
   tally->other_normal += pixel.num_other_normal;
   tally->seen_through += pixel.num_seen_through;
+  tally->hidden += pixel.num_hidden;
   tally->agreeing += pixel.num_agreeing - 1;
   tally->dropped += pixel.num_agreeing - pixel.point.num_views;
 }
@@ -110,8 +116,8 @@ TEST(SupportPixel, IsTheRunsRuleToTheBit) {
       if (HasFatalFailure()) return;
     }
   }
-  for (const int count : {tally.covered, tally.other_depth, tally.other_reprojection, tally.other_normal,
-                          tally.seen_through, tally.agreeing, tally.dropped}) {
+  for (const int count : {tally.covered, tally.without_depth, tally.other_depth, tally.other_reprojection, tally.other_normal,
+                          tally.seen_through, tally.hidden, tally.agreeing, tally.dropped}) {
     EXPECT_GT(count, 100);
   }
 }

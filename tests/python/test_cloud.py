@@ -23,6 +23,7 @@ def make_cloud(xyz, num_views=None):
         inferred=numbers % 2 == 1,
         num_views=num_views.astype(np.uint32),
         views=(10 * np.repeat(numbers, num_views) + 1).astype(np.uint32),
+        confidence=(50 + numbers % 50).astype(np.uint8),
     )
 
 
@@ -35,7 +36,7 @@ def read_cloud(path):
     words = [line.split() for line in header.decode().splitlines()]
     kind = next(line[1] for line in words if line[0] == "property")
     fields = [(axis, "<f8" if kind == "double" else "<f4") for axis in "xyz"]
-    fields += [(name, "<f4") for name in ("nx", "ny", "nz")] + [(name, "u1") for name in ("r", "g", "b", "views", "inferred")]
+    fields += [(name, "<f4") for name in ("nx", "ny", "nz")] + [(name, "u1") for name in ("r", "g", "b", "views", "inferred", "confidence")]
     offset = next((line[2:] for line in words if line[:2] == ["comment", "offset"]), ["0", "0", "0"])
     rows = np.frombuffer(body, fields)
     visibility = np.fromfile(f"{path}.vis", "<u4")
@@ -62,9 +63,10 @@ def test_some_points_with_all_that_is_theirs(which, places, tmp_path):
     assert some.inferred.tolist() == [place % 2 == 1 for place in places] and some.inferred.dtype == bool
     assert some.num_views.tolist() == [num_views[place] for place in places]
     assert some.views.tolist() == [10 * place + 1 for place in places for _ in range(num_views[place])]
+    assert some.confidence.tolist() == [50 + place for place in places] and some.confidence.dtype == np.uint8
     some.write(tmp_path / "some.ply")
     _, rows, _, visibility = read_cloud(tmp_path / "some.ply")
-    assert rows["r"].tolist() == places
+    assert rows["r"].tolist() == places and rows["confidence"].tolist() == [50 + place for place in places]
     expected = [number for place in places for number in [num_views[place], *[10 * place + 1] * num_views[place]]]
     assert visibility.tolist() == [len(places), 0, *expected]
 
@@ -95,6 +97,7 @@ def test_arrays_that_do_not_belong_together(tmp_path):
         ("num_views=np.full(6, 2)", "cloud.num_views has shape (6,), but must be (5,)"),
         ("num_views=np.full(5, 9000000)", "cloud.views has shape (10,), but must be (45000000,), the sum of cloud.num_views"),
         ("num_views=np.array([-1, 3, 3, 3, 2])", "cloud.views has shape (10,), but must be ("),
+        ("confidence=np.zeros(4, int)", "cloud.confidence has shape (4,), but must be (5,)"),
         ("views=np.zeros(11, int)", "cloud.views has shape (11,), but must be (10,)"),
     ):
         path = tmp_path / "bad.ply"
