@@ -50,6 +50,13 @@ std::size_t BigEndian(const Bytes& bytes, std::size_t at, int num_bytes) {
 
 bool IsJpeg(const Bytes& bytes) { return bytes.size() >= 4 && bytes[0] == 0xFF && bytes[1] == 0xD8; }
 
+constexpr std::size_t kPngHeaderBytes = 25;  // up to the bits of a channel
+
+bool IsPng(const Bytes& bytes) {
+  constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  return bytes.size() >= kPngHeaderBytes && std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
+}
+
 struct ImageSize {
   std::size_t width = 0, height = 0;
 };
@@ -57,12 +64,7 @@ struct ImageSize {
 // From the header of a PNG or a JPEG; nothing where the decoder has to find out. A small file can announce an image of
 // gigabytes.
 std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
-  constexpr std::size_t kPngHeaderBytes = 24;
-  constexpr std::uint8_t kPngSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  if (bytes.size() >= kPngHeaderBytes &&
-      std::equal(std::begin(kPngSignature), std::end(kPngSignature), bytes.begin())) {
-    return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
-  }
+  if (IsPng(bytes)) return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
   if (!IsJpeg(bytes)) return {};
   for (std::size_t at = 2; at + 9 <= bytes.size() && bytes[at] == 0xFF;) {
     const std::uint8_t marker = bytes[at + 1];
@@ -196,7 +198,8 @@ ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
 }
 
 std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check_size) {
-  if (IsJpeg(photo.bytes)) return {};
+  // What the header tells is not decoded for.
+  if (IsJpeg(photo.bytes) || (IsPng(photo.bytes) && photo.bytes[kPngHeaderBytes - 1] < 16)) return {};
   const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
   if (decoded.depth() != CV_16U) return {};
   double brightest = 0;

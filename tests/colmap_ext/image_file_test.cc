@@ -135,6 +135,17 @@ TEST_F(ImageFileTest, GrayAndColourSurvivePng) {
   EXPECT_EQ(ReadColorImage(folder_ / "sub/gray é.png")(3, 4), (Rgb{11, 11, 11}));
 }
 
+// workspace_checker asks all photos: where the header tells that there are fewer bits, none is decoded.
+TEST_F(ImageFileTest, TheBrightestValueIsSoughtIn16BitsAlone) {
+  cv::Mat deep(4, 6, CV_16UC1, cv::Scalar(7));
+  deep.at<std::uint16_t>(2, 3) = 4095;
+  for (const char* name : {"deep.png", "deep.tif"}) EXPECT_EQ(Brightest16Bit(ReadPhotoFile(Save(name, deep))), 4095) << name;
+  EXPECT_EQ(Brightest16Bit(ReadPhotoFile(Save("flat.tif", cv::Mat(4, 6, CV_8UC1, cv::Scalar(7))))), std::nullopt);
+  const std::string flat = ReadBytes(Save("flat.png", cv::Mat(4, 6, CV_8UC1, cv::Scalar(7))));
+  WriteBytes(folder_ / "cut.png", flat.substr(0, 25));
+  EXPECT_EQ(Brightest16Bit(ReadPhotoFile(folder_ / "cut.png")), std::nullopt);
+}
+
 // 16-bit values keep their upper byte.
 TEST_F(ImageFileTest, SixteenBitsBecomeEight) {
   const cv::Mat gray(4, 6, CV_16UC1, cv::Scalar(0x4523));
