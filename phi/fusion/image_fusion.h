@@ -59,7 +59,8 @@ class ImageFuser {
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
   const FusionGates& GatesOf(Pass pass) const { return pass == Pass::kHoles ? hole_gates_ : gates_; }
   // The point of pixel (x, y).
-  PixelOutcome Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views, FusedBlock* block) const;
+  PixelOutcome Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
+                    FusedBlock* block) const;
   // Degrees between the reference's ray to the point (its frame) and those of `views`.
   float WidestAngle(Vec3f point, const NeighborSet& views) const;
   void Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block);

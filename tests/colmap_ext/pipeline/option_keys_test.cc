@@ -113,7 +113,7 @@ TEST(OptionKeys, EveryMemberIsAnOption) {
   EXPECT_EQ(CountMembers<phi::FilterOptions>(), size(phi::FilterOptions()) + 1);  // method
   EXPECT_EQ(CountMembers<phi::InferenceOptions>(),
             size(phi::InferenceOptions()) + 4);  // kappa 1 to 3, method
-  EXPECT_EQ(CountMembers<phi::FusionOptions>(), size(phi::FusionOptions()) - 2 + 1);  // method, which is two options
+  EXPECT_EQ(CountMembers<phi::FusionOptions>(), size(phi::FusionOptions()) - 2 + 1 + 1);  // method, which is two options; keeps_terms
   EXPECT_EQ(CountMembers<BackendOptions>(), size(BackendOptions()));
   EXPECT_EQ(CountMembers<WorkspaceOptions>(), size(WorkspaceOptions()));
   PipelineOptions pipeline;
