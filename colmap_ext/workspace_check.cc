@@ -61,19 +61,22 @@ void CheckImages(const Workspace& workspace, ProblemList* errors, ProblemList* w
   }
   const int count = static_cast<int>(workspace.views().size());
   std::vector<ProblemList> errors_of_image(count);
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  DimPhotos photos(workspace, all);
   tbb::parallel_for(0, count, [&](int image) {
     Try(&errors_of_image[image], [&] {
+      const auto photo = workspace.ReadPhoto(image);
+      photos.Look(image, *photo);
       if (HasCamera(workspace, image)) {
-        workspace.ReadGray(image);
+        workspace.ReadGray(image, photo.get());
       } else {
-        ReadGrayImage(workspace.ImagePath(image));
+        DecodeGray(*photo);
       }
     });
   });
   for (const ProblemList& list : errors_of_image) errors->insert(errors->end(), list.begin(), list.end());
-  std::vector<int> all(count);
-  std::iota(all.begin(), all.end(), 0);
-  if (const std::string dim = DescribeDimPhotos(workspace, all); !dim.empty()) warnings->push_back(dim);
+  if (const std::string dim = photos.Describe(); !dim.empty()) warnings->push_back(dim);
 }
 
 void CheckPoints(const Workspace& workspace, WorkspaceReport* report) {

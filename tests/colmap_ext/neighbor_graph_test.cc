@@ -4,45 +4,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/workspace.h"
+#include "tests/support/placed_cameras.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
 namespace {
 
+using test_support::ModelOf;
 using test_support::TemporaryFolder;
 using test_support::WriteBytes;
 using ::testing::ElementsAre;
 using ::testing::UnorderedElementsAre;
-
-constexpr double kPi = 3.14159265358979323846;
-
-struct PlacedCamera {
-  double x = 0;     // of the centre
-  double turn = 0;  // degrees about y, from looking along z
-};
-
-// Image k is "k.png" with the id k + 1.
-SparseModel ModelOf(const std::vector<PlacedCamera>& cameras) {
-  SparseModel model;
-  model.cameras[1] = {1, 1, 64, 48, {60, 60, 32, 24}};
-  for (std::size_t k = 0; k < cameras.size(); ++k) {
-    SparseImage image;
-    image.image_id = static_cast<std::uint32_t>(k + 1);
-    image.camera_id = 1;
-    image.name = std::to_string(k) + ".png";
-    image.rotation = Eigen::AngleAxisd(-cameras[k].turn * kPi / 180, Eigen::Vector3d::UnitY());
-    image.translation = image.rotation * Eigen::Vector3d(-cameras[k].x, 0, 0);
-    model.images.push_back(image);
-  }
-  return model;
-}
 
 // `count` points that both images see.
 void Share(std::size_t a, std::size_t b, int count, SparseModel* model) {

@@ -9,6 +9,7 @@
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "tests/support/log_capture.h"
+#include "tests/support/placed_cameras.h"
 #include "tests/support/temporary_folder.h"
 
 namespace colmap_ext {
@@ -21,16 +22,9 @@ using ::testing::HasSubstr;
 // Images "0.png", "1.png", ... look along z; their centres are at x and, beside it, at `y`. The first two see 100 points, all but
 // one of them 10 units away.
 SparseModel ModelAt(const std::vector<double>& centers, bool has_points = true, double y = 0) {
-  SparseModel model;
-  model.cameras[1] = {1, 1, 64, 48, {60, 60, 32, 24}};
-  for (std::size_t k = 0; k < centers.size(); ++k) {
-    SparseImage image;
-    image.image_id = static_cast<std::uint32_t>(k + 1);
-    image.camera_id = 1;
-    image.name = std::to_string(k) + ".png";
-    image.translation = {-centers[k], -y, 0};
-    model.images.push_back(image);
-  }
+  std::vector<test_support::PlacedCamera> cameras;
+  for (const double x : centers) cameras.push_back({.x = x, .y = y});
+  SparseModel model = test_support::ModelOf(cameras);
   for (int i = 0; has_points && i < 100; ++i) {
     SparsePoint point;
     point.point3D_id = static_cast<std::uint64_t>(i + 1);
