@@ -44,7 +44,7 @@ struct RegionEvidence {
 enum class Sky : std::uint8_t {
   kNot,
   kMayBe,  // too little says that it is not
-  kSeen,   // other views do not show what a plane foretells
+  kSeen,   // other views do not show what a plane foretells, or it shines (light_sources.h)
 };
 
 struct ChosenPlanes {

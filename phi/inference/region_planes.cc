@@ -13,6 +13,7 @@
 #include "phi/inference/fitted_planes.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/infer_pixel.h"
+#include "phi/inference/light_sources.h"
 #include "phi/inference/region_anchors.h"
 #include "phi/inference/shaded_surface.h"
 
@@ -167,8 +168,14 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
+  std::vector<bool> are_light_sources(own.size());
+  if (views != nullptr) are_light_sources = FindLightSources(spots, SpotGrid(anchors.width, anchors.height), *views, rules);
   const SceneDirections* directions = evidence.directions ? &*evidence.directions : nullptr;
   tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
+    if (are_light_sources[k]) {
+      sky_[k] = Sky::kSeen;
+      return;
+    }
     const std::vector<RegionPoint> points = own.Points(k, tolerance_);
     planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
     cells_[k] = MakeAnchorCells(WeightedPoints(points, *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);

@@ -75,6 +75,12 @@ std::optional<BoxMean> SpotViews::MeanHere(const Spot& spot) const {
   return MeanBelowWhite(*reference_, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f);
 }
 
+std::optional<float> SpotViews::BrightnessHere(const Spot& spot) const {
+  const std::optional<BoxMean> mean = MeanHere(spot);
+  if (!mean) return std::nullopt;
+  return own_exposure_.Ratio(0, radius_.Squared(spot.x, spot.y)) * mean->value;
+}
+
 std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
   const Source& source = sources_[index];
   const std::optional<Shown> shown = Find(source, spot, w);

@@ -49,7 +49,9 @@ class SpotViews {
 
   // What the reference shows of the spot; nullopt: too near the image's side, or so bright that some of it may be cut off at white.
   std::optional<BoxMean> MeanHere(const Spot& spot) const;
-  // The same of a source at inverse depth w, against `here`; nullopt, too: it measured something else at the place.
+  // Its value as it would be without the lens's falloff; grey levels.
+  std::optional<float> BrightnessHere(const Spot& spot) const;
+  // What a source shows of it at inverse depth w, against `here`; nullopt, too: it measured something else at the place.
   std::optional<ShadeOfSpot> ShadeIn(std::size_t source, const Spot& spot, const BoxMean& here, float w) const;
 
  private:
