@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 #include <sstream>
-#include <tuple>
+#include <utility>
 
 #include "phi/base/error.h"
 
@@ -16,6 +16,25 @@ constexpr int kNever = std::numeric_limits<int>::max();
 // Steps that maps are read ahead for.
 constexpr int kLookAhead = 64;
 constexpr std::size_t kFewestNeighbors = 2;
+
+// Of a reference's neighbours, in the graph's order, those that fit beside it.
+struct FittingNeighbors {
+  std::vector<int> kept;
+  std::int64_t bytes_held = 0, bytes_wanted = 0;  // by the reference and those kept, and by it and all
+};
+
+FittingNeighbors FitNeighbors(int reference, const std::vector<int>& neighbors, const std::vector<std::int64_t>& bytes,
+                              std::int64_t budget) {
+  FittingNeighbors fitting;
+  fitting.bytes_held = fitting.bytes_wanted = bytes[static_cast<std::size_t>(reference)];
+  for (const int neighbor : neighbors) {
+    fitting.bytes_wanted += bytes[static_cast<std::size_t>(neighbor)];
+    if (fitting.bytes_wanted > budget) continue;
+    fitting.bytes_held = fitting.bytes_wanted;
+    fitting.kept.push_back(neighbor);
+  }
+  return fitting;
+}
 
 class Planner {
  public:
@@ -45,17 +64,10 @@ class Planner {
   void AddStep(int reference, const std::vector<int>& neighbors) {
     FusionStep step;
     step.reference = reference;
-    std::int64_t held = Bytes(reference), wanted = held;
-    for (const int neighbor : neighbors) {
-      wanted += Bytes(neighbor);
-      if (wanted > budget_) continue;
-      held = wanted;
-      step.neighbors.push_back(neighbor);
-    }
-    plan_.bytes_wanted = std::max(plan_.bytes_wanted, wanted);
-    if (step.neighbors.size() < std::min(kFewestNeighbors, neighbors.size()) || held > budget_)
-      ThrowTooSmall(wanted);
-    plan_.num_trimmed_steps += step.neighbors.size() < neighbors.size();
+    FittingNeighbors fitting = FitNeighbors(reference, neighbors, bytes_, budget_);
+    if (fitting.kept.size() < std::min(kFewestNeighbors, neighbors.size()) || fitting.bytes_held > budget_)
+      ThrowTooSmall(fitting.bytes_wanted);
+    step.neighbors = std::move(fitting.kept);
     plan_.steps.push_back(std::move(step));
   }
 
@@ -141,6 +153,16 @@ class Planner {
 FusionPlan PlanFusion(const NeighborGraph& graph, const std::vector<int>& order,
                       const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes) {
   return Planner(bytes, budget_bytes).Plan(graph, order);
+}
+
+MemoryShortage FindShortage(const NeighborGraph& graph, const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes) {
+  MemoryShortage shortage;
+  for (std::size_t p = 0; p < graph.size(); ++p) {
+    const FittingNeighbors fitting = FitNeighbors(static_cast<int>(p), graph[p], bytes, budget_bytes);
+    shortage.num_images += fitting.kept.size() < graph[p].size();
+    shortage.bytes_wanted = std::max(shortage.bytes_wanted, fitting.bytes_wanted);
+  }
+  return shortage;
 }
 
 }  // namespace colmap_ext

@@ -21,12 +21,18 @@ struct FusionStep {
 struct FusionPlan {
   std::vector<FusionStep> steps;
   std::int64_t num_loads = 0;
-  int num_trimmed_steps = 0;      // steps that had to leave out neighbours
-  std::int64_t bytes_wanted = 0;  // budget with which no step would have
 };
 
 // order: of all images or of some. bytes: of each map in memory. The reference and two neighbours must fit, else throws phi::ResourceError.
 FusionPlan PlanFusion(const NeighborGraph& graph, const std::vector<int>& order,
                       const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes);
+
+struct MemoryShortage {
+  int num_images = 0;             // that are fused with fewer neighbours than the graph's
+  std::int64_t bytes_wanted = 0;  // budget with which none would be
+};
+
+// Of the plans of all images, in whatever order and in however many parts.
+MemoryShortage FindShortage(const NeighborGraph& graph, const std::vector<std::int64_t>& bytes, std::int64_t budget_bytes);
 
 }  // namespace colmap_ext

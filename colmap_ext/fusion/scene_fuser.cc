@@ -235,16 +235,19 @@ FusionPlan SceneFuser::MakePlan(const std::vector<int>& order) {
   const std::int64_t budget = options_.MemoryBytes();
   num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
   num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
-  FusionPlan plan = PlanFusion(graph_, order, bytes, budget - num_concurrent_reads_ * largest);
-  if (plan.num_trimmed_steps > 0) {
-    phi::LogWarning("fusion: " + std::to_string(plan.num_trimmed_steps) +
-                    " images are compared with fewer neighbours than --StereoFusion.check_num_images for "
-                    "want of memory; "
-                    "--PhiFusion.max_memory_gb " +
-                    std::to_string((plan.bytes_wanted + num_concurrent_reads_ * largest) / 1000000000 + 1) +
-                    " would be enough");
+  const std::int64_t bytes_of_reads = num_concurrent_reads_ * largest;
+  if (!std::exchange(has_told_of_shortage_, true)) {
+    TellOfShortage(FindShortage(graph_, bytes, budget - bytes_of_reads), bytes_of_reads);
   }
-  return plan;
+  return PlanFusion(graph_, order, bytes, budget - bytes_of_reads);
+}
+
+void SceneFuser::TellOfShortage(const MemoryShortage& shortage, std::int64_t bytes_of_reads) const {
+  if (shortage.num_images == 0) return;
+  phi::LogWarning("fusion: " + std::to_string(shortage.num_images) +
+                  " images are compared with fewer neighbours than --StereoFusion.check_num_images for want of memory; "
+                  "--PhiFusion.max_memory_gb " +
+                  std::to_string((shortage.bytes_wanted + bytes_of_reads) / 1000000000 + 1) + " would be enough");
 }
 
 void SceneFuser::Drop(const std::vector<int>& positions) {

@@ -81,6 +81,7 @@ class SceneFuser {
   // Null, too, while it starts.
   phi::FusionDevice* DeviceIfReady() const;
   FusionPlan MakePlan(const std::vector<int>& order);
+  void TellOfShortage(const MemoryShortage& shortage, std::int64_t bytes_of_reads) const;
   // Without depth where a file is damaged: it gives no points, and the images around it do without it.
   phi::FusionMap ReadMap(int position);
   // Maps with more noise from pixel to pixel than the depth tolerance leaves unnoticed.
@@ -111,6 +112,7 @@ class SceneFuser {
   // It starts while the first maps are read.
   std::shared_future<std::unique_ptr<phi::FusionDevice>> device_;
   int num_concurrent_reads_ = 1;
+  bool has_told_of_shortage_ = false;  // of all parts, before the first
   std::mutex findings_mutex_;  // of failures and noise
   Findings findings_;
   SceneFusionReport known_;  // before any image is fused

@@ -16,6 +16,7 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "tests/support/exact_scenes.h"
+#include "tests/support/log_capture.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/temporary_folder.h"
 
@@ -23,11 +24,14 @@ namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
+using test_support::LogCapture;
 using test_support::ReadBytes;
 using test_support::RenderedScene;
 using test_support::SphereScene;
 using test_support::TemporaryFolder;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 // Images on a square grid, neighbours of all at most `reach` columns and rows away.
 NeighborGraph Grid(int side, int reach) {
@@ -240,6 +244,21 @@ TEST_F(FusionShards, PartsOfMeasuredMapsAreMadeAgainWhereTheirCluesChange) {
   const std::string after = Fuse("whole.ply", false);
   EXPECT_TRUE(after != before);
   EXPECT_TRUE(Fuse("joined.ply", true) == after);
+}
+
+// 80 x 60 pixels are 57.6 kB a map, and 28.8 kB more while one is read: an image and two neighbours fit, and some have more.
+TEST_F(FusionShards, TheWarningOfLittleMemoryComesOnceAndIsOfAllParts) {
+  options_.num_threads = 1;
+  options_.max_memory_gb = 0.00021;
+  const LogCapture of_whole;
+  Fuse("whole.ply", false);
+  ASSERT_THAT(of_whole.messages(), ElementsAre(HasSubstr("images are compared with fewer neighbours")));
+  const LogCapture of_parts;
+  EXPECT_GT(FuseShard(0, 1).num_made, 3);
+  EXPECT_EQ(of_parts.messages(), of_whole.messages());
+  const LogCapture of_finished;
+  Fuse("joined.ply", true);
+  EXPECT_THAT(of_finished.messages(), IsEmpty());
 }
 
 // A part that breaks off is no part.

@@ -45,9 +45,10 @@ std::vector<int> FromEndToEnd(int count) {
 
 TEST(FusionPlan, ReadsEveryMapOnceWhenTheWindowFits) {
   const NeighborGraph graph = Row(500, 3);
-  const FusionPlan plan = PlanFusion(graph, FromEndToEnd(500), std::vector<std::int64_t>(500, 10), 70);
+  const std::vector<std::int64_t> bytes(500, 10);
+  const FusionPlan plan = PlanFusion(graph, FromEndToEnd(500), bytes, 70);
   EXPECT_EQ(plan.num_loads, 500);
-  EXPECT_EQ(plan.num_trimmed_steps, 0);
+  EXPECT_EQ(FindShortage(graph, bytes, 70).num_images, 0);
   EXPECT_EQ(plan.steps.size(), 500u);
   ExpectSound(plan, 7);
 }
@@ -55,10 +56,14 @@ TEST(FusionPlan, ReadsEveryMapOnceWhenTheWindowFits) {
 TEST(FusionPlan, KeepsWithinTheBudgetWhereOrderCannotHelp) {
   // Everyone needs everyone, and half fit: the rest goes without, and says so.
   const NeighborGraph graph = Row(20, 20);
-  const FusionPlan plan = PlanFusion(graph, FromEndToEnd(20), std::vector<std::int64_t>(20, 10), 100);
+  const std::vector<std::int64_t> bytes(20, 10);
+  const FusionPlan plan = PlanFusion(graph, FromEndToEnd(20), bytes, 100);
   ExpectSound(plan, 10);
-  EXPECT_EQ(plan.num_trimmed_steps, 20);
-  EXPECT_EQ(plan.bytes_wanted, 200);
+  const MemoryShortage shortage = FindShortage(graph, bytes, 100);
+  EXPECT_EQ(shortage.num_images, 20);
+  EXPECT_EQ(shortage.bytes_wanted, 200);
+  EXPECT_EQ(FindShortage(graph, bytes, 199).num_images, 20);
+  EXPECT_EQ(FindShortage(graph, bytes, 200).num_images, 0);
   for (const FusionStep& step : plan.steps) EXPECT_EQ(step.neighbors.size(), 9u);
 }
 
