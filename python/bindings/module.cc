@@ -74,6 +74,7 @@ NB_MODULE(_core, module) {
   module.doc() = "The compiled part of phimvs; see the package's own functions.";
   module.attr("__version__") = PHIMVS_VERSION;
   nb::register_exception_translator(phimvs_python::Translate);
+  phimvs_python::BindScene(module);
   phimvs_python::BindArrays(module);
   phimvs_python::BindCloudFile(module);
   phimvs_python::BindCommands(module);

@@ -18,5 +18,6 @@ void BindArrays(nanobind::module_& module);
 void BindCloudFile(nanobind::module_& module);
 void BindCommands(nanobind::module_& module);
 void BindMaps(nanobind::module_& module);
+void BindScene(nanobind::module_& module);
 
 }  // namespace phimvs_python
