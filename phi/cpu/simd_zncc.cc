@@ -7,135 +7,17 @@
 #include <algorithm>
 #include <cmath>
 
-// highway.h must follow foreach_target.h.
+// foreach_target.h must come before what it compiles again.
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include "phi/cpu/local_warps-inl.h"
+#include "phi/cpu/window_samples-inl.h"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace phi {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Floats = hn::CappedTag<float, kSimdChunk>;
-using Ints = hn::RebindToSigned<Floats>;
-using Words = hn::RebindToUnsigned<Floats>;
-using VF = hn::Vec<Floats>;
-
-constexpr int kLanes = static_cast<int>(hn::MaxLanes(Floats()));
-constexpr int kParts = kSimdChunk / kLanes;  // vectors in a chunk
-
-// 16 running totals.
-struct Totals {
-  VF part[kParts];
-  HWY_INLINE Totals() {
-    for (VF& p : part) p = hn::Zero(Floats());
-  }
-};
-
-// Four of the totals, or as many as there are lanes: lane k with lane k + 8, then with lane k + 4.
-using Quarter = hn::CappedTag<float, 4>;
-template <class D>
-HWY_INLINE hn::Vec<Quarter> FoldToQuarter([[maybe_unused]] D d, hn::Vec<D> v) {
-#if HWY_TARGET == HWY_SCALAR
-  return v;
-#else
-  if constexpr (hn::MaxLanes(d) <= 4) {
-    return v;
-  } else {
-    const hn::Half<D> half;
-    return FoldToQuarter(half, hn::Add(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
-  }
-#endif
-}
-HWY_INLINE hn::Vec<Quarter> JoinToQuarter(const Totals& totals) {
-  Totals joined = totals;
-  for (int half = kParts / 2; half > 0; half /= 2) {
-    for (int p = 0; p < half; ++p) joined.part[p] = hn::Add(joined.part[p], joined.part[p + half]);
-  }
-  return FoldToQuarter(Floats(), joined.part[0]);
-}
-
-// The sums of three totals, lane k with lane k + 8, then k + 4, k + 2, k + 1, to or onto to[0] to to[2].
-template <bool kAdds>
-HWY_INLINE void Join(const Totals& a, const Totals& b, const Totals& c, float* to) {
-  const auto qa = JoinToQuarter(a), qb = JoinToQuarter(b), qc = JoinToQuarter(c);
-#if HWY_TARGET == HWY_SCALAR
-  const float joined[3] = {hn::GetLane(qa), hn::GetLane(qb), hn::GetLane(qc)};
-  for (int k = 0; k < 3; ++k) to[k] = (kAdds ? to[k] : 0.0f) + joined[k];
-#else
-  constexpr Quarter d;
-  const auto none = hn::Zero(d);
-  const auto ab = hn::Add(hn::ConcatLowerLower(d, qb, qa), hn::ConcatUpperUpper(d, qb, qa));
-  const auto c0 = hn::Add(hn::ConcatLowerLower(d, none, qc), hn::ConcatUpperUpper(d, none, qc));
-  const auto joined = hn::Add(hn::ConcatEven(d, c0, ab), hn::ConcatOdd(d, c0, ab));
-  hn::Store(kAdds ? hn::Add(hn::Load(d, to), joined) : joined, d, to);
-#endif
-}
-
-// 2^x for x <= 0, to about a unit in the last place; 2^-126 below that.
-HWY_INLINE VF Exp2(VF x) {
-  const Floats df;
-  const Ints di;
-  x = hn::Max(x, hn::Set(df, -126.0f));
-  const auto whole = hn::NearestInt(x);
-  const VF f = hn::Sub(x, hn::ConvertTo(df, whole));  // [-0.5, 0.5]
-  VF sum = hn::Set(df, 1.5403530e-4f);                // ln(2)^k / k!, k = 6 to 0
-  for (const float factor : {1.3333558e-3f, 9.6181291e-3f, 5.5504109e-2f, 2.4022651e-1f, 6.9314718e-1f, 1.0f}) {
-    sum = hn::MulAdd(sum, f, hn::Set(df, factor));
-  }
-  return hn::Mul(sum, hn::BitCast(df, hn::ShiftLeft<23>(hn::Add(whole, hn::Set(di, 127)))));
-}
-
-// Where a bilinear sample lies along an axis: after which element, and how far.
-struct Place {
-  hn::Vec<Ints> element;
-  VF fraction;
-};
-
-// Of x >= 0.
-HWY_INLINE Place PlaceOf(VF x) {
-  const auto element = hn::ConvertTo(Ints(), x);
-  return {element, hn::Sub(x, hn::ConvertTo(Floats(), element))};
-}
-
-// Of 0.5 <= x < 2^22, in half of the instructions: a conversion minds overflow. The sum lies where floats are whole numbers, and
-// its low bits are one. A whole x may lie a fraction of 1 after the element before, which is the same sample.
-HWY_INLINE Place PlaceInWindow(VF x) {
-  constexpr float kWhole = 1 << 23;
-  const Floats df;
-  const Ints di;
-  const VF sum = hn::Add(x, hn::Set(df, kWhole - 0.5f));
-  return {hn::And(hn::BitCast(di, sum), hn::Set(di, (1 << 23) - 1)), hn::Sub(x, hn::Sub(sum, hn::Set(df, kWhole)))};
-}
-
-// Bilinear samples, of elements from `base`.
-HWY_INLINE VF Sample(const std::uint32_t* HWY_RESTRICT base, hn::Vec<Ints> stride, const Place& x, const Place& y) {
-  const Floats df;
-  const Ints di;
-  const Words dw;
-  const VF fx = x.fraction, fy = y.fraction;
-  const auto taps = hn::GatherIndex(dw, base, hn::Add(hn::Mul(y.element, stride), x.element));
-  const auto byte = hn::Set(dw, 0xFF);
-  const auto to_float = [&](hn::Vec<Words> v) HWY_ATTR { return hn::ConvertTo(df, hn::BitCast(di, v)); };
-  const VF p00 = to_float(hn::And(taps, byte));
-  const VF p10 = to_float(hn::And(hn::ShiftRight<8>(taps), byte));
-  const VF p01 = to_float(hn::And(hn::ShiftRight<16>(taps), byte));
-  const VF p11 = to_float(hn::ShiftRight<24>(taps));
-  const VF top = hn::MulAdd(fx, hn::Sub(p10, p00), p00);
-  const VF bottom = hn::MulAdd(fx, hn::Sub(p11, p01), p01);
-  return hn::MulAdd(fy, hn::Sub(bottom, top), top);
-}
-
-HWY_INLINE float SampleAt(const std::uint32_t* base, std::int64_t stride, float x, float y) {
-  const int column = static_cast<int>(x), row = static_cast<int>(y);
-  const float fx = x - column, fy = y - row;
-  const std::uint32_t taps = base[row * stride + column];
-  const float p00 = taps & 0xFF, p10 = taps >> 8 & 0xFF, p01 = taps >> 16 & 0xFF, p11 = taps >> 24;
-  const float top = p00 + fx * (p10 - p00), bottom = p01 + fx * (p11 - p01);
-  return top + fy * (bottom - top);
-}
 
 // Sums over samples of the reference.
 struct ReferenceSums {
@@ -202,65 +84,6 @@ void LoadPatch(const PackedImage& reference, const SimdWindow& window, float wei
   const ReferenceSums rest = SumReference(*patch, samples, window.end_of_sparse, padded);
   patch->sparse = MakeReference(sparse);
   patch->all = MakeReference({sparse.weight + rest.weight, sparse.sum + rest.sum, sparse.squares + rest.squares});
-}
-
-using Doubles = hn::ScalableTag<double>;
-using VD = hn::Vec<Doubles>;
-
-// The warps of the views from `first` on, as many as there are lanes. Returns a bit for each whose window lies inside the source
-// image: no corner falls outside or behind it.
-HWY_INLINE std::uint64_t MakeLocalWarps(const SimdSources& s, int first, const PlaneAtPoint& plane, float radius, LocalWarps* warps) {
-  const Doubles dd;
-  const hn::Rebind<float, Doubles> df;
-  const auto set = [&](double value) HWY_ATTR { return hn::Set(dd, value); };
-  const auto a = [&](int k) HWY_ATTR { return hn::Load(dd, s.a[k] + first); };
-  const auto b = [&](int k) HWY_ATTR { return hn::Load(dd, s.b[k] + first); };
-  const auto at_center = [&](int k) HWY_ATTR {
-    return hn::MulAdd(a(3 * k), set(plane.u),
-                      hn::MulAdd(a(3 * k + 1), set(plane.v), hn::MulAdd(b(k), set(plane.inverse_depth), a(3 * k + 2))));
-  };
-  const auto per_column = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_column), a(3 * k)); };
-  const auto per_row = [&](int k) HWY_ATTR { return hn::MulAdd(b(k), set(plane.per_row), a(3 * k + 1)); };
-  const VD hz = at_center(2), inverse = hn::Div(set(1), hz);
-  const VD su = hn::Mul(at_center(0), inverse), sv = hn::Mul(at_center(1), inverse);
-  const VD zx = per_column(2), zy = per_row(2);
-  const auto single = [&](VD value) HWY_ATTR { return hn::DemoteTo(df, hn::Mul(value, inverse)); };
-  const auto wx = single(zx), wy = single(zy);
-  const auto xx = single(hn::NegMulAdd(su, zx, per_column(0))), xy = single(hn::NegMulAdd(su, zy, per_row(0)));
-  const auto yx = single(hn::NegMulAdd(sv, zx, per_column(1))), yy = single(hn::NegMulAdd(sv, zy, per_row(1)));
-
-  auto inside = hn::Gt(hz, set(0));
-  auto x_min = hn::Zero(df), x_max = x_min, y_min = x_min, y_max = x_min;
-  for (int corner = 0; corner < 4; ++corner) {
-    const auto dx = hn::Set(df, corner & 1 ? radius : -radius), dy = hn::Set(df, corner & 2 ? radius : -radius);
-    const auto w = hn::MulAdd(wx, dx, hn::MulAdd(wy, dy, hn::Set(df, 1.0f)));
-    const auto r = hn::Div(hn::Set(df, 1.0f), w);
-    const auto x = hn::Mul(hn::MulAdd(xx, dx, hn::Mul(xy, dy)), r), y = hn::Mul(hn::MulAdd(yx, dx, hn::Mul(yy, dy)), r);
-    inside = hn::And(inside, hn::Gt(hn::PromoteTo(dd, w), set(0)));
-    x_min = hn::Min(x_min, x);
-    x_max = hn::Max(x_max, x);
-    y_min = hn::Min(y_min, y);
-    y_max = hn::Max(y_max, y);
-  }
-  const VD x = hn::Sub(su, set(0.5)), y = hn::Sub(sv, set(0.5));  // elements
-  const VD left = hn::Add(x, hn::PromoteTo(dd, x_min)), top = hn::Add(y, hn::PromoteTo(dd, y_min));
-  inside = hn::And(inside, hn::And(hn::Ge(left, set(0)), hn::Ge(top, set(0))));
-  inside = hn::And(inside, hn::Le(hn::Add(x, hn::PromoteTo(dd, x_max)), hn::Load(dd, s.last_column + first)));
-  inside = hn::And(inside, hn::Le(hn::Add(y, hn::PromoteTo(dd, y_max)), hn::Load(dd, s.last_row + first)));
-  const VD column = hn::Sub(hn::Trunc(left), set(1)), row = hn::Sub(hn::Trunc(top), set(1));
-  hn::Store(wx, df, warps->wx + first);
-  hn::Store(wy, df, warps->wy + first);
-  hn::Store(xx, df, warps->xx + first);
-  hn::Store(xy, df, warps->xy + first);
-  hn::Store(yx, df, warps->yx + first);
-  hn::Store(yy, df, warps->yy + first);
-  hn::Store(hn::DemoteTo(df, hn::Sub(x, column)), df, warps->x + first);
-  hn::Store(hn::DemoteTo(df, hn::Sub(y, row)), df, warps->y + first);
-  hn::Store(column, dd, warps->column + first);
-  hn::Store(row, dd, warps->row + first);
-  alignas(8) std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(dd, inside, bits);
-  return bits[0];
 }
 
 // A window's samples from `begin` to before `end`.
