@@ -1,6 +1,6 @@
 // The whole of patch_match_stereo: one task per stage and image, each begun when the maps that it reads are there.
 //
-//   estimate -> photometric maps -> filter -> measured maps -> infer -> filter -> geometric maps
+//   estimate -> photometric maps -> share, filter and judge -> measured maps -> infer and filter -> geometric maps
 //
 // A stage reads what the stage before made of an image and its sources, never what it makes itself, so results
 // depend neither on the order of the tasks nor on how many run at once. Where a run stopped, the next one
