@@ -77,6 +77,18 @@ TEST(NeighborPlanes, APlaneCountsAndNotItsDepthAlone) {
   EXPECT_EQ(counts(11, 10), kNumNeighbors - 1);
 }
 
+// Rows are counted by bands, which threads share: what lies in the next band is a neighbour as well.
+TEST(NeighborPlanes, TheBorderOfTwoBandsIsNone) {
+  constexpr int kRows = 150;
+  const RayModel rays{.fx = 20, .fy = 20, .cx = 10.5f, .cy = 75, .width = kSide, .height = kRows};
+  for (const int spacing : {1, 3}) {
+    ForNeighborCounts(rays, PlaneMap(kSide, kRows, {{0, 0, -1}, 3}), Mask(kSide, kRows, 255), Array2D<float>(kSide, kRows, 0.0f),
+                      spacing, [&](int y, const std::vector<std::int32_t>& counts) {
+                        if (y >= 2 * spacing && y < kRows - 2 * spacing) { EXPECT_EQ(counts[10], kNumNeighbors) << y; }
+                      });
+  }
+}
+
 // Only their counts are told, whatever else lies in their pieces of rows.
 TEST(NeighborPlanes, WantedPixelsAloneAreCounted) {
   constexpr int kWidth = 150;  // two pieces and a part

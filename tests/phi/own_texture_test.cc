@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 #include <vector>
 
@@ -40,6 +41,19 @@ TEST(OwnTexture, NeedsAnEighthOfASquaredGreyLevel) {
   EXPECT_EQ(KeptShare(Stripes(127)), 0);
   EXPECT_EQ(KeptShare(Stripes(128)), 0);
   EXPECT_EQ(KeptShare(Stripes(131)), 1);
+}
+
+// A spot of one pixel is smoothed to 3 x 3, and lies in the 5 x 5 around those up to three pixels away.
+TEST(OwnTexture, IsOfThePixelsAroundInBothDirections) {
+  GrayImage image(kSide, kSide, 100);
+  image(17, 22) = 200;
+  const Array2D<float> variance = FindOwnTexture(image, 0).variance;
+  for (int y = 5; y < kSide - 5; ++y) {
+    for (int x = 5; x < kSide - 5; ++x) {
+      const bool is_near = std::abs(x - 17) <= 3 && std::abs(y - 22) <= 3;
+      ASSERT_EQ(variance(x, y) > 0, is_near) << x << ", " << y;
+    }
+  }
 }
 
 // Variance 18 in 5 x 5 pixels, along either axis and across, but nothing that tells one place from the next.

@@ -27,6 +27,14 @@ TEST(Creases, AreWithinAFewPixelsOfAnotherRegion) {
   EXPECT_FALSE(IsAtCrease(walls, 1, 999, 99));
 }
 
+// Two places a direction are looked at, four and two pixels away.
+TEST(Creases, ANarrowRegionIsMetAtTheReachOrHalfOfIt) {
+  ImageRegions regions{Array2D<std::int32_t>(1000, 100, 0), 2};
+  for (int y = 0; y < 100; ++y) regions.region(500, y) = 1;
+  for (const int distance : {-4, -2, 2, 4}) EXPECT_TRUE(IsAtCrease(regions, 0, 500 + distance, 50)) << distance;
+  for (const int distance : {-5, -3, -1, 1, 3, 5}) EXPECT_FALSE(IsAtCrease(regions, 0, 500 + distance, 50)) << distance;
+}
+
 TEST(Creases, AThingsRimIsNone) {
   const ImageRegions walls = TwoWalls();
   EXPECT_FALSE(IsAtCrease(walls, 0, 497, 80));

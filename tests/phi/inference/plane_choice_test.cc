@@ -195,6 +195,22 @@ TEST(PlaneChoice, EachViewIsAWitness) {
   EXPECT_NEAR(choose().a, kWall.a, 1e-6);
 }
 
+// Once the shelf's cells are explained, nothing of the region's own lies on the wall, which the other view shows.
+TEST(PlaneChoice, OtherViewsAloneCarryNoSecondPlane) {
+  const SeenAgain scene(Planes{Own(kWall)}, 8);
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  const auto choose = [&](const std::vector<AnchorCell>& cells) {
+    return ChoosePlanes({cells, scene.spots, nullptr, scene.sources}, Planes{Own(kShelf)}, {}, limits).planes;
+  };
+  const std::vector<AnchorCell> shelf = CellsOn(kShelf, 0, 100, 100, 140);
+  EXPECT_NEAR(choose(shelf)[0].a, kShelf.a, 1e-6);
+  EXPECT_FALSE(choose(shelf)[1].IsThere());
+  const Planes with_own = choose(Both(shelf, CellsOn(kWall, 0, 40, 0, 10)));
+  EXPECT_NEAR(with_own[0].a, kShelf.a, 1e-6);
+  EXPECT_NEAR(with_own[1].a, kWall.a, 1e-6) << "with cells of its own it is";
+}
+
 // Both views' cells lie on the wall; the region's own plane goes past them by 0.2 %, within their tolerance.
 TEST(PlaneChoice, TheChosenPlaneIsFittedToTheCellsOfAllViews) {
   const SeenAgain scene(Planes{});
