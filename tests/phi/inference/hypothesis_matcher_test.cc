@@ -49,7 +49,7 @@ class HypothesisMatcherTest : public ::testing::Test {
  protected:
   HypothesisMatcherTest() : measured_(kWidth, kHeight) {
     const Pinhole pinhole{kWidth, kHeight, kFx, kFy, kCx, kCy};
-    for (std::size_t i = 0; i < 3; ++i) views_[i].camera.pinhole = pinhole;
+    for (SceneView& view : views_) view.camera.pinhole = pinhole;
     input_.reference = {&views_[0], Noise(0)};
     for (std::size_t j = 0; j < 2; ++j) {
       views_[j + 1].camera.pose.translation = {kShifts[j].x, kShifts[j].y, 0};
@@ -84,7 +84,7 @@ class HypothesisMatcherTest : public ::testing::Test {
     return 1 - (rs / n - r / n * s / n) / std::sqrt((rr / n - r / n * r / n) * (ss / n - s / n * s / n));
   }
 
-  SceneView views_[3];
+  SceneView views_[4];  // the last one stands where the reference does
   InferenceInput input_;
   PlaneMap measured_;
 };
@@ -130,6 +130,32 @@ TEST_F(HypothesisMatcherTest, AWindowThatLeavesTheSourceImageHasNoCost) {
     }
     ASSERT_GT(std::abs(leftmost - 0.5), 1e-3) << "too near the border to tell";
     EXPECT_EQ(Judge(matcher, x, 20).cost[0] == kMaxCost, leftmost < 0.5) << x << ", " << leftmost;
+  }
+}
+
+// A GPU has the scalar form. Everywhere, also where a window leaves either image on any side.
+TEST_F(HypothesisMatcherTest, TheScalarFormHasTheSameCosts) {
+  input_.sources.push_back({&views_[3], input_.sources[0].image});
+  const Hypotheses hypotheses(AllMeasured(measured_), Formulas::kPaper);
+  const HypothesisMatcher matcher(input_, hypotheses, StereoOptions(), Formulas::kRobust);
+  const HypothesisMatcher::Context context(matcher);
+  int num_outside[3] = {};
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      float costs[kMaxSourceViews];
+      context.Costs(context.LoadPatch(x, y), x, y, 0, costs);
+      for (int j = 0; j < 3; ++j) {
+        const GraySampler source{input_.sources[static_cast<std::size_t>(j)].image->view()};
+        const float scalar = HypothesisViewCost<GraySampler>(context.reference, {source, context.View(j)}, context.parameters.window,
+                                                             context.state.maps.inverse_depth[0], x, y);
+        ASSERT_NEAR(costs[j], scalar, 2e-4) << x << ", " << y << ", source " << j;
+        num_outside[j] += scalar == kMaxCost;
+      }
+    }
+  }
+  for (const int num : num_outside) {
+    EXPECT_GT(num, 500);
+    EXPECT_LT(num, kWidth * kHeight - 500);
   }
 }
 
