@@ -1,6 +1,7 @@
 # `cmake --install`, and a Debian package by `cpack` in the build folder.
 include(GNUInstallDirs)
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME program)
+install(TARGETS phimvs RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_BINDIR}")
 # The same stand-in named `colmap`, in a folder of its own: PATH=<prefix>/libexec/phimvs:$PATH makes programs use it.
 install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/phimvs" RENAME colmap)
@@ -11,7 +12,6 @@ install(PROGRAMS scripts/points_lost DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAM
 # Laid out as in the source, so that the README's links and pictures are there.
 install(FILES README.md CONTRIBUTING.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY docs DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-
 
 # Man page and completions, from the program's own descriptions.
 find_package(Python3 COMPONENTS Interpreter)
@@ -34,7 +34,7 @@ string(TIMESTAMP phimvs_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 configure_file(cmake/changelog.in "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog" @ONLY)
 execute_process(COMMAND gzip -9nf "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog")
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/debian/copyright" "${CMAKE_CURRENT_BINARY_DIR}/debian/changelog.gz"
-  DESTINATION "${CMAKE_INSTALL_DATADIR}/doc/phimvs")
+  DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(FILES cmake/lintian-overrides DESTINATION "${CMAKE_INSTALL_DATADIR}/lintian/overrides" RENAME phimvs)
 install(FILES CHANGELOG.md DESTINATION "${CMAKE_INSTALL_DOCDIR}" RENAME CHANGES.md)
 
