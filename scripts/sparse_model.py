@@ -3,8 +3,10 @@ import struct
 from pathlib import Path
 from typing import NamedTuple
 
-PARAMETERS = {"SIMPLE_PINHOLE": 3, "PINHOLE": 4, "SIMPLE_RADIAL": 4, "RADIAL": 5, "OPENCV": 8}
-MODELS = ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV")
+# COLMAP's camera models in the order of their numbers, and how many parameters they have.
+PARAMETERS = {"SIMPLE_PINHOLE": 3, "PINHOLE": 4, "SIMPLE_RADIAL": 4, "RADIAL": 5, "OPENCV": 8, "OPENCV_FISHEYE": 8, "FULL_OPENCV": 12,
+              "FOV": 5, "SIMPLE_RADIAL_FISHEYE": 4, "RADIAL_FISHEYE": 5, "THIN_PRISM_FISHEYE": 12}
+MODELS = tuple(PARAMETERS)
 
 
 class Camera(NamedTuple):
@@ -121,3 +123,21 @@ def write_text(folder, cameras, images, points):
         join(v for o in i.observations for v in o) + "\n" for i in images))
     (folder / "points3D.txt").write_text("# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[]\n" + "".join(
         join((p.id, *p.xyz, *p.rgb, p.error, *(v for t in p.track for v in t))) + "\n" for p in points))
+
+
+def write_binary(folder, cameras, images, points):
+    """Every COLMAP reads it; of rigs and frames COLMAP 4 makes one for each camera then."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pack = lambda form, *values: struct.pack("<" + form, *values)
+    parts = [pack("Q", len(cameras))]
+    parts += [pack(f"iiQQ{len(c.parameters)}d", c.id, MODELS.index(c.model), c.width, c.height, *c.parameters) for c in cameras]
+    (folder / "cameras.bin").write_bytes(b"".join(parts))
+    parts = [pack("Q", len(images))]
+    for i in images:
+        parts.append(pack("i7di", i.id, *i.quaternion, *i.translation, i.camera_id) + i.name.encode() + b"\0")
+        parts.append(pack("Q", len(i.observations)) + b"".join(pack("ddq", *o) for o in i.observations))
+    (folder / "images.bin").write_bytes(b"".join(parts))
+    parts = [pack("Q", len(points))]
+    for p in points:
+        parts.append(pack("QdddBBBdQ", p.id, *p.xyz, *p.rgb, p.error, len(p.track)) + b"".join(pack("ii", *t) for t in p.track))
+    (folder / "points3D.bin").write_bytes(b"".join(parts))
