@@ -34,10 +34,10 @@ PHI_WIDE_VECTORS void FindPlanes(const RayModel rays, int y, std::ptrdiff_t widt
     const float facing = Dot(normal, rays.Ray(static_cast<float>(static_cast<int>(x)) + 0.5f, static_cast<float>(y) + 0.5f));
     const float depth = value[x], inverse = 1 / depth;
     const float right = inverse * normal.x / (facing * rays.fx), down = inverse * normal.y / (facing * rays.fy);
-    const bool has_depth = depth > 0, is_grazing = facing >= -kMinRayCosine;
+    const bool has_depth = depth > 0, is_grazing = facing >= -kMinRayCosine, has_slope = has_depth & !is_grazing;
     value[x] = has_depth ? inverse : 0;
-    slope_x[x] = has_depth & !is_grazing ? right : 0;
-    slope_y[x] = has_depth & !is_grazing ? down : 0;
+    slope_x[x] = has_slope ? right : 0;
+    slope_y[x] = has_slope ? down : 0;
   }
 }
 

@@ -41,8 +41,8 @@ using BrightnessSums = Array2D<std::uint16_t>;
 
 // Whether no step of brightness leads from a pixel to any of its neighbours. No short circuit, so that loops become vector instructions.
 inline std::uint8_t IsEven(int own, int above, int below, int left, int right, int max_step) {
-  const auto alike = [&](int other) { return std::abs(own - other) <= max_step; };
-  return alike(above) & alike(below) & alike(left) & alike(right) ? 255 : 0;
+  const auto alike = [&](int other) -> int { return std::abs(own - other) <= max_step; };
+  return (alike(above) & alike(below) & alike(left) & alike(right)) != 0 ? 255 : 0;
 }
 
 // A row and those beside it.
