@@ -103,8 +103,8 @@ class MapReader {
   template <typename Consume>
   void ReadThinnedChannel(int channel, const ThinnedSize& size, const Consume& consume) {
     for (int y = 0; y < size.height; ++y) {
-      ReadRows(channel, NearestColumn(y, size.height, size_.height), 1, &row_);
-      for (int x = 0; x < size.width; ++x) consume(x, y, row_[NearestColumn(x, size.width, size_.width)]);
+      ReadRows(channel, NearestPixel(y, size.height, size_.height), 1, &row_);
+      for (int x = 0; x < size.width; ++x) consume(x, y, row_[NearestPixel(x, size.width, size_.width)]);
     }
   }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "colmap_ext/thinning.h"
+
 namespace colmap_ext {
 namespace {
 
@@ -41,9 +43,9 @@ MapAccuracy Compare(const phi::Array2D<T>& map, const phi::Array2D<T>& truth, do
                     IsValid is_valid, ErrorOf error) {
   MapAccuracy accuracy;
   for (int y = 0; y < map.height(); ++y) {
-    const int true_y = static_cast<int>((y + 0.5) * truth.height() / map.height());
+    const int true_y = NearestPixel(y, map.height(), truth.height());
     for (int x = 0; x < map.width(); ++x) {
-      const T& expected = truth(static_cast<int>((x + 0.5) * truth.width() / map.width()), true_y);
+      const T& expected = truth(NearestPixel(x, map.width(), truth.width()), true_y);
       if (!is_valid(expected)) continue;
       ++accuracy.num_truth;
       if (!is_valid(map(x, y))) continue;

@@ -1,8 +1,9 @@
-// Maps thinned to a picture's size without blending across edges: each of its pixels is the map's nearest one.
+// Maps and masks at other sizes without blending across edges: each pixel is the nearest one.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace colmap_ext {
 
@@ -16,7 +17,9 @@ inline ThinnedSize FittingSize(int width, int height, int longest_side) {
   return {std::max(1, static_cast<int>(std::lround(width * scale))), std::max(1, static_cast<int>(std::lround(height * scale)))};
 }
 
-// The column (or row) of `full` that is nearest to column i of `thinned`.
-inline int NearestColumn(int i, int thinned, int full) { return static_cast<int>((i + 0.5) * full / thinned); }
+// Of an image whose side is `other` pixels, the column or row that the middle of column or row `i` of one of `side` pixels falls into.
+inline int NearestPixel(int i, int side, int other) {
+  return static_cast<int>((std::int64_t{2} * i + 1) * other / (std::int64_t{2} * side));
+}
 
 }  // namespace colmap_ext

@@ -15,17 +15,13 @@
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
+#include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Column or row of the source whose pixel holds the centre of pixel `i` of the target.
-int SourceIndex(int i, int target_size, int source_size) {
-  return static_cast<int>((std::int64_t{2} * i + 1) * source_size / (2 * target_size));
-}
 
 // function(begin, end) for rows of a map, side by side: where there are more cores than images, one image would be waited for.
 template <typename Function>
@@ -39,10 +35,10 @@ void ForRows(int height, const Function& function) {
 template <typename Function>
 void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& function) {
   std::vector<int> columns(static_cast<std::size_t>(map->width()));
-  for (int x = 0; x < map->width(); ++x) columns[static_cast<std::size_t>(x)] = SourceIndex(x, map->width(), mask.width());
+  for (int x = 0; x < map->width(); ++x) columns[static_cast<std::size_t>(x)] = NearestPixel(x, map->width(), mask.width());
   ForRows(map->height(), [&](int begin, int end) {
     for (int y = begin; y < end; ++y) {
-      const std::uint8_t* values = &mask(0, SourceIndex(y, map->height(), mask.height()));
+      const std::uint8_t* values = &mask(0, NearestPixel(y, map->height(), mask.height()));
       phi::FusionPixel* pixels = &(*map)(0, y);
       for (std::size_t x = 0; x < columns.size(); ++x) function(values[columns[x]], pixels[x]);
     }
@@ -151,10 +147,10 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
 void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const {
   const MapSize source = handed.map != nullptr ? MapSize{handed.map->width(), handed.map->height(), 1} : ReadSize(image);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
-  const auto source_row = [&](int y) { return SourceIndex(y, map->height(), source.height); };
+  const auto source_row = [&](int y) { return NearestPixel(y, map->height(), source.height); };
   const auto add_row = [&](int y, const auto& plane_at) {
     for (int x = 0; x < map->width(); ++x) {
-      const int source_x = map->width() == source.width ? x : SourceIndex(x, map->width(), source.width);
+      const int source_x = map->width() == source.width ? x : NearestPixel(x, map->width(), source.width);
       const phi::PlaneHypothesis plane = plane_at(source_x);
       if (!(plane.depth > 0) || !std::isfinite(plane.depth)) continue;
       phi::FusionPixel& pixel = (*map)(x, y);

@@ -31,8 +31,8 @@ cv::Mat Paint(const Map& map, int longest_side, int type, Colour colour) {
   const auto [width, height] = FittingSize(map.width(), map.height(), longest_side);
   cv::Mat picture(height, width, type);
   for (int y = 0; y < height; ++y) {
-    const int my = NearestColumn(y, height, map.height());
-    for (int x = 0; x < width; ++x) picture.at<Pixel>(y, x) = colour(NearestColumn(x, width, map.width()), my);
+    const int my = NearestPixel(y, height, map.height());
+    for (int x = 0; x < width; ++x) picture.at<Pixel>(y, x) = colour(NearestPixel(x, width, map.width()), my);
   }
   return picture;
 }
@@ -83,9 +83,8 @@ std::string MaskPicture(const phi::Mask& mask, int longest_side) {
 std::string DifferencePicture(const phi::Array2D<float>& depth, const phi::Array2D<float>& other,
                               int longest_side) {
   const cv::Mat levels = Paint<std::uint8_t>(depth, longest_side, CV_8UC1, [&](int x, int y) -> std::uint8_t {
-    const int ox = static_cast<int>((x + 0.5) * other.width() / depth.width());
-    const int oy = static_cast<int>((y + 0.5) * other.height() / depth.height());
-    const float d = depth(x, y), g = other(ox, oy);
+    const float d = depth(x, y);
+    const float g = other(NearestPixel(x, depth.width(), other.width()), NearestPixel(y, depth.height(), other.height()));
     return d > 0 && g > 0 ? Level(std::abs(d - g) / g / kMaxRelativeDifference) : 0;
   });
   return DataUri(Coloured(levels, cv::COLORMAP_VIRIDIS, cv::Scalar::all(128)), false);
