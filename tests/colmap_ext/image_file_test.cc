@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
@@ -53,6 +54,28 @@ TEST(ImageSize, IsToldBeforeAnythingIsDecoded) {
   }
 }
 
+// Huffman tables come after the frame header from most encoders, and may come before it; their marker is among those of frames.
+TEST(ImageSize, IsTheFrameHeadersWhateverComesBeforeIt) {
+  const TemporaryFolder folder;
+  WriteGrayImage(folder / "a.jpg", Gradient(37, 21));
+  const std::string bytes = ReadBytes(folder / "a.jpg");
+  std::string tables, others;
+  std::size_t at = 2;
+  while (bytes[at + 1] != '\xDA') {
+    const std::size_t length = 2u + (static_cast<std::uint8_t>(bytes[at + 2]) << 8 | static_cast<std::uint8_t>(bytes[at + 3]));
+    (bytes[at + 1] == '\xC4' ? tables : others) += bytes.substr(at, length);
+    at += length;
+  }
+  ASSERT_FALSE(tables.empty());
+  WriteBytes(folder / "b.jpg", bytes.substr(0, 2) + tables + others + bytes.substr(at));
+  const phi::GrayImage image = ReadGrayImage(folder / "b.jpg", [](std::size_t width, std::size_t height) {
+    EXPECT_EQ(width, 37u);
+    EXPECT_EQ(height, 21u);
+  });
+  const phi::GrayImage expected = ReadGrayImage(folder / "a.jpg");
+  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), image.begin()));
+}
+
 // Decoders of other formats are not asked: DICOM's, which OpenCV may hold, ends the process on these 151 bytes.
 TEST(ImageFile, OtherFormatsThanPhotosAreRefused) {
   const TemporaryFolder folder;
@@ -75,6 +98,7 @@ std::string WithExifOrientation(const std::string& jpeg) {
   std::string exif = std::string("Exif\0\0", 6) + "II" + std::string("\x2A\0\x08\0\0\0", 6);
   exif +=
       std::string("\x01\0", 2) + std::string("\x12\x01\x03\0\x01\0\0\0\x06\0\0\0", 12) + std::string(4, '\0');
+  exif += std::string(300, 'm');  // a maker's note: the segment's length takes both bytes
   exif += "\xFF\xD8thumbnail\xFF\xD9";
   const std::size_t length = exif.size() + 2;
   const std::string segment =

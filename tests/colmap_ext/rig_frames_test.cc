@@ -101,6 +101,15 @@ TEST_F(RigFramesTest, ThatTellTheImagesPosesAreNotTold) {
   EXPECT_EQ(Warning(), "");
 }
 
+// As COLMAP reads them, which makes them unit ones.
+TEST_F(RigFramesTest, QuaternionsNeedNotBeOfUnitLength) {
+  WriteText();
+  const Eigen::Quaterniond q(frame_b_.rotation()), twice(2 * q.w(), 2 * q.x(), 2 * q.y(), 2 * q.z());
+  WriteBytes(folder_ / "sparse/frames.txt", "1 7 " + Text(frame_a_) + "2 IMU 1 4 CAMERA 1 4\n2 7 " +
+                                                Pose(true, twice, frame_b_.translation()) + "2 CAMERA 1 5 CAMERA 2 6\n");
+  EXPECT_EQ(Warning(), "");
+}
+
 TEST_F(RigFramesTest, ThatTellOtherPosesAreTold) {
   for (const bool is_binary : {true, false}) {
     fs::remove_all(folder_ / "sparse");

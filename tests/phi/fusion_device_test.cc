@@ -14,6 +14,7 @@ class ScalarDevice : public FusionDevice {
  public:
   int num_calls = 0, num_forgotten = 0;
   int first_failing_call = 1 << 30;
+  FusionGates gates;  // of the last call
 
   void Load(ArrayView2D<const FusionPixel>) override {}
   void Forget(ArrayView2D<const FusionPixel>) override { ++num_forgotten; }
@@ -31,6 +32,7 @@ class ScalarDevice : public FusionDevice {
         : device_(device), map_(map), rays_(rays), neighbors_(std::move(neighbors)) {}
 
     DecidedPixels Decide(const FusionGates& gates, const std::vector<std::uint32_t>& pixels) override {
+      device_->gates = gates;
       if (device_->num_calls++ >= device_->first_failing_call) throw ResourceError("fusion: the device has failed");
       DecidedPixels decided;
       for (const std::uint32_t number : pixels) {
@@ -93,6 +95,21 @@ TEST_F(FusionDeviceTest, TheHostGoesOnWhereItFails) {
   ExpectTheHostsBytes({}, nullptr);
   EXPECT_GT(device_.num_calls, 5);
   EXPECT_EQ(device_.num_forgotten, static_cast<int>(scene_.views.size()));
+}
+
+TEST_F(FusionDeviceTest, RulesScaleTheGates) {
+  FusionOptions options;
+  options.method.rules.Set(Rule::kRayAgreement, 2);
+  options.method.rules.Set(Rule::kConflicts, 3);
+  options.method.rules.Set(Rule::kCover, 0.5f);
+  options.method.rules.Set(Rule::kCloudHoles, 0);  // the last call's gates are the first's
+  ExpectTheHostsBytes(options, nullptr);
+  EXPECT_FLOAT_EQ(device_.gates.min_ray_cosine, 2 * kMinRayCosine);
+  EXPECT_FLOAT_EQ(device_.gates.hopeless_factor, 2 * kHopelessFactor);
+  EXPECT_FLOAT_EQ(device_.gates.seen_through_factor, 3 * kSeenThroughFactor);
+  EXPECT_FLOAT_EQ(device_.gates.cover_factor, 0.5f * kCoverFactor);
+  EXPECT_FLOAT_EQ(device_.gates.max_coarsening, 0.5f * kMaxCoarsening);
+  EXPECT_FLOAT_EQ(device_.gates.min_slant_cosine, 0.5f * kMinSlantCosine);
 }
 
 }  // namespace

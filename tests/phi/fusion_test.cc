@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <vector>
 
@@ -52,6 +54,28 @@ TEST(PackedNormal, KeepsDirectionsOfTheWholeSphere) {
       EXPECT_NEAR(Norm(back), 1, 1e-6);
       EXPECT_LT(Norm(back - n), 1e-4) << theta << " " << phi;  // 0.006 degrees
     }
+  }
+}
+
+// The widest of the angles at which the agreeing images see a point with the reference, by the cameras' places.
+TEST(Fusion, APointsTermsKnowTheWidestAngle) {
+  const RenderedScene scene = PlaneScene({.num_views = 4});
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  FusionOptions options;
+  options.keeps_terms = true;
+  ImageFuser fuser = MakeFuser(scene, 0, options, &maps);
+  const FusedBlock block = fuser.FuseRows(20, 100);
+  ASSERT_GT(block.points.size(), 5000u);
+  ASSERT_EQ(block.terms.size(), block.points.size());
+  const auto ray = [&](std::uint32_t view, const Eigen::Vector3d& x) { return (x - scene.views[view].camera.pose.Center()).normalized(); };
+  const std::uint32_t* views = block.views.data();
+  for (std::size_t i = 0; i < block.points.size(); views += block.view_counts[i++]) {
+    const Eigen::Vector3d x = Position(block.points[i]);
+    double widest = 0;
+    for (std::uint32_t k = 1; k < block.view_counts[i]; ++k) {
+      widest = std::max(widest, std::acos(ray(views[0], x).dot(ray(views[k], x))) * 180 / M_PI);
+    }
+    ASSERT_NEAR(block.terms[i][kPointAngle], std::log2(0.3 + widest), 0.01) << i;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/support/scene_fusers.h"
 
@@ -109,6 +110,24 @@ TEST(PaperFusion, OnlyTheDistanceCounts) {
   // At the image's centre the distance is that of the depths; towards the corners the rays lengthen it.
   EXPECT_GT(num_merged(4 * 1.0099f), 0u);
   EXPECT_EQ(num_merged(4 * 1.0101f), 0u);
+}
+
+// Of the depth, not of the distance from the camera: at the corners of a wide image the same difference of depths is too much.
+TEST(PaperFusion, TheToleranceIsAShareOfTheDepth) {
+  RenderedScene scene = PlaneScene({.focal = 80, .num_views = 2}, {0, 0, -1});
+  scene.views[1].camera = scene.views[0].camera;
+  std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionPixel& pixel : maps[0]) pixel = {4, PackNormal({0, 0, -1}), {0, 0, 0}, 0};
+  for (FusionPixel& pixel : maps[1]) pixel = {4 * 1.009f, PackNormal({0, 0, -1}), {0, 0, 0}, 0};
+  Fuse(scene, 0, &maps);
+  const RayModel rays = MakeRayModel(scene.views[0].camera.pinhole);
+  for (int y = 0; y < maps[1].height(); ++y) {
+    for (int x = 0; x < maps[1].width(); ++x) {
+      const float length = Norm(rays.Ray(x + 0.5f, y + 0.5f));
+      if (std::abs(0.009f * length - 0.01f) < 1e-5f) continue;
+      ASSERT_EQ((maps[1](x, y).flags & FusionPixel::kMerged) != 0, 0.009f * length < 0.01f) << x << ", " << y;
+    }
+  }
 }
 
 }  // namespace

@@ -231,6 +231,17 @@ TEST(ViewSelection, TakesWeakViewsWhenThereAreNoOthers) {
   EXPECT_EQ(Ids(views, ViewSelector(views, scene, options).Select(0, 8)), (std::vector<std::uint32_t>{3}));
 }
 
+// A weak view has a tenth of the bound at least, 0.1 degrees: at 10 units a baseline of 0.01745, at the half of them, where the
+// cameras alone look too, half of that.
+TEST(ViewSelection, AViewFromTheSamePlaceIsNotEvenAWeakOne) {
+  for (const auto& [baseline, num] : {std::pair{0.008, 0u}, {0.019, 1u}}) {
+    const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {baseline, 0, 0})};
+    SparseScene scene = EmptyScene(views);
+    for (int k = 0; k < 20; ++k) AddPoint({0, 1}, {baseline / 2, 0.001 * k, 10}, &scene);
+    EXPECT_EQ(ViewSelector(views, scene, {}).Select(0, 8).size(), num) << baseline;
+  }
+}
+
 // The paper has Eq. 2 and 3 and nothing for images that they leave without source views.
 TEST(ViewSelection, ThePaperTakesNoWeakViews) {
   const std::vector<SceneView> views = {MakeView(1, {0, 0, 0}), MakeView(2, {0.1, 0, 0}),

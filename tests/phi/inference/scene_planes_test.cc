@@ -120,6 +120,38 @@ TEST(ScenePlanes, WhatOneOtherViewAloneMeasuredCarriesNone) {
   EXPECT_GT(room.ErrorOf(kWall, room.Planes()), 0.02);
 }
 
+// Two sources that look past the reference image, from a step to its sides: what is measured there, up to half a side away, carries
+// planes too. Part: of the reference's image plane, pixels.
+TEST(ScenePlanes, WhatLiesBesideTheImageCarriesThemUpToHalfASideAway) {
+  struct Part {
+    int u, v, width, height;
+  };
+  const auto error = [](const Part& part) {
+    RoomScene room;
+    const double aside[2] = {0.1, -0.1};
+    for (int i = 0; i < 2; ++i) {
+      room.sources[i] = test_support::CenteredView(room.sources[i].image_id, part.width, part.height, 300);
+      Camera& camera = room.sources[i].camera;
+      camera.pinhole.cx = 160 - part.u;
+      camera.pinhole.cy = 120 - part.v;
+      camera.pose.translation = {-aside[i], 0, 0};
+      DepthMap depths(part.width, part.height);
+      for (int y = 0; y < part.height; ++y) {
+        for (int x = 0; x < part.width; ++x) depths(x, y) = static_cast<float>(1 / kWall.InverseDepth(camera, x + 0.5, y + 0.5));
+      }
+      room.source_depths[i] = std::make_shared<MeasuredDepths>(AllMeasured(depths));
+    }
+    return room.ErrorOf(kWall, room.Planes());
+  };
+  // Right, below, left, above; then as far again.
+  for (const Part& part : {Part{330, 20, 140, 200}, {20, 250, 280, 100}, {-150, 20, 140, 200}, {20, -110, 280, 100}}) {
+    EXPECT_LT(error(part), 1e-3) << part.u << ", " << part.v;
+  }
+  for (const Part& part : {Part{500, 20, 140, 200}, {20, 380, 280, 100}, {-320, 20, 140, 200}, {20, -240, 280, 100}}) {
+    EXPECT_GT(error(part), 0.02) << part.u << ", " << part.v;
+  }
+}
+
 TEST(ScenePlanes, AreTheSameForAnyNumberOfThreads) {
   const RoomScene room;
   const std::vector<ImagePlane> many = room.Planes();
