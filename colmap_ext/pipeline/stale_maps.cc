@@ -26,7 +26,7 @@ struct Images {
 
 // Those of which the last run could not make these maps, or what they are made of: a shard notes nothing of the stages after that.
 std::set<std::string> FailedImages(const RunRecord& record, std::string_view kind) {
-  constexpr std::string_view kChain[] = {kRaw, kPhotometric, kMeasured, kGeometric};
+  constexpr std::string_view kChain[] = {kRaw, kPhotometric, kShared, kMeasured, kInferred, kGeometric};
   const auto end = std::find(std::begin(kChain), std::end(kChain), kind);
   std::set<std::string> images;
   for (const auto& [task, known] : record.Tasks()) {

@@ -272,6 +272,30 @@ TEST_F(ShardPipelineTest, MapsOfAnImageThatFailedSinceAreNamed) {
   EXPECT_THAT(described(kGeometric), ::testing::IsEmpty());
 }
 
+// A shard notes what fails on the way to a map, also where a run without shards has no file of it.
+TEST_F(ShardPipelineTest, MapsThatALaterStageCouldNotMakeAgainAreNamed) {
+  const auto run_all = [&] {
+    for (const char* stage : {"photometric", "shared", "measured", "inferred", "geometric"}) {
+      for (const int shard : {0, 1}) RunShard(shard, 2, stage);
+    }
+  };
+  for (const char* failing : {"share", "infer"}) {
+    fs::remove_all(folder_ / "stereo");
+    test_support::WriteNoiseWorkspace(folder_.path(), {.num_images = kNumImages});
+    calls_.on_call = nullptr;
+    run_all();
+    calls_.on_call = [&](const std::string& stage, const std::string& image) {
+      if (stage == failing && image == names_[0]) throw phi::InputError("image " + image + ": damaged");
+    };
+    ++options_.stereo.seed;
+    run_all();
+    EXPECT_THAT(DescribeStaleMaps(Workspace({.path = folder_.path()}), kGeometric),
+                ::testing::ElementsAre(HasSubstr("1 of 6 geometric maps, " + names_[0] +
+                                                 " the first, are of an earlier run, since their images failed")))
+        << failing;
+  }
+}
+
 TEST_F(ShardPipelineTest, StatusCountsWhatIsLeft) {
   RunShard(0, 3, "photometric");
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
