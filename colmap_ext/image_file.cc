@@ -50,6 +50,8 @@ std::size_t BigEndian(const Bytes& bytes, std::size_t at, int num_bytes) {
 
 bool IsJpeg(const Bytes& bytes) { return bytes.size() >= 4 && bytes[0] == 0xFF && bytes[1] == 0xD8; }
 
+constexpr std::uint8_t kStartOfScan = 0xDA;
+
 constexpr std::size_t kPngHeaderBytes = 25;  // up to the bits of a channel
 
 bool IsPng(const Bytes& bytes) {
@@ -61,41 +63,42 @@ struct ImageSize {
   std::size_t width = 0, height = 0;
 };
 
+// The place behind the segments of a JPEG's header, or that of the one where stops(marker, place) ends the walk.
+template <typename Stops>
+std::size_t WalkSegments(const Bytes& bytes, const Stops& stops) {
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xFF) {
+    if (bytes[at + 1] == 0xFF) {
+      ++at;  // fill byte
+      continue;
+    }
+    if (stops(bytes[at + 1], at)) break;
+    at += 2 + BigEndian(bytes, at + 2, 2);
+  }
+  return at;
+}
+
 // From the header of a PNG or a JPEG; nothing where the decoder has to find out. A small file can announce an image of
 // gigabytes.
 std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
   if (IsPng(bytes)) return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
   if (!IsJpeg(bytes)) return {};
-  for (std::size_t at = 2; at + 9 <= bytes.size() && bytes[at] == 0xFF;) {
-    const std::uint8_t marker = bytes[at + 1];
-    if (marker == 0xFF) {
-      ++at;  // fill byte
-      continue;
-    }
+  std::optional<ImageSize> size;
+  WalkSegments(bytes, [&](std::uint8_t marker, std::size_t at) {
     // Frame headers; of the codes in their range these three are others.
-    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
-      return ImageSize{BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2)};
-    }
-    at += 2 + BigEndian(bytes, at + 2, 2);
-  }
-  return {};
+    const bool is_frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (is_frame && at + 9 <= bytes.size()) size = ImageSize{BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2)};
+    return is_frame;
+  });
+  return size;
 }
 
 // JPEG decoders fill up what is missing with gray and say nothing, so look for the end marker ourselves:
 // within compressed data a byte 0xFF is never followed by 0xD9.
 bool IsTruncatedJpeg(const Bytes& bytes) {
   if (!IsJpeg(bytes)) return false;
-  std::size_t at = 2;
-  // Walk the header's segments, since a thumbnail within one has an end marker of its own.
-  while (at + 4 <= bytes.size() && bytes[at] == 0xFF) {
-    if (bytes[at + 1] == 0xFF) {
-      ++at;  // fill byte
-      continue;
-    }
-    const bool starts_scan = bytes[at + 1] == 0xDA;
-    at += 2 + (std::size_t{bytes[at + 2]} << 8 | bytes[at + 3]);
-    if (starts_scan) break;
-  }
+  // Behind the header's segments, since a thumbnail within one has an end marker of its own.
+  const std::size_t at = WalkSegments(bytes, [](std::uint8_t marker, std::size_t) { return marker == kStartOfScan; });
   if (at >= bytes.size()) return true;
   const std::uint8_t end_marker[] = {0xFF, 0xD9};
   return std::search(bytes.begin() + at, bytes.end(), std::begin(end_marker), std::end(end_marker)) ==
