@@ -15,6 +15,7 @@
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
+#include "colmap_ext/pipeline/shard_scope.h"
 #include "colmap_ext/pipeline/stereo_pipeline.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "colmap_ext/rig_frames.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "colmap_ext/fusion/handed_maps.h"
-#include "colmap_ext/pipeline/shard.h"
+#include "colmap_ext/pipeline/shard_scope.h"
 #include "colmap_ext/pipeline/stage_runner.h"
 
 namespace colmap_ext {
@@ -81,10 +81,5 @@ class StereoPipeline {
   bool had_work_ = false;  // some last map was to be made when the run began
   std::vector<std::vector<char>> files_whole_;  // by stage and job of the scope, when the run began
 };
-
-// Of a run; of a shard every stage has files, since other processes read its results.
-std::vector<Stage> StagesOf(const PipelineOptions& options, const Shard& shard);
-// Throws phi::UsageError where there is no such stage.
-PlanScope ScopeOf(const std::vector<Stage>& stages, const Shard& shard, int num_jobs);
 
 }  // namespace colmap_ext
