@@ -6,11 +6,14 @@
 #include <cstdio>
 #include <string>
 
+#include "phi/base/c_locale.h"
+
 namespace colmap_ext {
 
-// Longer texts are cut.
+// Longer texts are cut. Decimal points, whatever the locale.
 template <typename... Values>
 std::string FormatText(const char* format, Values... values) {
+  const phi::CLocaleScope points_not_commas;
   char text[512];
   std::snprintf(text, sizeof(text), format, values...);
   return text;

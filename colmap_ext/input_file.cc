@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <locale>
 #include <string>
 #include <system_error>
 
@@ -11,6 +12,7 @@ namespace colmap_ext {
 
 std::ifstream OpenRegularFile(const std::filesystem::path& path) {
   std::ifstream file;
+  file.imbue(std::locale::classic());  // a caller may have set one of decimal commas
   std::error_code unreachable;
   if (!std::filesystem::is_regular_file(path, unreachable)) {
     file.setstate(std::ios::failbit);

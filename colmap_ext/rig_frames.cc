@@ -6,13 +6,13 @@
 #include <iterator>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include <Eigen/Geometry>
 
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -59,9 +59,9 @@ class TextRecords {
 
   bool Next() {
     for (std::string line; std::getline(content_, line);) {
-      line_ = std::istringstream(line);
+      line_ = TextInput(line);
       const int first = (line_ >> std::ws).peek();
-      if (first != std::istringstream::traits_type::eof() && first != '#') return true;
+      if (first != TextInput::traits_type::eof() && first != '#') return true;
     }
     return false;
   }
@@ -78,7 +78,7 @@ class TextRecords {
   bool Flag() { return Number<int>() != 0; }
 
  private:
-  std::istringstream content_, line_;
+  TextInput content_, line_;
 };
 
 // A sensor of a rig, and its pose where it is known. The reference sensor's is the rig's own.

@@ -7,6 +7,7 @@
 #include "cuda/calls_on_gpu.h"
 #include "cuda/fetch_rate.h"
 #include "cuda/self_test.h"
+#include "phi/base/c_locale.h"
 #include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #include "phi/working_backends.h"
@@ -97,6 +98,7 @@ class CudaBackend : public Backend {
  private:
   void LogTimes() const {
     if (GetLogLevel() < LogLevel::kDebug) return;  // the rate of bare fetches would be measured for nothing
+    const CLocaleScope points_not_commas;
     for (const DeviceStageTime& time : DeviceStageTimes()) {
       char text[160];
       std::snprintf(text, sizeof(text), ": %s of %d images, %.4f s of device time each", time.stage.c_str(),

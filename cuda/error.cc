@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "phi/base/c_locale.h"
+
 namespace phi::gpu {
 namespace {
 
@@ -10,6 +12,7 @@ constexpr char kRemedy[] =
     "GPU, or run with --PhiStereo.backend cpu";
 
 std::string Megabytes(std::size_t bytes) {
+  const CLocaleScope points_not_commas;
   char text[32];
   std::snprintf(text, sizeof(text), "%.1f MB", static_cast<double>(bytes) / 1e6);
   return text;

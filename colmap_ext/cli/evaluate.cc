@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <sstream>
 #include <thread>
 
 #include "colmap_ext/atomic_file.h"
@@ -14,6 +13,7 @@
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
 #include "colmap_ext/progress.h"
+#include "colmap_ext/text_stream.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
@@ -89,9 +89,9 @@ void AddMapOptions(OptionParser& parser, EvaluateOptions& o) {
 
 std::vector<double> ParseNumbers(const std::string& text, const std::string& option) {
   std::vector<double> numbers;
-  std::istringstream stream(text);
+  TextInput stream(text);
   for (std::string word; std::getline(stream, word, ',');) {
-    std::istringstream number(word);
+    TextInput number(word);
     double value = 0;
     if (!(number >> value) || !(number >> std::ws).eof()) {
       throw phi::UsageError("--" + option + " must be numbers separated by commas, not '" + text + "'");

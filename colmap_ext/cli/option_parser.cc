@@ -13,6 +13,7 @@
 #include "colmap_ext/config_lines.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/terminal.h"
+#include "phi/base/c_locale.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 
@@ -60,7 +61,7 @@ bool SameValue(const std::string& a, const std::string& b) {
   char* end_a = nullptr;
   char* end_b = nullptr;
   const std::string ta = as_bool(a), tb = as_bool(b);
-  const double va = std::strtod(ta.c_str(), &end_a), vb = std::strtod(tb.c_str(), &end_b);
+  const double va = phi::ParseDouble(ta, &end_a), vb = phi::ParseDouble(tb, &end_b);
   if (ta.empty() || tb.empty() || *end_a != 0 || *end_b != 0) return false;
   return std::abs(va - vb) <= 1e-6 * std::max(std::abs(va), std::abs(vb));
 }

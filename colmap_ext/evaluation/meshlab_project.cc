@@ -5,10 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
-#include <sstream>
 #include <string_view>
 
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -57,7 +57,7 @@ std::optional<std::string_view> Between(std::string_view text, std::string_view 
 void ReadMatrix(std::string_view part, const std::filesystem::path& project, MeshLabLayer* layer) {
   const auto text = Between(part, "<MLMatrix44>", "</MLMatrix44>");
   if (!text) return;
-  std::istringstream numbers{std::string(*text)};
+  TextInput numbers{std::string(*text)};
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) numbers >> layer->world_from_layer(row, column);
   }

@@ -7,11 +7,12 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/text_stream.h"
+#include "phi/base/c_locale.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -106,7 +107,7 @@ std::int64_t ToIndex(double value) {
 }
 
 // "property float x" or "property list uchar int vertex_indices"; false when it is neither.
-bool ParseProperty(std::istringstream& line, PlyProperty& property) {
+bool ParseProperty(TextInput& line, PlyProperty& property) {
   std::string type;
   line >> type;
   if (type == "list") {
@@ -120,7 +121,7 @@ bool ParseProperty(std::istringstream& line, PlyProperty& property) {
 }
 
 // "offset X Y Z"; none of any other comment.
-std::optional<std::array<double, 3>> ParseOffset(std::istringstream& comment) {
+std::optional<std::array<double, 3>> ParseOffset(TextInput& comment) {
   std::string word;
   std::array<double, 3> offset;
   if (!(comment >> word) || word != "offset" || !(comment >> offset[0] >> offset[1] >> offset[2])) return {};
@@ -156,7 +157,7 @@ class PlyRows::Source {
       std::string word;
       if (!(stream_ >> word)) rows_.EndsEarly();
       if (++num_words_ % kWordsBetweenChecks == 0) phi::ThrowIfCancelled();
-      return std::strtod(word.c_str(), nullptr);  // unlike streams, knows nan and inf
+      return phi::ParseDouble(word);  // unlike streams, knows nan and inf
     }
     std::array<char, 8> bytes;
     Take(bytes.data(), kTypes[type].bytes);
@@ -199,7 +200,7 @@ PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
   bool has_format = false, has_end = false;
   for (int number = 0; !has_end && std::getline(stream, text); ++number) {
     if (!text.empty() && text.back() == '\r') text.pop_back();
-    std::istringstream line(text);
+    TextInput line(text);
     std::string word;
     line >> word;
     if (number == 0 && word != "ply") refuse("it does not begin with 'ply'");

@@ -4,9 +4,9 @@
 #include <deque>
 #include <limits>
 #include <set>
-#include <sstream>
 #include <utility>
 
+#include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -72,7 +72,7 @@ class Planner {
   }
 
   [[noreturn]] void ThrowTooSmall(std::int64_t wanted) const {
-    std::ostringstream out;
+    TextOutput out;
     out.precision(3);
     out << "fusion: one image and its neighbours need " << static_cast<double>(wanted) / 1e9
         << " GB, but maps may use " << static_cast<double>(budget_) / 1e9

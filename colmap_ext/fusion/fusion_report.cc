@@ -1,10 +1,10 @@
 #include "colmap_ext/fusion/fusion_report.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/json_file.h"
 
 namespace colmap_ext {
@@ -65,10 +65,8 @@ std::string OutcomeHistogram(const phi::OutcomeCounts& outcomes) {
   std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::string text;
   for (const auto& [count, reason] : rows) {
-    char line[160];
-    std::snprintf(line, sizeof(line), "%s  %6.2f %%  %s", text.empty() ? "" : "\n",
-                  100.0 * static_cast<double>(count) / static_cast<double>(total), reason);
-    text += line;
+    text += FormatText("%s  %6.2f %%  %s", text.empty() ? "" : "\n",
+                       100.0 * static_cast<double>(count) / static_cast<double>(total), reason);
   }
   return text;
 }
@@ -93,12 +91,9 @@ std::string DescribeSmoothing(const SceneFusionReport& report) {
   std::vector<double> noise = report.noise_of_smoothed_maps;
   if (noise.empty()) return "";
   std::sort(noise.begin(), noise.end());
-  char line[160];
-  std::snprintf(line, sizeof(line),
-                "%zu of %d maps are noisy from pixel to pixel (%.2f %% of the depth in the middle one) and "
-                "were smoothed",
-                noise.size(), report.num_images, 100 * noise[noise.size() / 2]);
-  return line;
+  return FormatText(
+      "%zu of %d maps are noisy from pixel to pixel (%.2f %% of the depth in the middle one) and were smoothed",
+      noise.size(), report.num_images, 100 * noise[noise.size() / 2]);
 }
 
 std::string ExplainFewPoints(const SceneFusionReport& report) {

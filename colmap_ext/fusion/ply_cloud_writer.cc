@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/ply_writer.h"
+#include "colmap_ext/text_stream.h"
 
 namespace colmap_ext {
 namespace {
@@ -91,7 +91,7 @@ class PlyCloudWriter : public CloudWriter {
     if (!files_.empty()) comments.push_back(NumberedPartComment(options_.path));
     const auto& offset = options_.offset;
     if (offset != std::array<double, 3>{0, 0, 0}) {
-      std::ostringstream line;
+      TextOutput line;
       line.precision(17);
       line << "offset " << offset[0] << " " << offset[1] << " " << offset[2];
       comments.push_back(line.str());

@@ -1,10 +1,10 @@
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/log.h"
 #include "phi/base/message.h"
 
@@ -41,7 +41,7 @@ class SparseCloudWriter : public CloudWriter {
 
   void Write(phi::FusedBlock block) override {
     std::string bytes;
-    std::ostringstream text;
+    TextOutput text;
     text.precision(17);
     for (const phi::FusedPoint& point : block.points) {
       ++count_;

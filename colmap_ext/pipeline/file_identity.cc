@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -34,7 +34,7 @@ std::string FileIdentity::Text() const {
 
 FileIdentity FileIdentity::FromText(const std::string& text) {
   FileIdentity identity;
-  std::istringstream fields(text);
+  TextInput fields(text);
   if (!(fields >> identity.num_bytes >> identity.changed_ns >> identity.sample)) {
     throw phi::InputError("'" + text + "' identifies no file");
   }

@@ -1,11 +1,11 @@
 #include "colmap_ext/pipeline/run_status.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/workspace.h"
 
@@ -135,15 +135,12 @@ RunStatus FindStatus(const RunRecord& record) {
 }
 
 std::string StatusText(const RunStatus& status, LockUse use) {
-  char line[256];
-  std::snprintf(line, sizeof(line), "%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting",
-                "s/image");
-  std::string text = std::to_string(status.num_images) + " images\n" + line;
+  std::string text = std::to_string(status.num_images) + " images\n";
+  text += FormatText("%-14s %8s %8s %8s %10s\n", "stage", "done", "failed", "waiting", "s/image");
   int num_waiting = 0;
   for (const StageStatus& stage : status.stages) {
-    std::snprintf(line, sizeof(line), "%-14s %8d %8d %8d %10.3f\n", stage.name.c_str(), stage.num_done,
-                  stage.num_failed, stage.num_waiting, stage.seconds_per_image);
-    text += line;
+    text += FormatText("%-14s %8d %8d %8d %10.3f\n", stage.name.c_str(), stage.num_done, stage.num_failed,
+                       stage.num_waiting, stage.seconds_per_image);
     num_waiting += stage.num_waiting;
   }
   text += WorkText(status.open_shards, use, num_waiting > 0);

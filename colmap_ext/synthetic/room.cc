@@ -1,12 +1,12 @@
 #include "colmap_ext/synthetic/room.h"
 
 #include <cstdio>
-#include <sstream>
 #include <utility>
 
 #include "colmap_ext/synthetic/room_geometry.h"
 #include "colmap_ext/synthetic/sensor.h"
 #include "colmap_ext/synthetic/sparse_points.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 template <typename Value>
 std::string Refuse(const std::string& option, const Value& value, const std::string& rule) {
-  std::ostringstream message;
+  TextOutput message;
   message << "--" << option << " is " << value << "; it must be " << rule;
   return message.str();
 }
