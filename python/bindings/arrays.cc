@@ -1,7 +1,6 @@
 // The stages on arrays: nothing is read or written. phimvs/scene.py checks what comes in and says what goes out.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <tbb/parallel_for.h>
@@ -27,6 +26,7 @@
 #include "python/bindings/numpy_arrays.h"
 #include "python/bindings/scene_arrays.h"
 #include "python/bindings/supervised.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 using colmap_ext::SceneMaps;

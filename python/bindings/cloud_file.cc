@@ -2,7 +2,6 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include <Eigen/Core>
@@ -19,6 +18,7 @@
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "python/bindings/module.h"
 #include "python/bindings/numpy_arrays.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 

@@ -1,20 +1,20 @@
 // The commands of the command line, run in this process.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <iostream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"
 #include "python/bindings/supervised.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 
@@ -31,7 +31,7 @@ class CapturedOutput {
   std::string text() const { return text_.str(); }
 
  private:
-  std::ostringstream text_;
+  colmap_ext::TextOutput text_;
   std::streambuf* before_;
 };
 

@@ -2,7 +2,6 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include <cstring>
@@ -18,6 +17,7 @@
 #include "phi/base/error.h"
 #include "python/bindings/module.h"
 #include "python/bindings/numpy_arrays.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 

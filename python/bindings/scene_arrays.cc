@@ -3,7 +3,6 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <tbb/parallel_for.h>
@@ -15,6 +14,7 @@
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/workspace_folder.h"
 #include "python/bindings/module.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 

@@ -1,6 +1,5 @@
 #include "python/bindings/supervised.h"
 
-#include <nanobind/stl/string.h>
 
 #include <atomic>
 #include <chrono>
@@ -18,6 +17,7 @@
 #include "phi/base/error.h"
 #include "phi/base/log.h"
 #include "python/bindings/module.h"
+#include "python/bindings/text_caster.h"
 
 namespace nb = nanobind;
 

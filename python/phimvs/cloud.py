@@ -77,7 +77,8 @@ class Cloud:
     inferred: np.ndarray  # bool (N,): more of its measurements were inferred than measured
     num_views: np.ndarray  # uint32 (N,): images that agree on it
     views: np.ndarray  # uint32 (sum of num_views,): their indices, point after point
-    confidence: np.ndarray | None = None  # uint8 (N,), per cent: how probably the point is right; 0: not judged, as all are by default
+    # uint8 (N,), per cent: how probably the point is right; 0: not judged, as all are by default. Never None once the cloud is made.
+    confidence: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if self.confidence is None:

@@ -5,25 +5,34 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Union
 
 from . import _core
 from ._run import ProgressCallable, Run, compute, words_of
-from .errors import InputError, RetryLater
+from .errors import InputError, RetryLater, UsageError
 
 StrPath = Union[str, "os.PathLike[str]"]
 _SOME_IMAGES_FAILED, _RETRY_LATER = 4, 6  # exit codes
 
 
 def _words(arguments: dict[str, Any], options: Any) -> list[str]:
-    return words_of({key: value for key, value in arguments.items() if value is not None}) + words_of(options)
+    given = {key: value for key, value in arguments.items() if value is not None}
+    for key, value in given.items():
+        if not isinstance(value, (str, os.PathLike)):
+            hint = "; options are named: options=..." if hasattr(value, "changed") or isinstance(value, Mapping) else ""
+            raise UsageError(f"{key} is a {type(value).__name__}, but must be a path, as str or os.PathLike{hint}")
+    return words_of(given) + words_of(options)
 
 
 def _values(name: str, arguments: dict[str, Any], options: Any) -> dict[str, str]:
     """Of all options, those that a project file gives among them."""
-    described = json.loads(_core.describe_command(name, _words(arguments, options)))
-    return {option["name"]: option["value"] for option in described["options"]}
+    words = _words(arguments, options)
+    described = json.loads(_core.describe_command(name, words))
+    values = {option["name"]: option["value"] for option in described["options"]}
+    # As they were given: JSON has no names that are not UTF-8.
+    return {**values, **{word[2:]: value for word, value in zip(words[::2], words[1::2])}}
 
 
 def _call(name: str, arguments: dict[str, Any], options: Any, progress: ProgressCallable | None) -> tuple[Run, str]:
@@ -48,12 +57,13 @@ def _workspace(path: Any) -> Path:
 def _stereo_result(path: Any, run: Run) -> dict[str, Any]:
     if run.is_shard:  # what is recorded is of an earlier run of all images
         return {"errors": run.image_errors}
-    record = json.loads((_workspace(path) / "stereo" / "phimvs.json").read_text())
+    record = json.loads((_workspace(path) / "stereo" / "phimvs.json").read_text("utf-8"))
     return {**(record["runs"][-1] if record["runs"] else {}), "errors": run.image_errors}
 
 
 def _cloud_result(path: Any, run: Run) -> dict[str, Any]:
-    return {**json.loads(Path(f"{os.fspath(path)}.json").read_text()), "path": os.fspath(path), "errors": run.image_errors}
+    figures = json.loads(Path(f"{os.fspath(path)}.json").read_text("utf-8"))
+    return {**figures, "path": os.fspath(path), "errors": run.image_errors}
 
 
 def patch_match_stereo(
@@ -124,7 +134,7 @@ def evaluate(options: Any, *, progress: ProgressCallable | None = None) -> dict[
         if not scores:
             scores = words["output_path"] = str(Path(folder) / "scores.json")
         _, printed = _call("evaluate", {}, words, progress)
-        return {**json.loads(Path(scores).read_text()), "table": printed}
+        return {**json.loads(Path(scores).read_text("utf-8")), "table": printed}
 
 
 def report(

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import typing
 
 import numpy as np
 import pytest
@@ -193,3 +194,10 @@ def test_the_distance_between_neighbours(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(phimvs.cloud, "_MOST_SEARCHED", 1000)
         assert 0.02 < phimvs.cloud.point_spacing(wall(0.05, (0, 0, 0), size=120)) < 0.06
+
+
+def test_the_type_of_confidence_can_be_compared():
+    """The documentation's `cloud[cloud.confidence > 90]` passes a checker of types: no array is None."""
+    hints = typing.get_type_hints(phimvs.Cloud)
+    assert {hints[name] for name in ("xyz", "confidence", "num_views")} == {np.ndarray}
+    assert (make_cloud(FIVE).confidence > 50).sum() == 4

@@ -384,3 +384,35 @@ def test_the_program_is_in_the_package():
     assert result.stdout.startswith(f"phimvs {phimvs.__version__}\ncommit ") and "backend cpu" in result.stdout
     result = subprocess.run([sys.executable, "-m", "phimvs", "nonsense"], capture_output=True, text=True, env=os.environ)
     assert result.returncode == 1
+
+
+@pytest.mark.parametrize("options", [{"keep": "cloud"}, phimvs.DenseOptions(keep="cloud"), b"cloud.ply"])
+def test_what_is_no_path_is_refused_where_a_path_belongs(workspace, options, tmp_path, monkeypatch):
+    """dense(workspace, options) wrote a cloud named "{'keep': 'cloud'}", without those options."""
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(phimvs.UsageError, match="output_path is a .*, but must be a path"):
+        phimvs.dense(workspace, options)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_names_need_not_be_utf_8(workspace):
+    """As of Windows' disks and old archives; Python's os functions have such bytes as surrogates."""
+    folder = workspace.parent / os.fsdecode(b"gr\xfcn")
+    workspace.rename(folder)
+    first = phimvs.read_scene(folder)["names"][0]
+    named = b"stra\xdfe.png".rjust(len(first), b"g")  # the binary model keeps its length
+    (folder / "images" / first).rename(folder / "images" / os.fsdecode(named))
+    for file in [*(folder / "sparse").iterdir(), *(folder / "stereo").glob("*.cfg")]:
+        file.write_bytes(file.read_bytes().replace(os.fsencode(first), named))
+
+    scene = phimvs.read_scene(folder)
+    assert scene["names"][0] == os.fsdecode(named)
+    cloud = folder / os.fsdecode(b"wei\xdf.ply")
+    result = phimvs.dense(folder, cloud, QUICK)
+    assert result["points"] > 1000 and result["path"] == str(cloud) and cloud.exists()
+    depth = phimvs.read_map(folder / "stereo" / "depth_maps" / f"{scene['names'][0]}.geometric.bin")
+    assert (depth > 0).mean() > 0.5
+    assert phimvs.read_image(folder / "images" / scene["names"][0]).shape == (90, 120, 3)
+    maps = phimvs.estimate(**scene, options=QUICK)
+    assert maps[0].name == scene["names"][0]
