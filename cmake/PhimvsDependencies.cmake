@@ -1,4 +1,7 @@
 # Packages from the distribution; see scripts/setup. CUDA is optional: without nvcc everything but cuda/ builds.
+if(NOT PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)  # the project above links them, too; since CMake 3.24
+endif()
 if(PHIMVS_STATIC)
   set(Boost_USE_STATIC_LIBS ON)
   add_link_options(-static-libstdc++ -static-libgcc)
