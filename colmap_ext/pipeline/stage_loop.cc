@@ -171,9 +171,20 @@ void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, 
   TaskOutcome outcome;
   outcome.result = tasks_.Run(task, backend, &progress, &outcome.warnings);
   const std::string& name = workspace_.views()[jobs_[job].image].name;
-  for (const std::string& warning : outcome.warnings) phi::LogWarning("image " + name + ": " + warning);
+  Tell(name, outcome.warnings);
   outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   keep(stage, job, std::move(outcome));
+}
+
+void StageLoop::Tell(const std::string& image, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) {
+    const bool is_new = [&] {
+      const std::lock_guard<std::mutex> lock(told_mutex_);
+      return told_.insert(warning).second;
+    }();
+    const std::string line = "image " + image + ": " + warning;
+    is_new ? phi::LogWarning(line) : phi::LogDebug(line);
+  }
 }
 
 void StageLoop::End() {

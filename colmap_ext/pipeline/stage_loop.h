@@ -7,6 +7,8 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -61,6 +63,8 @@ class StageLoop {
                         ThreadGroup* beside) const;
   void RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                const KeepFunction& keep);
+  // One photo that cannot be read is a source of many images, in every stage: what was told of one is detail for the others.
+  void Tell(const std::string& image, const std::vector<std::string>& warnings);
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;
@@ -70,6 +74,8 @@ class StageLoop {
   std::vector<Stage> stages_;
   std::vector<std::vector<State>> states_;  // by stage and job
   std::unique_ptr<ProgressLine> progress_;
+  std::mutex told_mutex_;
+  std::set<std::string> told_;  // warnings, without the image that they are of
 };
 
 }  // namespace colmap_ext

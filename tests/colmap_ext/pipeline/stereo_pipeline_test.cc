@@ -589,6 +589,23 @@ TEST_F(StereoPipelineTest, LinkToItselfFailsAlone) {
   EXPECT_TRUE(std::filesystem::exists(DepthPath(4, "geometric")));
 }
 
+// Four images have it among their sources, in two stages.
+TEST_F(StereoPipelineTest, ASourceThatCannotBeReadIsToldOfOnce) {
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  std::filesystem::remove(folder_ / "images" / names_[2]);
+  std::vector<std::string> told;
+  {
+    const test_support::LogCapture log;
+    Run();
+    std::copy_if(log.messages().begin(), log.messages().end(), std::back_inserter(told),
+                 [](const std::string& line) { return line.find("source image left out") != std::string::npos; });
+  }
+  EXPECT_THAT(told, testing::UnorderedElementsAre(HasSubstr(names_[1]), HasSubstr(names_[2])));
+  const auto record = RunRecord(folder_ / "stereo").Find(names_[4], "photometric");
+  ASSERT_TRUE(record.has_value());
+  EXPECT_THAT(record->warnings, SizeIs(2));
+}
+
 TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
   test_support::WriteBytes(folder_ / "images" / names_[1], "not a picture");
   const RunSummary first = Run();
