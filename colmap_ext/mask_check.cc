@@ -3,15 +3,21 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
 #include <functional>
 #include <iterator>
 #include <numeric>
 #include <set>
+#include <string_view>
 #include <system_error>
 
 #include "colmap_ext/folder_files.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion/fusion_map_reader.h"
+#include "colmap_ext/image_file.h"
+#include "colmap_ext/input_file.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -22,14 +28,18 @@ namespace fs = std::filesystem;
 // Without a camera there is no size that the mask should have.
 bool HasSize(const Workspace& workspace, int image) { return workspace.views()[image].camera.pinhole.width > 0; }
 
+template <typename Pixels>
+std::string EmptyMaskWarning(const fs::path& path, const Pixels& mask) {
+  const bool is_empty = std::all_of(mask.data(), mask.data() + mask.size(), [](std::uint8_t value) { return value == 0; });
+  return is_empty ? path.string() + ": the mask leaves the whole image out: it is 0 everywhere" : "";
+}
+
 // Reads the mask as stereo does.
 std::string StereoMaskWarning(const Workspace& workspace, int image) {
-  if (HasSize(workspace, image)) {
-    workspace.ReadImageMask(image);
-  } else if (workspace.HasImageMask(image)) {
-    ReadImageMaskFile(workspace.ImageMaskPath(image));
-  }
-  return "";
+  if (!workspace.HasImageMask(image)) return "";
+  const fs::path path = workspace.ImageMaskPath(image);
+  if (!HasSize(workspace, image)) return EmptyMaskWarning(path, ReadImageMaskFile(path));
+  return EmptyMaskWarning(path, *workspace.ReadImageMask(image));
 }
 
 // As fusion does, which stretches masks of other sizes over the image.
@@ -38,9 +48,18 @@ std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder
   if (!fs::exists(path)) return "";
   const phi::GrayImage mask = ReadImageMaskFile(path);
   const phi::Pinhole& size = workspace.views()[image].camera.pinhole;
-  if (!HasSize(workspace, image) || HasShapeOf(size, mask.width(), mask.height())) return "";
+  if (!HasSize(workspace, image) || HasShapeOf(size, mask.width(), mask.height())) return EmptyMaskWarning(path, mask);
   return path.string() + ": the mask is " + SizeText(mask.width(), mask.height()) + " pixels, which is not the shape of its " +
          SizeText(size.width, size.height) + " image; make masks of the undistorted images";
+}
+
+// By the header of a PNG: gray or colours, and alpha.
+bool IsPngWithAlpha(const fs::path& path) {
+  constexpr std::size_t kColorType = 25;
+  std::array<char, kColorType + 1> bytes{};
+  std::ifstream file = OpenRegularFile(path);
+  if (!file.read(bytes.data(), bytes.size()) || std::string_view(bytes.data(), 4) != "\x89PNG") return false;
+  return bytes[kColorType] == 4 || bytes[kColorType] == 6;
 }
 
 std::string DescribeStrayMasks(const Workspace& workspace, const fs::path& folder) {
@@ -79,6 +98,7 @@ void CheckFolder(const Workspace& workspace, const fs::path& folder, const std::
   std::vector<int> images(count);
   std::iota(images.begin(), images.end(), 0);
   warnings_of_image.push_back(DescribeMissingMasks(workspace, folder, images));
+  warnings_of_image.push_back(DescribeTransparentMasks(workspace, folder, images));
   warnings_of_image.push_back(DescribeStrayMasks(workspace, folder));
   const auto is_told = [](const std::string& problem) { return !problem.empty(); };
   std::copy_if(errors_of_image.begin(), errors_of_image.end(), std::back_inserter(*errors), is_told);
@@ -95,6 +115,18 @@ std::string DescribeMissingMasks(const Workspace& workspace, const fs::path& fol
   if (without.empty()) return "";
   return std::to_string(without.size()) + " of " + std::to_string(images.size()) +
          " images have no mask and are used whole; the first would be " + workspace.MaskPathIn(folder, without.front()).string();
+}
+
+std::string DescribeTransparentMasks(const Workspace& workspace, const fs::path& folder, const std::vector<int>& images) {
+  if (folder.empty()) return "";
+  std::vector<int> with_alpha;
+  std::copy_if(images.begin(), images.end(), std::back_inserter(with_alpha),
+               [&](int image) { return IsPngWithAlpha(workspace.MaskPathIn(folder, image)); });
+  if (with_alpha.empty()) return "";
+  return std::to_string(with_alpha.size()) + " masks have a channel of transparency, " +
+         workspace.MaskPathIn(folder, with_alpha.front()).string() +
+         " the first, which does not count: black in their colours leaves a pixel out; where the mask is in the transparency, save "
+         "that as a grey image";
 }
 
 void CheckMasks(const Workspace& workspace, ProblemList* errors, ProblemList* warnings) {

@@ -120,11 +120,13 @@ void SelectSources(const Workspace& workspace, const phi::SparseScene& scene,
                   std::to_string(phi::kMaxSourceViews) + " best of them, the consistency filters take all");
 }
 
-void WarnOfMissingMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
+void WarnOfMasks(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
   std::vector<int> images;
   for (const ImageJob& job : jobs) images.push_back(job.image);
-  const std::string warning = DescribeMissingMasks(workspace, workspace.mask_path(), images);
-  if (!warning.empty()) phi::LogWarning(warning);
+  for (const auto describe : {DescribeMissingMasks, DescribeTransparentMasks}) {
+    const std::string warning = describe(workspace, workspace.mask_path(), images);
+    if (!warning.empty()) phi::LogWarning(warning);
+  }
 }
 
 phi::Message ProblemOf(const Workspace& workspace, const ImageJob& job, phi::Formulas formulas) {
@@ -249,7 +251,7 @@ std::vector<ImageJob> ListImageJobs(const Workspace& workspace, const phi::Spars
   if (problems.empty()) throw phi::InputError("patch-match.cfg names no image; nothing to do");
   LeaveOutOwnPlace(workspace, options.method.formulas, &problems);
   std::vector<ImageJob> jobs = JobsOf(problems);
-  WarnOfMissingMasks(workspace, jobs);
+  WarnOfMasks(workspace, jobs);
   SelectSources(workspace, scene, problems, options, &jobs);
   FindSourceJobs(workspace, &jobs);
   return jobs;

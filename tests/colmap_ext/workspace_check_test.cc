@@ -183,6 +183,20 @@ TEST_F(WorkspaceCheckTest, ListsProblemsOfMasks) {
   EXPECT_THAT(CheckWorkspace(options_).warnings, ::testing::Contains(HasSubstr("'sub folder/b.png' is the mask of no image; that")));
 }
 
+// Of photos that were cut out: the mask is in their transparency, where nothing reads it.
+TEST_F(WorkspaceCheckTest, NamesMasksThatDoNotMaskWhatTheyShow) {
+  options_.mask_path = folder_ / "masks";
+  fs::create_directories(options_.mask_path / "sub folder");
+  WriteGrayImage(options_.mask_path / "a.png.png", phi::GrayImage(32, 24, 0));
+  cv::imwrite((options_.mask_path / "c.png.png").string(), cv::Mat(10, 20, CV_8UC4, cv::Scalar(90, 90, 90, 0)));
+  WriteGrayImage(options_.mask_path / "sub folder/b \xC3\xA9.png.png", phi::GrayImage(32, 24, 255));
+  const auto warnings = ElementsAre(AllOf(HasSubstr("masks/a.png.png"), HasSubstr("leaves the whole image out")),
+                                    AllOf(HasSubstr("1 masks have a channel of transparency"), HasSubstr("masks/c.png.png the first")));
+  EXPECT_THAT(CheckWorkspace(options_).warnings, warnings);
+  options_.mask_path.clear();
+  EXPECT_THAT(CheckWorkspace(options_, {}, folder_ / "masks").warnings, warnings);
+}
+
 TEST_F(WorkspaceCheckTest, PhotosBesideTheirMasksAreNoMasks) {
   options_.mask_path = folder_ / "images/../images";
   for (const char* name : {"a.png.png", "sub folder/b \xC3\xA9.png.png"}) WriteGrayImage(folder_ / "images" / name, phi::GrayImage(32, 24, 255));
