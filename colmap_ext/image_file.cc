@@ -119,7 +119,7 @@ cv::Mat Decode(const PhotoFile& photo, int flags, const CheckSize& check_size) {
   }
   if (image.empty()) {
     throw phi::InputError(phi::AboutFile(path) +
-                          ": this image is damaged or of an unknown format; copy or undistort it again");
+                          ": this image is damaged or of an unknown format; copy or undistort it again, as JPEG, PNG or TIFF of 8 or 16 bits");
   }
   if (check_size) check_size(static_cast<std::size_t>(image.cols), static_cast<std::size_t>(image.rows));
   return image;

@@ -30,7 +30,7 @@ class BinaryReader {
   explicit BinaryReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
     std::error_code error;
     size_ = fs::file_size(path, error);
-    if (!file_ || error) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened for reading");
+    if (!file_ || error) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened; check its permissions, and that it is a file");
   }
 
   void ReadBytes(void* data, std::uint64_t num_bytes, const char* what) {

@@ -75,7 +75,7 @@ class LineParser {
 class TextReader {
  public:
   explicit TextReader(const fs::path& path) : path_(path), file_(OpenRegularFile(path)) {
-    if (!file_) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened for reading");
+    if (!file_) throw phi::InputError(phi::AboutFile(path) + ": cannot be opened; check its permissions, and that it is a file");
   }
 
   // The next line that holds a record: neither empty nor a comment.

@@ -501,6 +501,12 @@ TEST(BoundingBoxFile, IsSixNumbers) {
   EXPECT_EQ(box.max[0], 4);
   test_support::WriteBytes(folder / "box.txt", "-1 -2 -3\n4 5\n");
   EXPECT_THAT(InputErrorOf([&] { ReadBoundingBox(folder / "box.txt"); }), HasSubstr("six numbers"));
+  for (const char* other : {"-1,5 -2 -3\n4 5 6\n", "-1 -2 -3\n4 5 6\n7 8 9\n"}) {
+    test_support::WriteBytes(folder / "box.txt", other);
+    EXPECT_THAT(InputErrorOf([&] { ReadBoundingBox(folder / "box.txt"); }), HasSubstr("six numbers with decimal points and no more"));
+  }
+  test_support::WriteBytes(folder / "box.txt", "\xEF\xBB\xBF-1 -2 -3\r\n4 5 6\r\n");  // as Windows' editor saves it
+  EXPECT_EQ(ReadBoundingBox(folder / "box.txt").min[0], -1);
   test_support::WriteBytes(folder / "box.txt", "-1 7 -3\n4 5 6\n");
   EXPECT_THAT(InputErrorOf([&] { ReadBoundingBox(folder / "box.txt"); }), HasSubstr("smaller"));
 }
