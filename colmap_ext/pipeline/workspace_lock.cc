@@ -33,6 +33,13 @@ bool IsRefused(int folder, int kind) {
 
 int OpenFolder(const fs::path& folder) { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }
 
+// Closing alone would leave the lock with processes that were forked meanwhile, of Python's multiprocessing for example.
+void Release(int folder) {
+  if (folder < 0) return;
+  flock(folder, LOCK_UN);
+  close(folder);
+}
+
 }  // namespace
 
 WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
@@ -51,16 +58,14 @@ WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
   }
 }
 
-WorkspaceLock::~WorkspaceLock() {
-  if (descriptor_ >= 0) close(descriptor_);
-}
+WorkspaceLock::~WorkspaceLock() { Release(descriptor_); }
 
 LockUse FindLockUse(const fs::path& stereo_folder) {
   const int folder = OpenFolder(stereo_folder);
   if (folder < 0) return LockUse::kUnknown;
   const bool is_free = flock(folder, LOCK_EX | LOCK_NB) == 0;
   const bool is_held = !is_free && errno == EWOULDBLOCK;
-  close(folder);
+  Release(folder);
   return is_free ? LockUse::kFree : is_held ? LockUse::kHeld : LockUse::kUnknown;
 }
 

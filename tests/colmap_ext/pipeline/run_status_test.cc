@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -199,6 +201,23 @@ TEST(WorkspaceLock, IsSeenWhileItIsHeld) {
     EXPECT_EQ(FindLockUse(folder.path()), LockUse::kHeld);
   }
   EXPECT_EQ(FindLockUse(folder / "none"), LockUse::kUnknown);
+}
+
+// As of Python's multiprocessing, whose workers live on after the run.
+TEST(WorkspaceLock, IsGivenUpThoughAForkedProcessHasItsFile) {
+  const test_support::TemporaryFolder folder;
+  pid_t worker = -1;
+  {
+    const WorkspaceLock lock(folder.path());
+    worker = fork();
+    if (worker == 0) {
+      for (;;) pause();
+    }
+    EXPECT_EQ(FindLockUse(folder.path()), LockUse::kHeld);
+  }
+  EXPECT_EQ(FindLockUse(folder.path()), LockUse::kFree);
+  kill(worker, SIGKILL);
+  waitpid(worker, nullptr, 0);
 }
 
 // As FindLockUse of another process would, for a moment.
