@@ -67,7 +67,7 @@ def _starts(counts: np.ndarray) -> np.ndarray:
     return np.cumsum(counts, dtype=np.int64) - counts
 
 
-@dataclass
+@dataclass(eq=False, repr=False)  # of arrays, which neither compare nor print as one
 class Cloud:
     """Points in the world, in the order of the command's cloud. cloud[mask] and cloud[indices] are clouds of some of them."""
 
@@ -83,6 +83,9 @@ class Cloud:
     def __post_init__(self) -> None:
         if self.confidence is None:
             self.confidence = np.zeros(len(self.xyz), np.uint8)
+
+    def __repr__(self) -> str:
+        return f"Cloud({len(self.xyz)} points, {int(np.count_nonzero(self.inferred))} of them inferred)"
 
     def __getitem__(self, which: Any) -> Cloud:
         """Some of the points, with all that belongs to them. which: a bool for each point, indices in any order, or a slice."""

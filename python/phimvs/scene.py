@@ -23,7 +23,7 @@ from .errors import UsageError
 from .maps import read_image
 
 
-@dataclass
+@dataclass(eq=False, repr=False)  # of arrays, which neither compare nor print as one
 class Maps:
     """Of one photo."""
 
@@ -41,6 +41,14 @@ class Maps:
     def measured(self) -> np.ndarray:
         """bool (H, W): depth that photos agree on."""
         return (self.depth > 0) & ~self.inferred
+
+    def __repr__(self) -> str:
+        if self.problem:
+            return f"Maps({self.name!r}: {self.problem})"
+        depth, inferred = np.asarray(self.depth), self.inferred
+        shares = [100 * np.count_nonzero(which) / max(depth.size, 1) for which in (depth > 0, False if inferred is None else inferred)]
+        size = "x".join(map(str, reversed(depth.shape)))
+        return f"Maps({self.name!r}, {size}, depth at {shares[0]:.1f} % of the pixels, {shares[1]:.1f} % inferred)"
 
 
 def _maps(results: Sequence[Any], given: Given) -> list[Maps]:

@@ -1,5 +1,6 @@
 """The stages on arrays give the bytes of the command line, and refuse what does not fit in one sentence."""
 
+import copy
 import gc
 import os
 import resource
@@ -296,3 +297,13 @@ except phimvs.UsageError as error:
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ)
     assert result.returncode == 0, result.stderr
     assert "leak" not in result.stderr, result.stderr
+
+
+def test_maps_print_in_one_line_and_compare(maps):
+    text = repr(maps[0])
+    assert text.startswith(f"Maps({maps[0].name!r}, 120x90, depth at ") and text.endswith(" % inferred)") and len(text) < 100
+    assert f" {100 * (maps[0].depth > 0).mean():.1f} % of the pixels" in text
+    without = copy.copy(maps[0])
+    without.inferred = None
+    assert repr(without).endswith(" 0.0 % inferred)")
+    assert maps.index(maps[1]) == 1 and copy.copy(maps[0]) not in maps

@@ -201,3 +201,9 @@ def test_the_type_of_confidence_can_be_compared():
     hints = typing.get_type_hints(phimvs.Cloud)
     assert {hints[name] for name in ("xyz", "confidence", "num_views")} == {np.ndarray}
     assert (make_cloud(FIVE).confidence > 50).sum() == 4
+
+
+def test_a_cloud_prints_in_one_line_and_compares():
+    cloud = make_cloud(FIVE)
+    assert repr(cloud) == "Cloud(5 points, 2 of them inferred)"
+    assert cloud == cloud and cloud != make_cloud(FIVE)
