@@ -1,0 +1,27 @@
+# Builds the Debian package under a strict umask: folders that only their owner may enter would hide the program's files from users.
+# usage: cmake -DBUILD=<build folder> -DCPACK=<cpack> -DWORK=<scratch> -P package_modes.cmake
+find_program(DPKG_DEB dpkg-deb)
+if(NOT DPKG_DEB)
+  message("skipped: no dpkg-deb here")
+  return()
+endif()
+file(REMOVE_RECURSE "${WORK}")
+execute_process(
+  COMMAND sh -c "umask 077 && cd '${BUILD}' && '${CPACK}' -G DEB -B '${WORK}' -D CPACK_DEBIAN_PACKAGE_SHLIBDEPS=OFF -D CPACK_STRIP_FILES=OFF"
+  RESULT_VARIABLE failed OUTPUT_VARIABLE output ERROR_VARIABLE output)
+message("${output}")
+file(GLOB packages "${WORK}/*.deb")
+if(failed OR NOT packages)
+  message(FATAL_ERROR "no package was made")
+endif()
+execute_process(COMMAND "${DPKG_DEB}" -c ${packages} OUTPUT_VARIABLE content COMMAND_ERROR_IS_FATAL ANY)
+file(REMOVE_RECURSE "${WORK}")
+string(REGEX MATCHALL "d[rwx-]+ [^\n]*" folders "${content}")
+if(NOT folders MATCHES "libexec/phimvs/")
+  message(FATAL_ERROR "no folder of the stand-in for colmap: ${content}")
+endif()
+foreach(folder ${folders})
+  if(NOT folder MATCHES "^drwxr-xr-x ")
+    message(FATAL_ERROR "closed to users: ${folder}")
+  endif()
+endforeach()
