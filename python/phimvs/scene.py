@@ -45,8 +45,9 @@ class Maps:
     def __repr__(self) -> str:
         if self.problem:
             return f"Maps({self.name!r}: {self.problem})"
-        depth, inferred = np.asarray(self.depth), self.inferred
-        shares = [100 * np.count_nonzero(which) / max(depth.size, 1) for which in (depth > 0, False if inferred is None else inferred)]
+        depth = np.asarray(self.depth)
+        inferred = False if self.inferred is None else self.inferred
+        shares = [100 * np.count_nonzero(which) / max(depth.size, 1) for which in (depth > 0, inferred)]
         size = "x".join(map(str, reversed(depth.shape)))
         return f"Maps({self.name!r}, {size}, depth at {shares[0]:.1f} % of the pixels, {shares[1]:.1f} % inferred)"
 
