@@ -207,6 +207,40 @@ void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* ru
   }
 }
 
+void ImageFuser::RateRows(int begin, int end, Array2D<float>* confidence) const {
+  SupportRun run(neighbors_);
+  for (int y = begin; y < end; ++y) {
+    for (int x = 0; x < outcomes_.width(); x += kRunLength) {
+      for (const Pass pass : {Pass::kAll, Pass::kHoles}) {
+        const RunBits wanted = PixelsOf(pass, x, y);
+        if (wanted != 0) RateRun(pass, x, y, wanted, &run, confidence);
+      }
+    }
+  }
+}
+
+RunBits ImageFuser::PixelsOf(Pass pass, int x, int y) const {
+  RunBits pixels = 0;
+  for (int i = 0; i < kRunLength && x + i < outcomes_.width(); ++i) {
+    const FusionPixel& pixel = (*reference_.map)(x + i, y);
+    const bool fills_hole = (pixel.flags & FusionPixel::kEmitted) != 0 && outcomes_(x + i, y) != PixelOutcome::kFused;
+    if (pixel.depth > 0 && fills_hole == (pass == Pass::kHoles)) pixels |= RunBits{1} << i;
+  }
+  return pixels;
+}
+
+void ImageFuser::RateRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, Array2D<float>* confidence) const {
+  FusionGates gates = GatesOf(pass);
+  gates.max_coarsening = 0;  // no image samples so finely that it covers anything
+  DecideRun(neighbors_, gates, MakeRun(x, y, wanted), run);
+  for (int i = 0; i < kRunLength; ++i) {
+    if (!HasPixel(wanted, i)) continue;
+    const PixelSupport support = SupportOf(*run, i);
+    const float angle = WidestAngle(PointOf(x + i, y, support.point), ViewsOf(*run, i));
+    (*confidence)(x + i, y) = PointConfidence(MakePointTerms(support.point, DoubtsOf(support), angle));
+  }
+}
+
 ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   ReferenceRun reference;
   reference.fx = rays_.fx;
@@ -224,6 +258,11 @@ ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   return reference;
 }
 
+Vec3f ImageFuser::PointOf(int x, int y, const PointSupport& support) const {
+  const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
+  return (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
+}
+
 float ImageFuser::WidestAngle(Vec3f point, const NeighborSet& views) const {
   float cosine = 1;
   for (std::size_t k = 0; k < neighbors_.size(); ++k) {
@@ -237,8 +276,7 @@ float ImageFuser::WidestAngle(Vec3f point, const NeighborSet& views) const {
 PixelOutcome ImageFuser::Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
                               FusedBlock* block) const {
   PointCandidate candidate;
-  const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
-  candidate.point = (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
+  candidate.point = PointOf(x, y, support);
   const PointTerms terms = MakePointTerms(support, doubts, WidestAngle(candidate.point, views));
   const float confidence = PointConfidence(terms);
   if (confidence < min_confidence_) return PixelOutcome::kImprobable;

@@ -45,6 +45,11 @@ class ImageFuser {
   // call concurrently for disjoint ranges. The outcomes are changes to those that FuseRows returned.
   FusedBlock FillHoles(int begin, int end);
 
+  // Of each pixel in rows [begin, end) with a depth, how probably that is right (point_confidence.h): the confidence of the point that
+  // the pixel gave, or would give if no earlier image covered it, into `confidence`, of the map's size and elsewhere left as it is.
+  // By the host alone. Once all rows and holes are done. Safe to call concurrently for disjoint ranges.
+  void RateRows(int begin, int end, Array2D<float>* confidence) const;
+
  private:
   // First all pixels of the image are asked, then those in holes, by other gates.
   enum class Pass { kAll, kHoles };
@@ -57,10 +62,15 @@ class ImageFuser {
   // The pixels `wanted` of up to kRunLength of row y, from x on.
   void FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block);
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
+  void RateRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, Array2D<float>* confidence) const;
+  // The pixels of a run from (x, y) on that have a depth, and of whose points this pass decides.
+  RunBits PixelsOf(Pass pass, int x, int y) const;
   const FusionGates& GatesOf(Pass pass) const { return pass == Pass::kHoles ? hole_gates_ : gates_; }
   // The point of pixel (x, y).
   PixelOutcome Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
                     FusedBlock* block) const;
+  // Of pixel (x, y), in the reference's frame.
+  Vec3f PointOf(int x, int y, const PointSupport& support) const;
   // Degrees between the reference's ray to the point (its frame) and those of `views`.
   float WidestAngle(Vec3f point, const NeighborSet& views) const;
   void Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block);

@@ -72,17 +72,20 @@ inline phi::ImageFuser MakeFuser(const RenderedScene& scene, std::size_t referen
 struct FusedScene {
   std::vector<phi::FusedBlock> blocks;
   std::vector<phi::FusionMap> maps;
+  std::vector<phi::Array2D<float>> confidences;  // of each map's pixels
 };
 
 inline FusedScene FuseAllImages(const RenderedScene& scene, const phi::FusionOptions& options, const phi::BoundingBox* box,
                                 phi::FusionDevice* device) {
   constexpr int kRows = 7;
-  FusedScene fused{{}, MakeNoisyMaps(scene)};
+  FusedScene fused{{}, MakeNoisyMaps(scene), {}};
   for (std::size_t i = 0; i < fused.maps.size(); ++i) {
     phi::ImageFuser fuser = MakeFuser(scene, i, options, &fused.maps, box, device);
     const int height = fused.maps[i].height();
     for (int y = 0; y < height; y += kRows) fused.blocks.push_back(fuser.FuseRows(y, std::min(y + kRows, height)));
     for (int y = 0; y < height; y += kRows) fused.blocks.push_back(fuser.FillHoles(y, std::min(y + kRows, height)));
+    fused.confidences.emplace_back(fused.maps[i].width(), height, 0.0f);
+    fuser.RateRows(0, height, &fused.confidences.back());
   }
   return fused;
 }
@@ -101,7 +104,10 @@ inline void ExpectSameBytes(const FusedScene& a, const FusedScene& b) {
       ASSERT_EQ(a.blocks[k].outcomes[of], b.blocks[k].outcomes[of]) << "block " << k << ", outcome " << outcome;
     }
   }
-  for (std::size_t i = 0; i < a.maps.size(); ++i) ASSERT_EQ(bytes(a.maps[i]), bytes(b.maps[i])) << "map " << i;
+  for (std::size_t i = 0; i < a.maps.size(); ++i) {
+    ASSERT_EQ(bytes(a.maps[i]), bytes(b.maps[i])) << "map " << i;
+    ASSERT_EQ(bytes(a.confidences[i]), bytes(b.confidences[i])) << "map " << i;
+  }
 }
 
 }  // namespace test_support
