@@ -214,6 +214,10 @@ fs::path Workspace::CostMapPath(int image, std::string_view kind) const {
   return StereoFolder() / "cost_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
 }
 
+fs::path Workspace::ConfidenceMapPath(int image, std::string_view kind) const {
+  return StereoFolder() / "confidence_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
+}
+
 fs::path Workspace::FilledMaskPath(int image) const {
   return StereoFolder() / "filled_masks" / (views_[image].name + ".png");
 }

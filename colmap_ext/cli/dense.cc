@@ -92,6 +92,9 @@ int RunDense(int argc, char** argv) {
   if (stereo.backend.kind == BackendKind::kCpu && fusion_backend == FusionBackend::kAuto) fusion_backend = FusionBackend::kCpu;
   fusion.fusion.gpu = FirstGpu(stereo.backend);
   FuseWhatIsMade(parser, stereo.pipeline, &fusion.fusion.input.kind);
+  if (keep == Keep::kCloud && fusion.fusion.write_confidence_maps) {
+    throw phi::UsageError("--PhiFusion.write_confidence_maps: --keep cloud leaves no maps; leave one of the two out, or --keep maps");
+  }
   fusion.Finish(parser);  // a mistake in fusion's options must not come out after hours of stereo
 
   const std::filesystem::path workspace = stereo.workspace.path;

@@ -42,11 +42,11 @@ void FusionCommandOptions::Finish(const OptionParser& parser) {
                               "PhiFusion.min_support_inferred", "PhiFusion.max_conflicts"},
                              "with --PhiFusion.formulas paper points agree by their distance alone");
   }
+  fusion.input.downsize = workspace.max_image_size > 0;
   if (const std::string problem = fusion.Check(); !problem.empty()) throw phi::UsageError(problem);
   const std::filesystem::path& masks = fusion.input.mask_path;
   if (!masks.empty() && !std::filesystem::is_directory(masks)) throw phi::InputError(NoFolderOfFusionMasks(masks));
   if (!bbox_path.empty()) fusion.box = ReadBoundingBox(bbox_path);
-  fusion.input.downsize = workspace.max_image_size > 0;
 }
 
 }  // namespace colmap_ext

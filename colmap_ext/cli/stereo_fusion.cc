@@ -93,6 +93,8 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
   LogReport(report, output, writer->num_files(), elapsed.count());
+  if (options.fusion.write_confidence_maps)
+    phi::LogInfo((workspace.StereoFolder() / "confidence_maps").string() + ": how probably each pixel's depth is right");
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +

@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion/part_files.h"
 #include "colmap_ext/fusion/scene_fuser.h"
+#include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/result_key.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -62,7 +64,7 @@ class PartedFusion {
 
   int num_parts() const { return static_cast<int>(fuser_.parts().size()); }
   fs::path PathOf(int part) const { return folder_ / (std::to_string(part) + kSuffix); }
-  bool IsMade(int part) { return IsPartFile(PathOf(part), KeyOf(part)); }
+  bool IsMade(int part) { return IsPartFile(PathOf(part), KeyOf(part)) && HasConfidenceMaps(part); }
 
   // The first of the parts before it that is not made; -1: none.
   int FindMissing(int part) {
@@ -83,8 +85,12 @@ class PartedFusion {
     const FusionPart& images = fuser_.parts()[Index(part)];
     fuser_.Fuse(images, &writer);
     fuser_.DropMaps();
-    PartSummary summary{.findings = fuser_.TakeFindings(), .images = {}};
-    for (const int position : images) summary.images.push_back({position, fuser_.FlagsOf(position)});
+    PartSummary summary{.findings = fuser_.TakeFindings(), .images = {}, .confidence_maps = {}};
+    for (const int position : images) {
+      summary.images.push_back({position, fuser_.FlagsOf(position)});
+      if (options_.write_confidence_maps && !summary.findings.failures.contains(position))
+        summary.confidence_maps[position] = IdentifyFile(ConfidenceMapPath(position));
+    }
     SceneFuser::Findings findings = summary.findings;
     writer.SetSummary(std::move(summary));
     writer.Commit();
@@ -122,6 +128,18 @@ class PartedFusion {
     for (const int earlier : earlier_[Index(part)]) key.Add(KeyOf(earlier));
     known = key.Hex();
     return known;
+  }
+
+  fs::path ConfidenceMapPath(int position) const {
+    return workspace_.ConfidenceMapPath(fuser_.images()[Index(position)], options_.input.kind);
+  }
+
+  // Of a whole part: whether those that were written with it, if any, are still there.
+  bool HasConfidenceMaps(int part) const {
+    if (!options_.write_confidence_maps) return true;
+    const auto maps = ReadPartConfidenceMaps(PathOf(part));
+    return std::all_of(maps.begin(), maps.end(),
+                       [&](const auto& map) { return IsOneOf(ConfidenceMapPath(map.first), {map.second}); });
   }
 
   const std::string& ImageKey(int position) {

@@ -84,16 +84,19 @@ class PartFileReader {
 };
 
 Json ToJson(const PartSummary& summary) {
-  Json images = Json::array(), outcomes = Json::array(), failures = Json::array(), noise = Json::array();
+  Json images = Json::array(), outcomes = Json::array(), failures = Json::array(), noise = Json::array(),
+       confidence_maps = Json::array();
   for (const PartImage& image : summary.images) images.push_back({image.position, image.flags.size()});
   for (int i = 0; i < phi::kNumPixelOutcomes; ++i)
     outcomes.push_back(summary.findings.outcomes[static_cast<phi::PixelOutcome>(i)]);
   for (const auto& [position, message] : summary.findings.failures) failures.push_back({position, message});
   for (const auto& [position, value] : summary.findings.noise) noise.push_back({position, value});
+  for (const auto& [position, identity] : summary.confidence_maps) confidence_maps.push_back({position, identity.Text()});
   return {{"images", images},
           {"outcomes", outcomes},
           {"failures", failures},
           {"noise", noise},
+          {"confidence_maps", confidence_maps},
           {"reads", summary.findings.num_map_reads},
           {"points", summary.findings.num_points}};
 }
@@ -164,6 +167,14 @@ std::vector<PartImage> ReadPartImages(const fs::path& path) {
       images.push_back(
           {image.at(0).get<int>(), reader->Values<std::uint8_t>(image.at(1).get<std::uint64_t>())});
     return images;
+  });
+}
+
+std::map<int, FileIdentity> ReadPartConfidenceMaps(const fs::path& path) {
+  return WithSummary(path, [](const Json& json, PartFileReader*) {
+    std::map<int, FileIdentity> maps;
+    for (const Json& map : json.at("confidence_maps")) maps[map.at(0)] = FileIdentity::FromText(map.at(1));
+    return maps;
   });
 }
 

@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/fusion/scene_fuser.h"
+#include "colmap_ext/pipeline/file_identity.h"
 
 namespace colmap_ext {
 
@@ -21,6 +23,7 @@ struct PartImage {
 struct PartSummary {
   SceneFuser::Findings findings;
   std::vector<PartImage> images;
+  std::map<int, FileIdentity> confidence_maps;  // by position: those that were written beside the part
 };
 
 // Under its name when Commit returns, whole or not at all. The format is this program's alone and lives for one job.
@@ -42,6 +45,7 @@ bool IsPartFile(const std::filesystem::path& path, const std::string& key);
 // Throw phi::InputError where the file is damaged.
 SceneFuser::Findings ReadPartFindings(const std::filesystem::path& path);
 std::vector<PartImage> ReadPartImages(const std::filesystem::path& path);
+std::map<int, FileIdentity> ReadPartConfidenceMaps(const std::filesystem::path& path);
 void CopyPartPoints(const std::filesystem::path& path, CloudWriter* writer);
 
 }  // namespace colmap_ext

@@ -1,5 +1,6 @@
 #include "colmap_ext/fusion/scene_fuser.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "colmap_ext/fusion_config.h"
+#include "colmap_ext/map_file.h"
 #include "colmap_ext/progress.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -328,6 +330,21 @@ void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
   phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box, Device());
   WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
   WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
+  if (options_.write_confidence_maps) WriteConfidenceMap(fuser, step.reference);
+}
+
+bool SceneFuser::IsDamaged(int position) {
+  std::lock_guard<std::mutex> lock(findings_mutex_);
+  return findings_.failures.contains(position);
+}
+
+void SceneFuser::WriteConfidenceMap(const phi::ImageFuser& fuser, int position) {
+  if (IsDamaged(position)) return;
+  const phi::Pinhole& size = cameras_[Index(position)].pinhole;
+  phi::Array2D<float> confidence(size.width, size.height, 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, size.height, kRowsPerBlock),
+                    [&](const tbb::blocked_range<int>& rows) { fuser.RateRows(rows.begin(), rows.end(), &confidence); });
+  WriteDepthMap(workspace_.ConfidenceMapPath(images_[Index(position)], options_.input.kind), confidence);
 }
 
 }  // namespace colmap_ext

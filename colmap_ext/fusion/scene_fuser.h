@@ -95,6 +95,10 @@ class SceneFuser {
   template <typename Compute>
   void WriteBlocks(int height, CloudWriter* writer, const Compute& compute);
 
+  // Of a fused image, unless a file of it turned out damaged.
+  void WriteConfidenceMap(const phi::ImageFuser& fuser, int position);
+  bool IsDamaged(int position);  // as far as is known
+
   // Of an image whose maps cannot be read.
   phi::Message ProblemOf(int image, const phi::InputError& error) const;
 

@@ -25,6 +25,7 @@ struct SceneFusionOptions {
   int max_neighbors = 50;                // images that each image is compared with; -1: all
   double max_memory_gb = 0;              // 0: half of what the process may use
   std::filesystem::path scratch_folder;  // for state that does not fit in memory
+  bool write_confidence_maps = false;    // of each image that is fused, into stereo/confidence_maps
   int max_part_images = 256;  // see fusion_parts.h; the order of images follows from it, and with it the cloud
 
   // All but the box and the GPU, the rule's and the input's included.

@@ -26,6 +26,8 @@ phi::OptionList SceneFusionOptions::List() {
   list.Append(rule.List());
   list.Add("StereoFusion.check_num_images", &max_neighbors, "Images that each image is compared with; -1 = all")
       .ColmapDefault("50");
+  list.Add("PhiFusion.write_confidence_maps", &write_confidence_maps,
+           "Write how probably each pixel's depth is right to stereo/confidence_maps");
   list.Add("PhiFusion.max_memory_gb", &max_memory_gb, "Memory for maps; 0: half of what the process may use")
       .Unit("GB")
       .AtLeast(0)
@@ -41,6 +43,12 @@ std::int64_t SceneFusionOptions::MemoryBytes() const {
 std::string SceneFusionOptions::Check() const {
   if (const std::string problem = SceneFusionOptions(*this).List().Check(); !problem.empty()) return problem;
   if (const std::string problem = rule.Check(); !problem.empty()) return problem;
+  if (write_confidence_maps && rule.method.formulas == phi::Formulas::kPaper)
+    return "--PhiFusion.write_confidence_maps: with --PhiFusion.formulas paper nothing has a confidence; leave one of the two out";
+  if (write_confidence_maps && input.downsize) {
+    return "--PhiFusion.write_confidence_maps: they have the depth maps' size, which --StereoFusion.max_image_size would change; "
+           "leave one of the two out";
+  }
   constexpr int kMost = phi::kMaxFusionNeighbors / 2;
   if (max_neighbors == -1 || (max_neighbors >= 1 && max_neighbors <= kMost)) return "";
   return "--StereoFusion.check_num_images is " + std::to_string(max_neighbors) +

@@ -24,6 +24,8 @@ void RemoveRecordedMaps(const Workspace& workspace) {
       std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
       if (IsOneOf(path, result.files)) fs::remove(path, ignored);
     }
+    std::error_code ignored;
+    fs::remove(workspace.ConfidenceMapPath(image, kind), ignored);  // fusion made it of the map that is gone
     record.Forget(task);
   }
   record.Compact();

@@ -284,6 +284,8 @@ void MapStore::RemoveOthers(int image, const std::string& kind, const CompleteFi
     std::error_code ignored;  // a file that is not there is as good as one removed
     if (!is_its_own) fs::remove(path, ignored);
   }
+  std::error_code ignored;
+  fs::remove(workspace_.ConfidenceMapPath(image, kind), ignored);  // fusion made it of earlier maps
 }
 
 bool MapStore::MapsAreWhole(int image, const std::string& kind) const {

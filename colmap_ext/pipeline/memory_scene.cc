@@ -181,6 +181,10 @@ std::vector<SceneMaps> FillScene(const Workspace& workspace, const std::vector<s
 }
 
 SceneCloud FuseSceneMaps(const Workspace& workspace, const std::vector<SceneMaps>& maps, SceneFusionOptions options) {
+  if (options.write_confidence_maps) {
+    throw phi::UsageError(
+        "--PhiFusion.write_confidence_maps writes files beside maps in files, and has no effect on those in memory; leave it out");
+  }
   options.scratch_folder = std::filesystem::temp_directory_path();  // for flags of scenes that do not fit in memory
   SceneCloud cloud;
   MemoryCloud writer(&cloud);

@@ -61,6 +61,7 @@ bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
   if (differed) RemoveMaps(workspace, image, kMeasured);
   fs::remove(workspace.FilledMaskPath(image));
   fs::remove(workspace.FilledMaskPath(image, kMeasured));
+  fs::remove(workspace.ConfidenceMapPath(image, kGeometric));  // of the filled map
   fs::rename(workspace.DepthMapPath(image, kept), workspace.DepthMapPath(image, kGeometric));
   return true;
 }

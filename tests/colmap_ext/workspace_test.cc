@@ -81,6 +81,7 @@ TEST_F(WorkspaceTest, PathsFollowColmapsLayout) {
   EXPECT_EQ(workspace.NormalMapPath(1, kPhotometric),
             root / "stereo/normal_maps" / (name + ".photometric.bin"));
   EXPECT_EQ(workspace.CostMapPath(1, kPhotometric), root / "stereo/cost_maps" / (name + ".photometric.bin"));
+  EXPECT_EQ(workspace.ConfidenceMapPath(1, kGeometric), root / "stereo/confidence_maps" / (name + ".geometric.bin"));
   EXPECT_EQ(workspace.FilledMaskPath(1), root / "stereo/filled_masks" / (name + ".png"));
   EXPECT_EQ(workspace.FindImage(name), 1);
   EXPECT_EQ(workspace.FindImage("c.png"), 2);

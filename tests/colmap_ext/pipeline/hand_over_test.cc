@@ -43,15 +43,20 @@ class HandOver : public ::testing::Test {
     return pipeline.HandOver();
   }
 
+  // The cloud's files and the first image's confidence map.
   std::string Fuse(HandedMaps handed) {
     const Workspace workspace({.path = folder_.path()});
     SceneFusionOptions options;
     options.rule.min_num_views = 1;
+    options.write_confidence_maps = true;
     options.scratch_folder = folder_.path();
     const auto writer = MakePlyCloudWriter({.path = folder_ / "cloud.ply"});
     FuseScene(workspace, &handed, options, writer.get());
     writer->Commit();
-    return ReadBytes(folder_ / "cloud.ply") + ReadBytes(folder_ / "cloud.ply.vis");
+    const fs::path confidence = workspace.ConfidenceMapPath(0, kGeometric);
+    const std::string bytes = ReadBytes(folder_ / "cloud.ply") + ReadBytes(folder_ / "cloud.ply.vis") + ReadBytes(confidence);
+    fs::remove(confidence);
+    return bytes;
   }
 
   test_support::TemporaryFolder folder_;
