@@ -79,6 +79,15 @@ ColorImage ColorizeCost(const phi::Array2D<float>& cost, const ValueRange& range
   return picture;
 }
 
+ColorImage ColorizeConfidence(const phi::Array2D<float>& confidence) {
+  const std::vector<Rgb> palette = Palette(cv::COLORMAP_VIRIDIS);
+  ColorImage picture(confidence.width(), confidence.height(), Rgb{});
+  for (std::size_t i = 0; i < confidence.size(); ++i) {
+    if (confidence.data()[i] > 0) picture.data()[i] = palette[Level(confidence.data()[i], {0, 1})];
+  }
+  return picture;
+}
+
 ColorImage SideBySide(const ColorImage& left, const ColorImage& right) {
   const int height = std::max(left.height(), right.height());
   ColorImage both(left.width() + kGap + right.width(), height, Rgb{255, 255, 255});

@@ -1,4 +1,4 @@
-// Colour pictures of depth, normal and cost maps. Pixels without a value are black.
+// Colour pictures of depth, normal, cost and confidence maps. Pixels without a value are black.
 #pragma once
 
 #include "colmap_ext/image_file.h"
@@ -22,6 +22,9 @@ ColorImage ColorizeNormals(const phi::Array2D<phi::Vec3f>& normals);
 
 // Low (good) is dark, high is bright; 2 is the cost of a pixel without a valid match. Not finite is black.
 ColorImage ColorizeCost(const phi::Array2D<float>& cost, const ValueRange& range = {0, 2});
+
+// Sure is bright; 0 is black.
+ColorImage ColorizeConfidence(const phi::Array2D<float>& confidence);
 
 // Two pictures of one height beside each other, with a white gap.
 ColorImage SideBySide(const ColorImage& left, const ColorImage& right);

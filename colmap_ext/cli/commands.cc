@@ -16,7 +16,7 @@ constexpr Command kCommands[] = {
     {"evaluate", "accuracy, completeness and F1 of a cloud or of maps against the truth", RunEvaluate},
     {"make_scene", "render a synthetic room with exact depth and normal maps", RunMakeScene},
     {"report", "one self-contained HTML page about a workspace", RunReport},
-    {"map_inspector", "colour pictures and statistics of depth, normal and cost maps", RunMapInspector},
+    {"map_inspector", "colour pictures and statistics of depth, normal, cost and confidence maps", RunMapInspector},
     {"self_test", "compare every GPU of this machine with the CPU", RunSelfTest},
 };
 

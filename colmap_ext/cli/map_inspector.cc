@@ -1,4 +1,4 @@
-// phimvs map_inspector: colour pictures and statistics of depth, normal and cost maps, beside the truth where it is known.
+// phimvs map_inspector: colour pictures and statistics of depth, normal, cost and confidence maps, beside the truth where it is known.
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class MapType { kAuto, kDepth, kNormal, kCost };
+enum class MapType { kAuto, kDepth, kNormal, kCost, kConfidence };
 
 struct InspectorOptions {
   fs::path input_path, output_path, truth_path;
@@ -42,6 +42,7 @@ MapType TypeOf(const fs::path& path, MapType asked) {
   if (ReadMapSize(path).channels == 3) return MapType::kNormal;
   for (const fs::path& part : path) {
     if (part == "cost_maps") return MapType::kCost;
+    if (part == "confidence_maps") return MapType::kConfidence;
   }
   return MapType::kDepth;
 }
@@ -92,6 +93,14 @@ Accuracy InspectCost(const Inspection& files) {
   return {};
 }
 
+Accuracy InspectConfidence(const Inspection& files) {
+  if (!files.truth.empty()) throw phi::UsageError("a confidence map has no truth: leave out --truth_path");
+  const phi::Array2D<float> confidence = ReadDepthMap(files.map);
+  PrintStatistics(files.map, DepthStatistics(confidence), "confidence");
+  WritePicture(files.picture, ColorizeConfidence(confidence), {});
+  return {};
+}
+
 // "a/b.jpg.geometric.bin" -> "a/b.jpg", or nothing when the file is of another kind.
 std::optional<std::string> ImageName(const std::string& file, const std::string& kind) {
   const std::string suffix = "." + kind + ".bin";
@@ -122,7 +131,8 @@ std::map<std::string, Inspection> FindMaps(const InspectorOptions& options) {
 Accuracy Inspect(MapType type, const Inspection& files, const InspectorOptions& options) {
   return type == MapType::kDepth    ? InspectDepth(files, options)
          : type == MapType::kNormal ? InspectNormals(files, options)
-                                    : InspectCost(files);
+         : type == MapType::kCost   ? InspectCost(files)
+                                    : InspectConfidence(files);
 }
 
 std::map<std::string, Inspection> ListMaps(const InspectorOptions& options) {
@@ -150,8 +160,9 @@ void AddOptions(OptionParser* parser, InspectorOptions* o) {
                     {{"auto", MapType::kAuto},
                      {"depth", MapType::kDepth},
                      {"normal", MapType::kNormal},
-                     {"cost", MapType::kCost}},
-                    "What the maps hold; auto goes by the channels and by a folder named cost_maps");
+                     {"cost", MapType::kCost},
+                     {"confidence", MapType::kConfidence}},
+                    "What the maps hold; auto goes by the channels and by a folder named cost_maps or confidence_maps");
   parser->Add("map_kind", &o->map_kind, "Which maps of a folder: photometric, measured or geometric");
   parser->Add("max_relative_depth_error", &o->max_relative_depth_error,
               "Error that counts as accurate, of the depth");
@@ -162,7 +173,7 @@ void AddOptions(OptionParser* parser, InspectorOptions* o) {
 
 int RunMapInspector(int argc, char** argv) {
   InspectorOptions options;
-  OptionParser parser("map_inspector", "Colour pictures and statistics of depth, normal and cost maps");
+  OptionParser parser("map_inspector", "Colour pictures and statistics of depth, normal, cost and confidence maps");
   AddOptions(&parser, &options);
   if (!parser.Parse(argc, argv)) return 0;
 

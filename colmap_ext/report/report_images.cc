@@ -194,6 +194,7 @@ class ImageMaker {
            [&](Part* part) { add_depth("Measured depth", measured_, "confirmed by other views; black: none", part); },
            [&](Part* part) { add_depth("Final depth", geometric_, "measured and inferred; black: none", part); },
            [&](Part* part) { AddNormals(part); },
+           [&](Part* part) { AddConfidence(part); },
            [&](Part* part) { AddCost(part); },
            [&](Part* part) { AddMasks(part); },
            [&](Part* part) { AddDifferenceToTruth(part); },
@@ -212,6 +213,16 @@ class ImageMaker {
     const auto cost = Read(workspace_.CostMapPath(image_, kPhotometric),
                            [&](const auto& path) { return ReadThinnedDepthMap(path, side); }, part);
     if (cost) part->Add("Matching cost", CostPicture(*cost, side), "1 - ZNCC of the window", {"inferno", "0 alike", "2 unlike"});
+  }
+
+  void AddConfidence(Part* part) {
+    const int side = options_.picture_size;
+    const auto confidence = Read(workspace_.ConfidenceMapPath(image_, kGeometric),
+                                 [&](const auto& path) { return ReadThinnedDepthMap(path, side); }, part);
+    if (confidence) {
+      part->Add("Confidence", ConfidencePicture(*confidence, side), "how probably the final depth is right; black: none",
+                {"viridis", "0", "100 %"});
+    }
   }
 
   void AddMasks(Part* part) {

@@ -74,6 +74,13 @@ std::string CostPicture(const phi::Array2D<float>& cost, int longest_side) {
   return DataUri(Coloured(levels, cv::COLORMAP_INFERNO, cv::Scalar::all(0)), false);
 }
 
+std::string ConfidencePicture(const phi::Array2D<float>& confidence, int longest_side) {
+  const cv::Mat levels = Paint<std::uint8_t>(confidence, longest_side, CV_8UC1, [&](int x, int y) -> std::uint8_t {
+    return confidence(x, y) > 0 ? Level(confidence(x, y)) : 0;
+  });
+  return DataUri(Coloured(levels, cv::COLORMAP_VIRIDIS, cv::Scalar::all(0)), false);
+}
+
 std::string MaskPicture(const phi::Mask& mask, int longest_side) {
   const cv::Mat picture =
       Paint<std::uint8_t>(mask, longest_side, CV_8UC1, [&](int x, int y) { return mask(x, y); });

@@ -18,6 +18,8 @@ struct DepthRange {
 std::string DepthPicture(const phi::Array2D<float>& depth, DepthRange range, int longest_side);
 std::string NormalPicture(const phi::Array2D<phi::Vec3f>& normals, int longest_side);
 std::string CostPicture(const phi::Array2D<float>& cost, int longest_side);
+// Probabilities, 0: black.
+std::string ConfidencePicture(const phi::Array2D<float>& confidence, int longest_side);
 std::string MaskPicture(const phi::Mask& mask, int longest_side);
 // |depth - other| / other, from 0 to kMaxRelativeDifference; grey where one of them has no depth.
 std::string DifferencePicture(const phi::Array2D<float>& depth, const phi::Array2D<float>& other,

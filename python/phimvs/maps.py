@@ -12,8 +12,8 @@ from .errors import UsageError
 
 
 def read_map(path: str | os.PathLike[str], *, mmap: bool = False) -> np.ndarray:
-    """A depth map as float32 (H, W), camera z in world units, <= 0: none; or a normal map as (H, W, 3), unit vectors in
-    the camera frame. mmap: a read-only view of the mapped file, nothing is copied; normals lie in it plane by plane.
+    """A depth map as float32 (H, W), camera z in world units, <= 0: none; a cost or confidence map as (H, W) in its own
+    range; or a normal map as (H, W, 3), unit vectors in the camera frame. mmap: a read-only view of the mapped file, nothing is copied; normals lie in it plane by plane.
 
     Raises phimvs.InputError for a file that is missing, cut short or no COLMAP map.
     """

@@ -126,6 +126,19 @@ TEST_F(ReportCommand, TellsCoverageTimesSettingsAndScores) {
   EXPECT_NEAR(image["pixel_size"], 2 / 60.0, 1e-6);
 }
 
+TEST_F(ReportCommand, ShowsConfidencesWhereThereAreSome) {
+  const auto titles = [&] {
+    EXPECT_EQ(Write().exit_code, 0);
+    std::string all;
+    const nlohmann::json data = Data();
+    for (const auto& picture : data["images"][0]["pictures"]) all += picture["title"].get<std::string>() + "\n";
+    return all;
+  };
+  EXPECT_THAT(titles(), Not(HasSubstr("Confidence")));
+  colmap_ext::WriteDepthMap(folder_ / "dense/stereo/confidence_maps/a.png.geometric.bin", phi::Array2D<float>(kWidth, kHeight, 0.5f));
+  EXPECT_THAT(titles(), HasSubstr("Confidence"));
+}
+
 TEST_F(ReportCommand, NeedsNoNetwork) {
   ASSERT_EQ(Write().exit_code, 0);
   const std::string page = ReadBytes(folder_ / "report.html");

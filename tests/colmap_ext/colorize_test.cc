@@ -55,6 +55,15 @@ TEST(Colorize, CostGrowsBrighter) {
   EXPECT_EQ(picture(2, 0), (Rgb{0, 0, 0}));
 }
 
+TEST(Colorize, ConfidenceIsBrightWhereSureAndBlackWhereThereIsNone) {
+  Array2D<float> confidence(3, 1, 0.0f);
+  confidence(0, 0) = 0.1f;
+  confidence(1, 0) = 0.9f;
+  const auto picture = colmap_ext::ColorizeConfidence(confidence);
+  EXPECT_LT(picture(0, 0)[1], picture(1, 0)[1]);
+  EXPECT_EQ(picture(2, 0), (Rgb{0, 0, 0}));
+}
+
 TEST(Colorize, SideBySideKeepsBothPictures) {
   const colmap_ext::ColorImage left(2, 1, Rgb{1, 2, 3}), right(3, 1, Rgb{4, 5, 6});
   const auto both = colmap_ext::SideBySide(left, right);
