@@ -32,6 +32,7 @@ const std::set<std::string> kTestedElsewhere = {
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "empty_views",     // consistency_test.cc: of three views no four find nothing
     "overexposed",     // region_planes_test.cc
+    "light_sources",   // light_sources_test.cc: the room has none
     "right_angles",    // plane_choice_test.cc: it decides no region of three small views
     "shaded_surfaces",  // shaded_surface_test.cc: a region must be bent
     "spot_brightness", "sky",  // plane_choice_test.cc
