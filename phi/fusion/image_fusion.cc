@@ -16,6 +16,9 @@
 namespace phi {
 namespace {
 
+// Enough for the rater, few enough for the fastest memory.
+constexpr std::size_t kEmittedAtOnce = 8 * PointRater::kSize;
+
 float CosineOfDegrees(double angle) { return static_cast<float>(std::cos(angle * std::numbers::pi / 180)); }
 
 void ApplyRules(const Rules& rules, FusionGates* gates) {
@@ -62,17 +65,15 @@ PixelSupport SupportOf(const SupportRun& run, int i) {
   support.point.num_views = run.num_views[i];
   support.point.num_inferred = run.num_inferred[i];
   support.point.brightness_squares = run.brightness_squares[i];
+  support.point.least_cosine = run.least_cosine[i];
   for (int c = 0; c < 3; ++c) support.point.rgb_sum[c] = run.rgb_sum[c][i];
   support.point.normal_sum = {run.normal_sum[0][i], run.normal_sum[1][i], run.normal_sum[2][i]};
   return support;
 }
 
-NeighborSet ViewsOf(const SupportRun& run, int i) {
-  NeighborSet views;
-  for (const std::uint32_t k : run.agreeing) {
-    if (HasPixel(run.answers[k].agrees, i)) views.Add(static_cast<int>(k));
-  }
-  return views;
+// Without branches, which nothing could foretell.
+void AddViews(const SupportRun& run, int i, NeighborSet* views) {
+  for (const std::uint32_t k : run.agreeing) views->AddIf(run.answers[k].agrees >> i & 1u, static_cast<int>(k));
 }
 
 }  // namespace
@@ -111,7 +112,7 @@ ImageFuser::ImageFuser(const Image& reference, const std::vector<Image>& neighbo
                             MakeRelativeView(reference.camera, image.camera), static_cast<float>(1 / k.fx),
                             static_cast<float>(1 / k.fy), static_cast<const FusionMap*>(image.map)->view(), image.stands_apart});
       const RelativeView& view = neighbors_.back().view;
-      centers_.push_back(TransposedTimes(view.rotation, -1.0f * view.translation));
+      neighbors_.back().center = TransposedTimes(view.rotation, -1.0f * view.translation);
     }
   }
   if (device_ == nullptr) return;
@@ -164,32 +165,33 @@ bool ImageFuser::FuseOnDevice(Pass pass, const std::vector<std::uint32_t>& pixel
     return false;
   }
   const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
-  auto fused = decided.fused.begin();
   for (std::size_t k = 0; k < pixels.size(); ++k) {
-    const int x = static_cast<int>(pixels[k] % width), y = static_cast<int>(pixels[k] / width);
-    PixelOutcome outcome = decided.outcomes[k];
-    if (outcome == PixelOutcome::kFused) {
-      outcome = Emit(x, y, fused->point, fused->doubts, fused->views, block);
-      ++fused;
-    }
-    Note(pass, x, y, outcome, block);
+    if (decided.outcomes[k] == PixelOutcome::kFused) continue;
+    Note(pass, static_cast<int>(pixels[k] % width), static_cast<int>(pixels[k] / width), decided.outcomes[k], block);
   }
+  Emit(pass, decided.fused, block);
   return true;
 }
 
 void ImageFuser::FuseOnHost(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block) {
   SupportRun run(neighbors_);
+  std::vector<FusedPixel> fused;
   const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
   for (std::size_t k = 0; k < pixels.size();) {
     const std::uint32_t y = pixels[k] / width, x = pixels[k] % width / kRunLength * kRunLength;
     const std::uint32_t first = y * width + x, end = first + std::min<std::uint32_t>(kRunLength, width - x);
     RunBits wanted = 0;
     for (; k < pixels.size() && pixels[k] < end; ++k) wanted |= RunBits{1} << (pixels[k] - first);
-    FuseRun(pass, static_cast<int>(x), static_cast<int>(y), wanted, &run, block);
+    FuseRun(pass, static_cast<int>(x), static_cast<int>(y), wanted, &run, &fused, block);
+    if (fused.size() < kEmittedAtOnce) continue;
+    Emit(pass, fused, block);
+    fused.clear();
   }
+  Emit(pass, fused, block);
 }
 
-void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block) {
+void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, std::vector<FusedPixel>* fused,
+                         FusedBlock* block) {
   const FusionGates& gates = GatesOf(pass);
   const ReferenceRun reference = MakeRun(x, y, wanted);
   DecideRun(neighbors_, gates, reference, run);
@@ -201,9 +203,16 @@ void ImageFuser::FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* ru
     }
     const PixelSupport support = SupportOf(*run, i);
     const bool is_inferred = (reference.color[i] >> 24 & FusionPixel::kInferred) != 0;
-    PixelOutcome outcome = JudgePixel(gates, support, is_inferred);
-    if (outcome == PixelOutcome::kFused) outcome = Emit(x + i, y, support.point, DoubtsOf(support), ViewsOf(*run, i), block);
-    Note(pass, x + i, y, outcome, block);
+    const PixelOutcome outcome = JudgePixel(gates, support, is_inferred);
+    if (outcome == PixelOutcome::kFused) {
+      FusedPixel& pixel = fused->emplace_back();
+      pixel.pixel = static_cast<std::uint32_t>(y * outcomes_.width() + x + i);
+      pixel.point = support.point;
+      pixel.doubts = DoubtsOf(support);
+      AddViews(*run, i, &pixel.views);
+    } else {
+      Note(pass, x + i, y, outcome, block);
+    }
   }
 }
 
@@ -233,11 +242,15 @@ void ImageFuser::RateRun(Pass pass, int x, int y, RunBits wanted, SupportRun* ru
   FusionGates gates = GatesOf(pass);
   gates.max_coarsening = 0;  // no image samples so finely that it covers anything
   DecideRun(neighbors_, gates, MakeRun(x, y, wanted), run);
+  PointRater rater;
   for (int i = 0; i < kRunLength; ++i) {
     if (!HasPixel(wanted, i)) continue;
     const PixelSupport support = SupportOf(*run, i);
-    const float angle = WidestAngle(PointOf(x + i, y, support.point), ViewsOf(*run, i));
-    (*confidence)(x + i, y) = PointConfidence(MakePointTerms(support.point, DoubtsOf(support), angle));
+    rater.Add(support.point, DoubtsOf(support));
+  }
+  rater.Rate();
+  for (int i = 0, number = 0; i < kRunLength; ++i) {
+    if (HasPixel(wanted, i)) (*confidence)(x + i, y) = rater.ConfidenceOf(number++);
   }
 }
 
@@ -258,40 +271,37 @@ ReferenceRun ImageFuser::MakeRun(int x, int y, RunBits wanted) const {
   return reference;
 }
 
-Vec3f ImageFuser::PointOf(int x, int y, const PointSupport& support) const {
-  const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
-  return (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
-}
-
-float ImageFuser::WidestAngle(Vec3f point, const NeighborSet& views) const {
-  float cosine = 1;
-  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
-    if (!views.Contains(static_cast<int>(k))) continue;
-    const Vec3f theirs = point - centers_[k];
-    cosine = std::min(cosine, Dot(point, theirs) / std::sqrt(Dot(point, point) * Dot(theirs, theirs)));
+void ImageFuser::Emit(Pass pass, std::span<const FusedPixel> pixels, FusedBlock* block) {
+  const std::uint32_t width = static_cast<std::uint32_t>(outcomes_.width());
+  for (std::size_t begin = 0; begin < pixels.size(); begin += PointRater::kSize) {
+    const auto some = pixels.subspan(begin, std::min<std::size_t>(PointRater::kSize, pixels.size() - begin));
+    PointRater rater;
+    for (const FusedPixel& pixel : some) rater.Add(pixel.point, pixel.doubts);
+    rater.Rate();
+    for (int i = 0; i < rater.size(); ++i) {
+      const FusedPixel& pixel = some[static_cast<std::size_t>(i)];
+      const int x = static_cast<int>(pixel.pixel % width), y = static_cast<int>(pixel.pixel / width);
+      const PixelOutcome outcome = EmitPixel(x, y, pixel, rater.ConfidenceOf(i), block);
+      if (keeps_terms_ && outcome == PixelOutcome::kFused) block->terms.push_back(rater.TermsOf(i));
+      Note(pass, x, y, outcome, block);
+    }
   }
-  return std::acos(std::max(-1.0f, cosine)) * static_cast<float>(180 / std::numbers::pi);
 }
 
-PixelOutcome ImageFuser::Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
-                              FusedBlock* block) const {
-  PointCandidate candidate;
-  candidate.point = PointOf(x, y, support);
-  const PointTerms terms = MakePointTerms(support, doubts, WidestAngle(candidate.point, views));
-  const float confidence = PointConfidence(terms);
+PixelOutcome ImageFuser::EmitPixel(int x, int y, const FusedPixel& pixel, float confidence, FusedBlock* block) const {
   if (confidence < min_confidence_) return PixelOutcome::kImprobable;
+  const PointSupport& support = pixel.point;
+  const Vec3f ray = {rays_.Ray(x + 0.5f, 0).x, rays_.Ray(0, y + 0.5f).y, 1.0f};
+  PointCandidate candidate;
+  candidate.point = (*reference_.map)(x, y).depth * (1 + support.relative_depth) * ray;
   candidate.confidence = std::clamp(static_cast<int>(100 * confidence + 0.5f), 1, 100);
   candidate.normal = support.normal_sum;
   std::copy(std::begin(support.rgb_sum), std::end(support.rgb_sum), candidate.rgb_sum);
   candidate.num_views = support.num_views;
   candidate.num_inferred = support.num_inferred;
   block->views.push_back(reference_.index);
-  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
-    if (views.Contains(static_cast<int>(k))) block->views.push_back(neighbors_[k].image);
-  }
-  const PixelOutcome outcome = EmitPoint(reference_.camera.pose, box_, candidate, block);
-  if (keeps_terms_ && outcome == PixelOutcome::kFused) block->terms.push_back(terms);
-  return outcome;
+  pixel.views.ForEach([&](int k) { block->views.push_back(neighbors_[static_cast<std::size_t>(k)].image); });
+  return EmitPoint(reference_.camera.pose, box_, candidate, block);
 }
 
 // Holes are found by the outcomes of the first pass, also while others of them are being filled.

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "phi/fusion/fused_block.h"
@@ -60,26 +61,22 @@ class ImageFuser {
   bool FuseOnDevice(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block);
   void FuseOnHost(Pass pass, const std::vector<std::uint32_t>& pixels, FusedBlock* block);
   // The pixels `wanted` of up to kRunLength of row y, from x on.
-  void FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, FusedBlock* block);
+  // Those that give a point are added to `fused`; their outcomes are Emit's to note.
+  void FuseRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, std::vector<FusedPixel>* fused, FusedBlock* block);
   ReferenceRun MakeRun(int x, int y, RunBits wanted) const;
   void RateRun(Pass pass, int x, int y, RunBits wanted, SupportRun* run, Array2D<float>* confidence) const;
   // The pixels of a run from (x, y) on that have a depth, and of whose points this pass decides.
   RunBits PixelsOf(Pass pass, int x, int y) const;
   const FusionGates& GatesOf(Pass pass) const { return pass == Pass::kHoles ? hole_gates_ : gates_; }
+  void Emit(Pass pass, std::span<const FusedPixel> pixels, FusedBlock* block);
   // The point of pixel (x, y).
-  PixelOutcome Emit(int x, int y, const PointSupport& support, const PointDoubts& doubts, const NeighborSet& views,
-                    FusedBlock* block) const;
-  // Of pixel (x, y), in the reference's frame.
-  Vec3f PointOf(int x, int y, const PointSupport& support) const;
-  // Degrees between the reference's ray to the point (its frame) and those of `views`.
-  float WidestAngle(Vec3f point, const NeighborSet& views) const;
+  PixelOutcome EmitPixel(int x, int y, const FusedPixel& pixel, float confidence, FusedBlock* block) const;
   void Note(Pass pass, int x, int y, PixelOutcome outcome, FusedBlock* block);
   std::vector<std::uint32_t> HolesIn(int begin, int end) const;
 
   Image reference_;
   RayModel rays_;
   std::vector<FusionNeighbor> neighbors_;  // earlier ones first: they may end a pixel's work
-  std::vector<Vec3f> centers_;             // of the neighbours' cameras, in the reference's frame
   FusionGates gates_;
   FusionGates hole_gates_;  // normals that differ by more
   int hole_edge_;           // pixels, see FindHoles

@@ -55,6 +55,7 @@ struct FusionNeighbor {
   ArrayView2D<const FusionPixel> map;
   // From the reference. One at the same place, which has the same depths right and wrong, covers pixels and tells nothing else.
   bool stands_apart = true;
+  Vec3f center = {};  // of its camera, in the reference's frame
 
   // The ray through the centre of a pixel, z = 1.
   PHI_HD Vec3f Ray(int column, int row) const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "phi/fusion/support_pixel.h"
 
@@ -21,10 +22,31 @@ enum PointTerm {
 };
 using PointTerms = std::array<float, kNumPointTerms>;
 
-// `angle`: degrees, as kPointAngle's.
-PointTerms MakePointTerms(const PointSupport& point, const PointDoubts& doubts, float angle);
+// Rates up to kSize points at once, in vectors: one alone waits for its own logarithms, roots and divisions (60 ns).
+class PointRater {
+ public:
+  static constexpr int kSize = 16;
 
-// The model's probability.
-float PointConfidence(const PointTerms& terms);
+  // The next point, number 0 first.
+  void Add(const PointSupport& point, const PointDoubts& doubts);
+  int size() const { return size_; }
+  // All that were added.
+  void Rate();
+
+  PointTerms TermsOf(int number) const;
+  // The model's probability.
+  float ConfidenceOf(int number) const { return confidence_[number]; }
+
+ private:
+  void MakeTerms();
+
+  int size_ = 0;
+  // Of each point.
+  std::int32_t num_views_[kSize] = {}, num_measured_[kSize] = {}, num_against_[kSize] = {};
+  std::int32_t brightness_sum_[kSize] = {}, brightness_squares_[kSize] = {};  // of red + green + blue
+  float least_cosine_[kSize] = {};
+  float terms_[kNumPointTerms][kSize];
+  float confidence_[kSize];
+};
 
 }  // namespace phi

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 #include "phi/fusion/run_vectors-inl.h"
 
@@ -55,7 +56,7 @@ HWY_INLINE VF Median(const FusionGates& gates, int first, SupportRun* run) {
 
 // Sums over the images that agree with the consensus.
 struct Sums {
-  VF support;
+  VF support, least_cosine;
   Vectors3 normal;
   VI num_views, num_inferred, red, green, blue, brightness_squares;
 };
@@ -63,11 +64,19 @@ struct Sums {
 HWY_INLINE Sums ZeroSums() {
   const VF f = hn::Zero(Floats());
   const VI i = hn::Zero(Ints());
-  return {f, {f, f, f}, i, i, i, i, i, i};
+  return {f, Set(1), {f, f, f}, i, i, i, i, i, i};
 }
 
-// Drops the image where it is outside the tolerance around the median (both over the reference depth), and adds it elsewhere.
-HWY_INLINE void AddView(VF median, VF tolerance, int first, bool is_reference, RunAnswer* answer,
+// As phi::CosineOfRays.
+HWY_INLINE VF CosineOfRays(const Vectors3& point, const FusionNeighbor& neighbor) {
+  const Vec3f& center = neighbor.center;
+  const Vectors3 theirs = {hn::Sub(point.x, Set(center.x)), hn::Sub(point.y, Set(center.y)), hn::Sub(point.z, Set(center.z))};
+  return hn::Div(Dot(point, theirs), hn::Sqrt(hn::Mul(Dot(point, point), Dot(theirs, theirs))));
+}
+
+// Drops the image where it is outside the tolerance around the median (both over the reference depth), and adds it elsewhere. Returns
+// where it is added.
+HWY_INLINE Mask AddView(VF median, VF tolerance, int first, bool is_reference, RunAnswer* answer,
                         Sums* sums) {
   const Floats df;
   const Ints di;
@@ -93,16 +102,25 @@ HWY_INLINE void AddView(VF median, VF tolerance, int first, bool is_reference, R
   static_assert(FusionPixel::kInferred == 1);
   sums->num_inferred = hn::Add(sums->num_inferred, bits_of(hn::ShiftRight<24>(color), FusionPixel::kInferred));
   sums->num_views = hn::Sub(sums->num_views, hn::BitCast(di, hn::VecFromMask(df, kept)));
+  return kept;
 }
 
-HWY_INLINE void FindConsensus(const FusionGates& gates, int first, SupportRun* run) {
+HWY_INLINE void FindConsensus(const std::vector<FusionNeighbor>& neighbors, const FusionGates& gates, const ReferenceRun& reference,
+                              int first, SupportRun* run) {
   const Ints di;
   const VF median = Median(gates, first, run), tolerance = Set(gates.max_depth_error);
   Sums sums = ZeroSums();
   AddView(median, tolerance, first, true, &run->reference, &sums);
-  for (const std::uint32_t k : run->agreeing) AddView(median, tolerance, first, false, &run->answers[k], &sums);
+  const VF depth = hn::Mul(Load(reference.depth + first), hn::Add(Set(1), median));
+  const Vectors3 point = {hn::Mul(depth, Load(reference.ray_x + first)), hn::Mul(depth, Set(reference.ray_y)), depth};
+  for (const std::uint32_t k : run->agreeing) {
+    const Mask kept = AddView(median, tolerance, first, false, &run->answers[k], &sums);
+    const VF cosine = hn::IfThenElse(kept, CosineOfRays(point, neighbors[k]), sums.least_cosine);
+    sums.least_cosine = hn::Min(cosine, sums.least_cosine);
+  }
   Store(median, run->relative_depth + first);
   Store(sums.support, run->support + first);
+  Store(sums.least_cosine, run->least_cosine + first);
   Store(sums.normal.x, run->normal_sum[0] + first);
   Store(sums.normal.y, run->normal_sum[1] + first);
   Store(sums.normal.z, run->normal_sum[2] + first);

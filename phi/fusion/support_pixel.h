@@ -40,6 +40,7 @@ struct PointSupport {
   int rgb_sum[3] = {0, 0, 0};
   int brightness_squares = 0;  // sum of (red + green + blue)^2
   Vec3f normal_sum;  // reference frame, weighted by agreement
+  float least_cosine = 1;  // between the reference's ray to it and another image's
 };
 
 // What the images make of a pixel together. Of a pixel without depth, or a covered one, only that is told.
@@ -168,6 +169,12 @@ PHI_HD float AddView(const FusionGates& gates, const FusionPixel& pixel, Vec3f n
   return nearness;
 }
 
+// Between the rays from the reference's camera and the neighbour's to a point in the reference's frame.
+PHI_HD float CosineOfRays(Vec3f point, const FusionNeighbor& neighbor) {
+  const Vec3f theirs = point - neighbor.center;
+  return Dot(point, theirs) / sqrtf(Dot(point, point) * Dot(theirs, theirs));
+}
+
 // At most kMaxFusionNeighbors neighbours.
 PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbors, const FusionGates& gates,
                                 const ReferencePixel& reference) {
@@ -198,6 +205,7 @@ PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbo
   point.relative_depth = depths.Median();
   point.normal_sum = {0, 0, 0};
   result.reference_is_near = AddView(gates, reference.pixel, UnpackNormal(reference.pixel.normal), 0, 1, &point) > 0;
+  const Vec3f position = reference.pixel.depth * (1 + point.relative_depth) * reference.ray;
   for (int k = 0; k < num_neighbors; ++k) {
     if (!agreeing.Contains(k)) continue;
     const NeighborAnswer answer = AskNeighbor(neighbors[k], gates, reference);  // once more costs less than to keep all
@@ -205,6 +213,7 @@ PHI_HD PixelSupport DecidePixel(const FusionNeighbor* neighbors, int num_neighbo
         AddView(gates, answer.pixel, answer.normal, answer.relative_depth, answer.agreement, &point);
     if (!(nearness > 0)) continue;
     result.support += nearness * answer.agreement;
+    point.least_cosine = Min(CosineOfRays(position, neighbors[k]), point.least_cosine);
     result.views.Add(k);
   }
   return result;

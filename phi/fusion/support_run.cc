@@ -69,7 +69,7 @@ void Decide(const std::vector<FusionNeighbor>& neighbors, const FusionGates& gat
   }
   run->reference.agrees = open;
   for (int first = 0; first < kRunLength; first += kLanes) {
-    if (!hn::AllFalse(Floats(), FromBits(open, first))) FindConsensus(gates, first, run);
+    if (!hn::AllFalse(Floats(), FromBits(open, first))) FindConsensus(neighbors, gates, reference, first, run);
   }
 }
 

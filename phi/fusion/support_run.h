@@ -62,6 +62,7 @@ struct SupportRun {
   alignas(64) std::int32_t rgb_sum[3][kRunLength];
   alignas(64) std::int32_t brightness_squares[kRunLength];  // sum of (red + green + blue)^2
   alignas(64) float normal_sum[3][kRunLength];  // reference frame, weighted by agreement
+  alignas(64) float least_cosine[kRunLength];   // between the reference's ray to the point and another image's
   RunAnswer reference;
   std::vector<RunAnswer> answers;  // by neighbour
 

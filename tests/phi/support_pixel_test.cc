@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -26,6 +27,8 @@ std::vector<FusionNeighbor> Neighbors(const RenderedScene& scene, const std::vec
       neighbors.push_back({static_cast<std::uint32_t>(i), earlier,
                            MakeRelativeView(scene.views[reference].camera, scene.views[i].camera),
                            static_cast<float>(1 / k.fx), static_cast<float>(1 / k.fy), maps[i].view()});
+      const RelativeView& view = neighbors.back().view;
+      neighbors.back().center = TransposedTimes(view.rotation, -1.0f * view.translation);
     }
   }
   return neighbors;
@@ -50,6 +53,7 @@ void ExpectSame(const PixelSupport& pixel, const SupportRun& run, int i, Tally* 
   ASSERT_EQ(pixel.num_agreeing, run.num_agreeing[i]);
   ASSERT_EQ(Bits(pixel.point.relative_depth), Bits(run.relative_depth[i]));
   ASSERT_EQ(Bits(pixel.support), Bits(run.support[i]));
+  ASSERT_EQ(Bits(pixel.point.least_cosine), Bits(run.least_cosine[i]));
   ASSERT_EQ(pixel.reference_is_near, (run.reference.agrees >> i & 1) != 0);
   ASSERT_EQ(pixel.point.num_views, run.num_views[i]);
   ASSERT_EQ(pixel.point.num_inferred, run.num_inferred[i]);
@@ -120,6 +124,36 @@ TEST(SupportPixel, IsTheRunsRuleToTheBit) {
                           tally.seen_through, tally.hidden, tally.agreeing, tally.dropped}) {
     EXPECT_GT(count, 100);
   }
+}
+
+// In world coordinates, where no neighbour's frame comes in.
+TEST(SupportPixel, KnowsTheWidestAngleOfItsViews) {
+  const RenderedScene scene = test_support::SphereScene();
+  const std::vector<FusionMap> maps = test_support::MakeNoisyMaps(scene);
+  const std::vector<FusionNeighbor> neighbors = Neighbors(scene, maps, 1);
+  const Camera& camera = scene.views[1].camera;
+  const RayModel rays = MakeRayModel(camera.pinhole);
+  const auto center_of = [](const Pose& pose) -> Eigen::Vector3d { return -(pose.rotation.transpose() * pose.translation); };
+  int num_compared = 0;
+  for (int y = 0; y < maps[1].height(); ++y) {
+    for (int x = 0; x < maps[1].width(); ++x) {
+      const ReferencePixel reference = {maps[1](x, y), rays.Ray(x + 0.5f, y + 0.5f), rays.fx};
+      const PixelSupport pixel = DecidePixel(neighbors.data(), static_cast<int>(neighbors.size()), FusionGates(), reference);
+      if (!pixel.has_depth || pixel.is_covered) continue;
+      const double depth = static_cast<double>(reference.pixel.depth) * (1 + static_cast<double>(pixel.point.relative_depth));
+      const Eigen::Vector3d in_frame = depth * Eigen::Vector3d(reference.ray.x, reference.ray.y, 1);
+      const Eigen::Vector3d world = camera.pose.rotation.transpose() * (in_frame - camera.pose.translation);
+      double least = 1;
+      for (std::size_t k = 0; k < neighbors.size(); ++k) {
+        if (!pixel.views.Contains(static_cast<int>(k))) continue;
+        const Eigen::Vector3d theirs = world - center_of(scene.views[neighbors[k].image].camera.pose);
+        least = std::min(least, (world - center_of(camera.pose)).normalized().dot(theirs.normalized()));
+      }
+      ASSERT_NEAR(pixel.point.least_cosine, least, 1e-6) << x << ", " << y;
+      num_compared += pixel.point.num_views > 2 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(num_compared, 100);
 }
 
 }  // namespace
