@@ -5,9 +5,10 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -45,11 +46,27 @@ void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& funct
   });
 }
 
+bool IsAboutUnit(phi::Vec3f normal) {
+  const float squared_norm = phi::Dot(normal, normal);
+  return squared_norm > 0.25f && squared_norm < 4.0f;
+}
+
+// Those of about unit length; the others' are of no use.
+void PackRow(const float* const normal[3], std::vector<std::uint32_t>* packed) {
+  const float *const x = normal[0], *const y = normal[1], *const z = normal[2];
+  std::uint32_t* const words = packed->data();
+  for (std::size_t i = 0; i < packed->size(); ++i) {
+    const phi::Vec3f n = {x[i], y[i], z[i]};
+    const bool is_unit = IsAboutUnit(n);
+    const phi::PackedNormal p = phi::PackNormal({is_unit ? n.x : 0, is_unit ? n.y : 0, is_unit ? n.z : 1});
+    words[i] = static_cast<std::uint16_t>(p.x) | static_cast<std::uint32_t>(static_cast<std::uint16_t>(p.y)) << 16;
+  }
+}
+
 }  // namespace
 
 phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int x, int y) {
-  const float squared_norm = phi::Dot(normal, normal);
-  if (squared_norm > 0.25f && squared_norm < 4.0f) return phi::PackNormal(normal);
+  if (IsAboutUnit(normal)) return phi::PackNormal(normal);
   const phi::Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
 }
@@ -148,26 +165,33 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionM
   const MapSize source = handed.map != nullptr ? MapSize{handed.map->width(), handed.map->height(), 1} : ReadSize(image);
   const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
   const auto source_row = [&](int y) { return NearestPixel(y, map->height(), source.height); };
-  const auto add_row = [&](int y, const auto& plane_at) {
+  // pack(source_x, normal, x): the pixel's normal.
+  const auto add_row = [&](int y, const auto& plane_at, const auto& pack) {
     for (int x = 0; x < map->width(); ++x) {
       const int source_x = map->width() == source.width ? x : NearestPixel(x, map->width(), source.width);
       const phi::PlaneHypothesis plane = plane_at(source_x);
       if (!(plane.depth > 0) || !std::isfinite(plane.depth)) continue;
       phi::FusionPixel& pixel = (*map)(x, y);
       pixel.depth = plane.depth;
-      pixel.normal = PackChecked(plane.normal, rays, x, y);
+      pixel.normal = pack(source_x, plane.normal, x);
     }
   };
   ForRows(map->height(), [&](int begin, int end) {
     int y = begin;
     if (handed.map != nullptr) {
-      for (; y < end; ++y) add_row(y, [&](int source_x) { return handed.map->planes(source_x, source_row(y)); });
+      const auto pack = [&](int, phi::Vec3f normal, int x) { return PackChecked(normal, rays, x, y); };
+      for (; y < end; ++y) add_row(y, [&](int source_x) { return handed.map->planes(source_x, source_row(y)); }, pack);
       return;
     }
+    std::vector<std::uint32_t> packed(static_cast<std::size_t>(source.width));
+    const auto pack = [&](int source_x, phi::Vec3f normal, int x) {
+      if (!IsAboutUnit(normal)) return PackChecked(normal, rays, x, y);
+      return std::bit_cast<phi::PackedNormal>(packed[static_cast<std::size_t>(source_x)]);
+    };
     const auto consume = [&](int source_y, const PlaneRow& row) {
-      for (; y < end && source_row(y) == source_y; ++y) {
-        add_row(y, [&](int i) { return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]}; });
-      }
+      PackRow(row.normal, &packed);
+      const auto plane_at = [&](int i) { return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]}; };
+      for (; y < end && source_row(y) == source_y; ++y) add_row(y, plane_at, pack);
     };
     ReadPlaneRows(workspace_.DepthMapPath(image, input_.kind), workspace_.NormalMapPath(image, input_.kind), consume,
                   {source_row(begin), source_row(end - 1) + 1});
@@ -179,7 +203,8 @@ void FusionMapReader::AddColors(const ColorImage& colors, phi::FusionMap* map) {
     for (int y = begin; y < end; ++y) {
       for (int x = 0; x < map->width(); ++x) {
         const Rgb& rgb = colors(x, y);
-        std::copy(std::begin(rgb), std::end(rgb), (*map)(x, y).rgb);
+        std::uint8_t* const to = (*map)(x, y).rgb;
+        for (std::size_t c = 0; c < 3; ++c) to[c] = rgb[c];  // std::copy calls the C library for each pixel
       }
     }
   });

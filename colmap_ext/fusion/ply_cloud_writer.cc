@@ -125,13 +125,12 @@ class PlyCloudWriter : public CloudWriter {
   }
 
   static std::vector<std::uint32_t> PackViews(const phi::FusedBlock& block) {
-    std::vector<std::uint32_t> words;
-    words.reserve(block.points.size() + block.views.size());
-    auto next = block.views.begin();
+    std::vector<std::uint32_t> words(block.points.size() + block.views.size());
+    std::uint32_t* to = words.data();
+    const std::uint32_t* next = block.views.data();
     for (const std::uint32_t count : block.view_counts) {
-      words.push_back(count);
-      words.insert(words.end(), next, next + count);
-      next += count;
+      *to++ = count;
+      for (std::uint32_t i = 0; i < count; ++i) *to++ = *next++;
     }
     return words;
   }

@@ -24,9 +24,9 @@ PHI_HD std::int16_t ToSigned16(float v) {
 PHI_HD PackedNormal PackNormal(Vec3f n) {
   const float s = 1.0f / (fabsf(n.x) + fabsf(n.y) + fabsf(n.z));
   const float x = n.x * s, y = n.y * s;
-  if (n.z >= 0) return {ToSigned16(x), ToSigned16(y)};
-  return {ToSigned16((1.0f - fabsf(y)) * (x >= 0 ? 1.0f : -1.0f)),
-          ToSigned16((1.0f - fabsf(x)) * (y >= 0 ? 1.0f : -1.0f))};
+  // Chosen between, not branched to: rows of normals are packed in vectors.
+  const float folded_x = (1.0f - fabsf(y)) * (x >= 0 ? 1.0f : -1.0f), folded_y = (1.0f - fabsf(x)) * (y >= 0 ? 1.0f : -1.0f);
+  return {ToSigned16(n.z >= 0 ? x : folded_x), ToSigned16(n.z >= 0 ? y : folded_y)};
 }
 
 // Of a PackedNormal's numbers.

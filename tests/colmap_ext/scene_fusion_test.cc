@@ -10,6 +10,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <random>
@@ -280,6 +282,39 @@ TEST(SceneFusion, ReadsMapsAtAnySmallerSize) {
     const FusionMapReader reader(workspace, {.mask_path = {}, .downsize = true});
     EXPECT_EQ(reader.Read(0).width(), size);
     EXPECT_EQ(reader.Read(0).height(), workspace.views()[0].camera.pinhole.height);
+  }
+}
+
+// Row by row in vectors, also of maps that are read smaller.
+TEST(SceneFusion, MissingAndDamagedNormalsFaceTheCamera) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene({}, {0, 0, -1}), folder.path());
+  std::mt19937 random(3);
+  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.0f - 1; };
+  phi::Array2D<phi::Vec3f> normals(160, 120);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kLengths[] = {1, 0.9f, 0, 3, kNaN, 1e30f};
+    normals.data()[i] =
+        kLengths[i % std::size(kLengths)] * phi::Normalized({uniform(), uniform(), uniform()});
+  }
+  WriteNormalMap(MapPath(folder.path(), "normal_maps", 0), normals);
+  for (const int step : {1, 2}) {
+    const Workspace workspace({.path = folder.path(), .max_image_size = 160 / step});
+    const FusionMapReader reader(workspace, {.mask_path = {}, .downsize = true});
+    const phi::FusionMap map = reader.Read(0);
+    const phi::RayModel rays = phi::MakeRayModel(reader.ReadCamera(0).pinhole);
+    ASSERT_EQ(map.width(), 160 / step);
+    for (int y = 0; y < map.height(); ++y) {
+      for (int x = 0; x < map.width(); ++x) {
+        const phi::Vec3f normal = normals(x * step + step / 2, y * step + step / 2);
+        const float norm = phi::Norm(normal);
+        const bool is_good = norm > 0.5f && norm < 2;
+        const phi::PackedNormal expected =
+            phi::PackNormal(is_good ? normal : -1.0f * rays.Ray(x + 0.5f, y + 0.5f));
+        ASSERT_EQ(map(x, y).normal.x, expected.x) << x << ", " << y;
+        ASSERT_EQ(map(x, y).normal.y, expected.y) << x << ", " << y;
+      }
+    }
   }
 }
 
