@@ -8,8 +8,8 @@ namespace phi {
 namespace {
 
 // As the fit printed them, in the order of PointTerm.
-constexpr PointTerms kPointWeights = {1.088f, 2.933f, 0.424f, -0.247f};
-constexpr float kPointConstant = -1.500f;
+constexpr PointTerms kPointWeights = {1.549f, 3.394f, 0.410f, -0.308f};
+constexpr float kPointConstant = -1.340f;
 
 constexpr float kLeastAngle = 0.3f;  // degrees
 

@@ -151,7 +151,7 @@ TEST(ConfidenceMap, ValueByHand) {
   const float value = Rate(MakeFuser(scene, 0, {}, &maps), maps[0])(x, y);
   // One image measured it, two of three agree, 10 grey levels from their mean.
   const double angle = std::atan(0.4 / 4) * 180 / std::numbers::pi;
-  const double log_odds = -1.5 + 1.088 * std::log2(2) + 2.933 * 2 / 3 + 0.424 * std::log2(0.3 + angle) - 0.247 * std::log2(11);
+  const double log_odds = -1.34 + 1.549 * std::log2(2) + 3.394 * 2 / 3 + 0.41 * std::log2(0.3 + angle) - 0.308 * std::log2(11);
   EXPECT_NEAR(value, 1 / (1 + std::exp(-log_odds)), 1e-3);
 }
 

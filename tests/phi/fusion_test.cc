@@ -352,6 +352,9 @@ TEST(Fusion, AnInferredPixelNeedsMoreSupport) {
 TEST(Fusion, APointIsSurerTheMoreImagesAgreeAndTheFewerDoNot) {
   const RenderedScene scene = PlaneScene({.num_views = 4}, {0, 0, -1});
   std::vector<FusionMap> maps = MakeMaps(scene);
+  for (FusionMap& map : maps) {
+    for (FusionPixel& pixel : map) pixel.flags = FusionPixel::kInferred;  // measured ones would all be at a hundred per cent
+  }
   const auto fuse = [&](const FusionOptions& options) {
     std::vector<FusionMap> copy = maps;
     return MakeFuser(scene, 0, options, &copy).FuseRows(60, 61);
