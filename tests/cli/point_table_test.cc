@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,7 @@ TEST_F(PointTable, HasEachPointsPlaceNearestCameraAndWhatItsConfidenceComesFrom)
   ASSERT_EQ(rows.size(), points.size());
   ASSERT_GT(points.size(), 1000u);
   int num_not_nearest_of_all = 0;
+  std::map<phi::PointTerms, int> confidences;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Eigen::Vector3d place(rows[i].xyz[0], rows[i].xyz[1], rows[i].xyz[2]);
     for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(rows[i].xyz[axis], points[i].xyz[axis]) << i;
@@ -94,7 +96,10 @@ TEST_F(PointTable, HasEachPointsPlaceNearestCameraAndWhatItsConfidenceComesFrom)
     for (std::size_t view = 0; view < scene_.views.size(); ++view) nearest_of_all = std::min(nearest_of_all, distance(view));
     num_not_nearest_of_all += nearest > nearest_of_all;
     ASSERT_NEAR(rows[i].distance, nearest, 1e-5) << i;
-    ASSERT_EQ(std::max(1L, std::lround(100 * phi::PointConfidence(rows[i].terms))), points[i].confidence) << i;
+    // Nothing is inferred here.
+    ASSERT_NEAR(rows[i].terms[phi::kPointMeasured], std::log2(1.0 + static_cast<double>(points[i].views.size())), 1e-5) << i;
+    const auto same = confidences.emplace(rows[i].terms, points[i].confidence).first;
+    ASSERT_EQ(same->second, points[i].confidence) << i << ": equal terms, another confidence";
   }
   EXPECT_GT(num_not_nearest_of_all, 10) << "all views see all points: nothing is tested";
 }
