@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -12,7 +13,6 @@
 
 #include "colmap_ext/fusion/scene_fusion.h"
 #include "colmap_ext/workspace.h"
-#include "phi/base/error.h"
 
 namespace {
 
@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
     FuseScene(workspace, options, &writer);
     writer.Commit();
     return writer.is_good() ? 0 : 3;
-  } catch (const phi::Error& error) {
+  } catch (const std::exception& error) {  // threads that cannot be made, too
     std::fprintf(stderr, "point_table: %s\n", error.what());
     return 1;
   }
