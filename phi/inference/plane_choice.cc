@@ -20,6 +20,10 @@ constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
 
+// The sky, in place of what may be: so much of what is too little for something else, and so many of the spots beside the cells shown
+// there. A white wall that no view shows but the image itself would look like the sky, too.
+constexpr double kClearlySky = 0.5, kMinShownSky = 0.5;
+
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 
 // What a view's region says of a plane.
@@ -210,7 +214,7 @@ class PlaneChoice {
   // What the region is if it is not on the plane.
   Sky JudgeSky(const ImagePlane& plane) const {
     if (IsUnlikeForetold(plane)) return Sky::kSeen;
-    return LooksInfinitelyFar(plane) ? Sky::kMayBe : Sky::kNot;
+    return LookFar(plane);
   }
 
   // A plane moves from view to view, and its border with it: it foretells what the views show in the spots' directions. Between a
@@ -227,24 +231,31 @@ class PlaneChoice {
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
   // skirting; the sky begins where the cells of a roof end. Cells of clues alone say nothing against the sky: just above a roof all
   // views match its edge, and their agreement makes clues there.
-  bool LooksInfinitelyFar(const ImagePlane& plane) const {
+  Sky LookFar(const ImagePlane& plane) const {
     const std::vector<AnchorCell> on = CellsOn(plane);
-    if (on.empty() || region_.spots.empty()) return false;
+    if (on.empty() || region_.spots.empty() || !(limits_.min_unlike_sky > 0)) return Sky::kNot;
     std::vector<Place> places;
     for (const AnchorCell& cell : on) {
       if (cell.is_measured) places.push_back({cell.x, cell.y});
     }
     const std::vector<Place> hull = ConvexHull(std::move(places));
-    double unlike_sky = 0, all = 0;
+    double unlike_sky = 0, all = 0, num_asked = 0, num_shown = 0;
     for (const Spot& spot : region_.spots) {
       const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return limits_.min_unlike_sky > 0;  // it goes on without end
+      if (!(w > 0)) return Sky::kMayBe;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
-      const bool is_inside = IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)});
-      unlike_sky += area * (is_inside || region_.views == nullptr ? 1 : region_.views->Unlike(spot, 0));
+      if (region_.views == nullptr || IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)})) {
+        unlike_sky += area;
+        continue;
+      }
+      const FarSpot far = region_.views->LookFar(spot, w);
+      unlike_sky += area * far.unlike;
+      ++num_asked;
+      if (far.is_shown) ++num_shown;
     }
-    return unlike_sky < limits_.min_unlike_sky * all;
+    if (!(unlike_sky < limits_.min_unlike_sky * all)) return Sky::kNot;
+    return num_shown >= kMinShownSky * num_asked && unlike_sky < kClearlySky * limits_.min_unlike_sky * all ? Sky::kSeen : Sky::kMayBe;
   }
 
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }

@@ -57,6 +57,23 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   return num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_like + num_unlike);
 }
 
+FarSpot SpotViews::LookFar(const Spot& spot, double inverse_depth) const {
+  const auto w = static_cast<float>(inverse_depth);
+  int num_alike = 0, num_unlike = 0;
+  for (const Source& source : sources_) {
+    const std::optional<Shown> far = Find(source, spot, 0);
+    if (!far || MeasuredElse(source, *far, 0, kDepthGap)) continue;
+    if (!IsUnlikeThere(source, spot, *far)) {
+      ++num_alike;
+      continue;
+    }
+    const std::optional<Shown> shown = Find(source, spot, w);
+    const bool is_told = shown && !MeasuredElse(source, *shown, w, kDepthGap);
+    if (!is_told || !IsUnlikeThere(source, spot, *shown)) ++num_unlike;
+  }
+  return {num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_alike + num_unlike), num_alike > 0};
+}
+
 Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const {
   Foretold foretold;
   for (const Source& source : sources_) {

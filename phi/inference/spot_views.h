@@ -25,6 +25,13 @@ struct Foretold {
   std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
 };
 
+// What the source views show in a spot's direction, infinitely far away, where they show it alike in one of two places: there, or at
+// its point.
+struct FarSpot {
+  double unlike = 0;      // of these views, the share that shows it alike at its point alone; 0: there is none
+  bool is_shown = false;  // one shows it alike infinitely far away
+};
+
 // What a source shows of a spot at some inverse depth.
 struct ShadeOfSpot {
   float change;  // grey levels by which the reference is brighter, exposures made alike
@@ -38,8 +45,12 @@ class SpotViews {
 
   // Of the source views that show the spot's point at inverse depth w, the share with another brightness there; 0: none shows
   // it. A view that measured something else at the place tells nothing: the point is hidden there, or the measurement is wrong.
-  // w = 0: infinitely far, as the sky is. 1 below, which is no depth.
+  // 1 for less than 0, which is no depth.
   double Unlike(const Spot& spot, double w) const;
+
+  // w > 0: of the spot's point. A view that shows the spot alike in neither place tells nothing: it was exposed otherwise, in a way
+  // that no gain explains. One that does not show the point, or measured something else there, tells of infinity alone.
+  FarSpot LookFar(const Spot& spot, double w) const;
 
   // `plane`: of the reference image. Where something was measured, by a view in a spot's direction or by the reference before the
   // plane, it hides what the plane foretells.

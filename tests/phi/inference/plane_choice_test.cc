@@ -240,7 +240,8 @@ TEST(PlaneChoice, PlanesAlongADirectionGoThroughTheCellsOfAllViews) {
 }
 
 // The image above a roof, all of one brightness. Two source cameras, half a metre to the left and to the right, face as the
-// reference does, so that they show the sky where the reference shows it. What they show at columns 0 to 79 decides.
+// reference does, so that they show the sky where the reference shows it, and the roof's plane 24 to 28 columns to a side of it. What
+// they show at the columns 0 to 79 of some spots decides.
 struct AboveARoof {
   SceneView reference = test_support::CenteredView(1, 160, 120, 150);
   std::array<SceneView, 2> sources = {test_support::CenteredView(2, 160, 120, 150), test_support::CenteredView(3, 160, 120, 150)};
@@ -251,7 +252,9 @@ struct AboveARoof {
   AboveARoof(std::uint8_t first_left, std::uint8_t second_left) {
     const auto image = [](std::uint8_t left) {
       auto plain = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
-      for (int y = 0; y < 120; ++y) std::fill(&(*plain)(0, y), &(*plain)(0, y) + 80, left);
+      for (int y = 0; y < 120; ++y) {
+        for (int x = 15; x < 80; x += 10) (*plain)(x, y) = left;
+      }
       return plain;
     };
     input.reference = {&reference, image(100)};
@@ -402,6 +405,40 @@ TEST(PlaneChoice, WhatMovesFromViewToViewIsNoSky) {
   EXPECT_FALSE(AboveARoof(106, 106).IsTaken(0.6)) << "six grey levels are no other brightness";
 }
 
+// What a plane of the roof would leave: the sky, something that may be the sky, or neither.
+Sky LeftAboveARoof(AboveARoof scene, const std::vector<int>& rows) {
+  scene.spots.clear();
+  for (const int y : rows) {
+    for (int x = 15; x < 145; x += 10) scene.spots.push_back({x, y});
+  }
+  PlaneChoiceLimits limits = kLimits;
+  limits.min_unlike_sky = 0.6;
+  const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
+  return ChoosePlanes({scene.roof, scene.spots, &views}, Planes{}, std::array{kWall}, limits).sky;
+}
+
+TEST(PlaneChoice, WithHalfAsMuchAgainstItItIsTheSky) {
+  const AboveARoof scene(100, 100);
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25, 35, 75, 85, 95}), Sky::kMayBe) << "3 of 7 on the roof";
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25, 75}), Sky::kSeen) << "1 of 4";
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 75, 85}), Sky::kNot) << "2 of 3";
+}
+
+// A camera may show the sky brighter than another one by more than their gain. Then it shows it so at the roof's depth as well.
+TEST(PlaneChoice, ViewsThatShowTheRegionAlikeNowhereTellNothing) {
+  AboveARoof scene(100, 100);
+  const auto brighter_above = [&](int end) {
+    auto image = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
+    std::fill(image->data(), &(*image)(0, end), 140);
+    for (ViewImage& source : scene.input.sources) source.image = image;
+    return scene;
+  };
+  EXPECT_EQ(LeftAboveARoof(brighter_above(60), {5, 15, 25}), Sky::kMayBe) << "no view shows it";
+  EXPECT_EQ(LeftAboveARoof(brighter_above(10), {5, 15}), Sky::kSeen) << "half of it is shown";
+  EXPECT_EQ(LeftAboveARoof(brighter_above(20), {5, 15, 25}), Sky::kMayBe) << "a third";
+  EXPECT_EQ(LeftAboveARoof(brighter_above(20), {5, 15, 25, 75, 85}), Sky::kMayBe) << "what lies on the roof is not asked";
+}
+
 TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
   SeenAgain scene;
   for (Spot& spot : scene.spots) spot.x += 200;  // beside the image
@@ -462,9 +499,15 @@ TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
   ExpectIs(planes({kShelf, kWall}).At(20, 20)[0], kWall);
 }
 
-// In a plain image what was measured fills the lower quarter's left end, and clues its right one, but for one measured column.
+// In a plain image what was measured fills the lower quarter's left end, and clues its right one, but for one measured column. Of what
+// the sources show infinitely far away three eighths are darker, so that it may be the sky or not.
 TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
-  const AboveARoof scene(100, 100);
+  AboveARoof scene(100, 100);
+  auto striped = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
+  for (int y = 0; y < 120; ++y) {
+    for (const int left : {20, 65, 110}) std::fill(&(*striped)(left, y), &(*striped)(left, y) + 20, 60);
+  }
+  for (ViewImage& source : scene.input.sources) source.image = striped;
   const float w = 0.3f;
   PlaneMap planes(160, 120);
   for (int y = 90; y < 120; ++y) {
@@ -493,7 +536,8 @@ TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
   EXPECT_NEAR(offered(1, 80, 115)[0], w, 1e-4f) << "between measured pixels";
 }
 
-// What was measured fills the left fifth and, before the house, the right one. Wall or sky, the even region between has no other anchors.
+// What was measured fills the left fifth and, beside and before the house, all from column 90 on. Wall or sky, the even region between
+// has no other anchors.
 TEST(RegionPlanes, WhereViewsShowTheSkyNoLineCrossesIt) {
   const auto horizontal_at_50 = [](int num_dark) {
     const BesideAHouse scene(0, num_dark);
@@ -501,7 +545,7 @@ TEST(RegionPlanes, WhereViewsShowTheSkyNoLineCrossesIt) {
     PlaneMap planes(160, 120);
     for (int y = 0; y < 120; ++y) {
       for (int x = 0; x < 160; ++x) {
-        if (x < 30 || x >= 130) planes(x, y) = {{0, 0, -1}, 1 / w};
+        if (x < 30 || x >= 90) planes(x, y) = {{0, 0, -1}, 1 / w};
       }
     }
     const MeasurementMap measured = AllMeasured(std::move(planes));
