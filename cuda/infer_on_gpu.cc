@@ -246,7 +246,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   CopyAll(scratch->host_plane.data(), result.map.size(), result.map.planes.data());
   CopyAll(scratch->host_states.data(), result.map.size(), result.map.states.data());
   if (region_planes)
-    FinishRegionPixels(*region_planes, launch.parameters.reference, input.keeps_measured, options.method.rules, &result.map);
+    FinishRegionPixels(*region_planes, input, options.method.rules, &result.map);
   if (solves_field) result.statistics = Statistics(scratch->inference.host_totals.data());
   return result;
 }

@@ -104,8 +104,7 @@ InferenceResult InferPlanes(const InferenceInput& input, const StereoOptions& st
   ThrowIfCancelled();
   result.map = Compose(measured.planes, matcher, inferred);
   if (hypotheses.region_planes() != nullptr) {
-    FinishRegionPixels(*hypotheses.region_planes(), HypothesisMatcher::Context(matcher).parameters.reference,
-                       input.keeps_measured, options.method.rules, &result.map);
+    FinishRegionPixels(*hypotheses.region_planes(), input, options.method.rules, &result.map);
   }
   return result;
 }

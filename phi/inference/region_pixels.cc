@@ -4,7 +4,9 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/geometry/camera.h"
 #include "phi/inference/plane_normal.h"
+#include "phi/inference/sky_rims.h"
 
 namespace phi {
 namespace {
@@ -37,9 +39,10 @@ void SetNormal(const RegionPlanes& planes, const RayModel& rays, int x, int y, P
 
 }  // namespace
 
-void FinishRegionPixels(const RegionPlanes& planes, const RayModel& rays, bool keeps_measured, const Rules& rules,
-                        MeasurementMap* map) {
-  const bool corrects = !keeps_measured && rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
+void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input, const Rules& rules, MeasurementMap* map) {
+  if (!input.keeps_measured) DropSkyRims(planes, *input.reference.image, rules, map);
+  const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
+  const bool corrects = !input.keeps_measured && rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
       if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, x, y, map);

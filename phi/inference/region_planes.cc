@@ -191,6 +191,8 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   });
 }
 
+bool RegionPlanes::ShowsSky() const { return std::find(sky_.begin(), sky_.end(), Sky::kSeen) != sky_.end(); }
+
 Mask RegionPlanes::LineLimits(const Rules& rules) const {
   const std::uint8_t even = rules.IsOn(Rule::kEvenLines) ? kBetweenSidesOnly : 0;
   return Transformed(regions_->region, [&](std::int32_t region) -> std::uint8_t {

@@ -64,6 +64,16 @@ class RegionPlanes {
     return region < 0 ? kNone : planes_[static_cast<std::size_t>(region)];
   }
 
+  // Of ImageRegions, whether or not it has a plane.
+  std::int32_t RegionAt(int x, int y) const { return regions_->region(x, y); }
+  // Why the pixel's region has no plane.
+  Sky SkyAt(int x, int y) const {
+    const std::int32_t region = IndexAt(x, y);
+    return region < 0 ? Sky::kNot : sky_[static_cast<std::size_t>(region)];
+  }
+  // Whether any region is the sky, or shines.
+  bool ShowsSky() const;
+
   // Of each pixel: LineLimit bits.
   Mask LineLimits(const Rules& rules) const;
 

@@ -33,6 +33,7 @@ const std::set<std::string> kTestedElsewhere = {
     "empty_views",     // consistency_test.cc: of three views no four find nothing
     "overexposed",     // region_planes_test.cc
     "light_sources",   // light_sources_test.cc: the room has none
+    "sky_rims",        // sky_rims_test.cc: the same
     "right_angles",    // plane_choice_test.cc: it decides no region of three small views
     "shaded_surfaces",  // shaded_surface_test.cc: a region must be bent
     "spot_brightness", "sky",  // plane_choice_test.cc

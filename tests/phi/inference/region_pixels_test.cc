@@ -3,16 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <utility>
 
-#include "phi/geometry/camera.h"
+#include "tests/support/centered_view.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
-constexpr RayModel kRays{150, 150, 80, 60, kWidth, kHeight};
 
 float Wall(int x, int) { return 0.3f + 0.001f * static_cast<float>(x); }
 bool OnRim(int x, int y) { return x < 8 || y < 8 || x >= kWidth - 8 || y >= kHeight - 8; }
@@ -40,7 +40,11 @@ struct Finished {
         map.states(x, y) = PixelState::kMeasured;
       }
     }
-    FinishRegionPixels(RegionPlanes(SharedRegions(image), std::as_const(anchors).view(), 3), kRays, keeps_measured, rules, &map);
+    const SceneView view = test_support::CenteredView(3, kWidth, kHeight, 150);
+    InferenceInput input;
+    input.reference = {&view, std::make_shared<const GrayImage>(image)};
+    input.keeps_measured = keeps_measured;
+    FinishRegionPixels(RegionPlanes(SharedRegions(image), std::as_const(anchors).view(), 3), input, rules, &map);
   }
 
   // Inverse depth there over the wall's.

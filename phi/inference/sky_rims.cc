@@ -1,0 +1,52 @@
+#include "phi/inference/sky_rims.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+
+#include <tbb/parallel_for.h>
+
+#include "phi/inference/pooled_anchors.h"
+
+namespace phi {
+namespace {
+
+// Pixels. A pixel with texture of its own lies three from an edge at most (own_texture.h), and so far spoils an edge a region.
+constexpr int kRimReach = 5;
+
+struct SkyBeside {
+  const RegionPlanes& planes;
+  const GrayImage& image;
+  const StateMap& states;  // before any was dropped
+  int max_change;          // grey levels
+
+  // Whether the pixel's region, without a depth, is as bright near it.
+  bool IsShown(int x, int y) const {
+    const std::int32_t region = planes.RegionAt(x, y);
+    const int own = image(x, y);
+    for (int v = std::max(y - kRimReach, 0); v <= std::min(y + kRimReach, image.height() - 1); ++v) {
+      for (int u = std::max(x - kRimReach, 0); u <= std::min(x + kRimReach, image.width() - 1); ++u) {
+        if (planes.RegionAt(u, v) != region || IsPublished(states(u, v))) continue;
+        if (std::abs(image(u, v) - own) <= max_change) return true;
+      }
+    }
+    return false;
+  }
+};
+
+}  // namespace
+
+void DropSkyRims(const RegionPlanes& planes, const GrayImage& image, const Rules& rules, MeasurementMap* map) {
+  if (!rules.IsOn(Rule::kSkyRims) || !planes.ShowsSky()) return;
+  const StateMap states = map->states;
+  const SkyBeside sky = {planes, image, states, static_cast<int>(rules.Factor(Rule::kSkyRims) * kMaxBrightnessChange)};
+  tbb::parallel_for(0, map->height(), [&](int y) {
+    for (int x = 0; x < map->width(); ++x) {
+      if (!IsPublished(states(x, y)) || planes.SkyAt(x, y) != Sky::kSeen || !sky.IsShown(x, y)) continue;
+      map->planes(x, y) = {};
+      map->states(x, y) = PixelState::kNone;
+    }
+  });
+}
+
+}  // namespace phi
