@@ -21,7 +21,7 @@ class CloudWriter {
   virtual ~CloudWriter() = default;
   virtual void Write(phi::FusedBlock block) = 0;
   // Does of Write() what can be done on any thread and in any order; what it returns does the rest, and is called once, in the order of the
-  // blocks. Holds no reference to anything but the writer.
+  // blocks. It may leave the writing to a thread of the writer's, which Commit() waits for. Holds no reference to anything but the writer.
   virtual std::function<void()> Prepare(phi::FusedBlock block) {
     return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
   }

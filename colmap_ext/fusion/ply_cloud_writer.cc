@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/ply_writer.h"
 #include "colmap_ext/text_stream.h"
+#include "colmap_ext/write_queue.h"
 
 namespace colmap_ext {
 namespace {
@@ -54,14 +56,28 @@ class PlyCloudWriter : public CloudWriter {
  public:
   explicit PlyCloudWriter(const PlyCloudOptions& options) : options_(options) { OpenFile(); }
 
-  void Write(phi::FusedBlock block) override { Put(Pack(block)); }
+  // At once: tiles are many, and have no threads of their own. Isolated, so that neither file waits for a block that is being fused.
+  void Write(phi::FusedBlock block) override {
+    FinishQueues();
+    Split(Pack(block), [](const Piece& piece) {
+      tbb::this_task_arena::isolate([&] { tbb::parallel_invoke([&] { piece.WritePoints(); }, [&] { piece.WriteViews(); }); });
+    });
+  }
+  // The two files side by side, and beside the blocks that follow: on many cores writing is what fusion waits for, and none of them is
+  // idle to take one of the files.
   std::function<void()> Prepare(phi::FusedBlock block) override {
-    return [this, packed = std::make_shared<const Packed>(Pack(block))] { Put(*packed); };
+    return [this, packed = std::make_shared<const Packed>(Pack(block))] {
+      Split(*packed, [&](const Piece& piece) {
+        points_queue_.Add(piece.rows.size(), [packed, piece] { piece.WritePoints(); });
+        views_queue_.Add(piece.words.size_bytes(), [packed, piece] { piece.WriteViews(); });
+      });
+    };
   }
 
   std::size_t num_files() const override { return files_.size(); }
 
   void Commit() override {
+    FinishQueues();
     for (File& file : files_) {
       file.cloud->Complete();
       file.visibility->Complete(file.cloud->num_vertices());
@@ -77,6 +93,7 @@ class PlyCloudWriter : public CloudWriter {
   struct File {
     std::unique_ptr<PlyWriter> cloud;
     std::unique_ptr<VisibilityFile> visibility;
+    std::uint64_t num_points = 0;  // written, or to be
   };
   // A block's points as the files hold them.
   struct Packed {
@@ -84,6 +101,23 @@ class PlyCloudWriter : public CloudWriter {
     std::vector<unsigned char> rows;
     std::vector<std::uint32_t> words;  // of each point its number of views and the views
   };
+
+  // What one file takes of a block.
+  struct Piece {
+    PlyWriter* cloud;
+    VisibilityFile* visibility;
+    std::size_t num_points;
+    std::span<const unsigned char> rows;
+    std::span<const std::uint32_t> words;
+
+    void WritePoints() const { cloud->WriteVertices(rows.data(), rows.size(), num_points); }
+    void WriteViews() const { visibility->Write(words.data(), words.size_bytes()); }
+  };
+
+  void FinishQueues() {
+    points_queue_.Finish();
+    views_queue_.Finish();
+  }
 
   void OpenFile() {
     const fs::path path = NumberedPart(options_.path, files_.size() + 1);
@@ -135,23 +169,22 @@ class PlyCloudWriter : public CloudWriter {
     return words;
   }
 
-  // Into as many files as it takes.
-  void Put(const Packed& packed) {
+  // write(piece) for the parts of a block, each in a file of its own.
+  template <typename Write>
+  void Split(const Packed& packed, const Write& write) {
     const std::size_t row_bytes = packed.num_points > 0 ? packed.rows.size() / packed.num_points : 0;
     const std::uint32_t *words = packed.words.data(), *const words_end = words + packed.words.size();
     for (std::size_t begin = 0; begin < packed.num_points;) {
-      if (files_.back().cloud->num_vertices() == options_.max_points_per_file) OpenFile();
-      const File& file = files_.back();
-      const std::size_t count =
-          std::min<std::uint64_t>(packed.num_points - begin, options_.max_points_per_file - file.cloud->num_vertices());
+      if (files_.back().num_points == options_.max_points_per_file) OpenFile();
+      File& file = files_.back();
+      const std::size_t count = std::min<std::uint64_t>(packed.num_points - begin, options_.max_points_per_file - file.num_points);
       const std::uint32_t* const next = begin + count < packed.num_points ? AfterPoints(words, count) : words_end;
-      // The two files side by side: on many cores writing is what fusion waits for. Isolated, so that neither waits
-      // for a block that is being fused.
-      tbb::this_task_arena::isolate([&] {
-        tbb::parallel_invoke(
-            [&] { file.cloud->WriteVertices(packed.rows.data() + begin * row_bytes, count * row_bytes, count); },
-            [&] { file.visibility->Write(words, static_cast<std::size_t>(next - words) * sizeof(std::uint32_t)); });
-      });
+      file.num_points += count;
+      write(Piece{.cloud = file.cloud.get(),
+                  .visibility = file.visibility.get(),
+                  .num_points = count,
+                  .rows = {packed.rows.data() + begin * row_bytes, count * row_bytes},
+                  .words = {words, next}});
       words = next;
       begin += count;
     }
@@ -164,6 +197,7 @@ class PlyCloudWriter : public CloudWriter {
 
   PlyCloudOptions options_;
   std::vector<File> files_;
+  WriteQueue points_queue_, views_queue_;  // end before the files do
 };
 
 }  // namespace

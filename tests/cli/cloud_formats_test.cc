@@ -8,6 +8,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -22,6 +24,7 @@
 #include "phi/base/error.h"
 #include "tests/support/error_message.h"
 #include "tests/support/exact_scenes.h"
+#include "tests/support/file_size_limit.h"
 #include "tests/support/log_capture.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/run_program.h"
@@ -34,6 +37,7 @@ namespace fs = std::filesystem;
 using test_support::ReadBytes;
 using test_support::RunProgram;
 using test_support::TemporaryFolder;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 constexpr char kCrs[] = "PROJCS[\"ETRS89 / UTM zone 32N\",GEOGCS[\"ETRS89\"],UNIT[\"metre\",1]]";
@@ -115,6 +119,54 @@ TEST(PlyCloud, HoldsDoublesWhereFloatsAreTooCoarse) {
     EXPECT_EQ(row[2], 2);
     EXPECT_EQ(row[3], 40);
   });
+}
+
+// Blocks of `size` points, the first of each with a position of its own.
+std::vector<phi::FusedBlock> MakeBlocks(int count, std::size_t size) {
+  std::vector<phi::FusedBlock> blocks;
+  for (int i = 0; i < count; ++i) {
+    blocks.push_back(MakeBlock({{1.0 * i, 2, 3}, {0.5 * i, 1, 1}}));
+    blocks.back().points.resize(size, blocks.back().points.front());
+    blocks.back().view_counts.resize(size, 1);
+    blocks.back().views.resize(blocks.back().views.size() + size - 2, static_cast<std::uint32_t>(i));
+  }
+  return blocks;
+}
+
+// Files of 250 points, so that some blocks of 100 lie in two.
+TEST(PlyCloud, BlocksThatArePreparedInAnyOrderGiveTheBytesOfThoseWrittenOneByOne) {
+  const TemporaryFolder folder;
+  const auto make = [&](const char* name) { return MakePlyCloudWriter({.path = folder / name / "c.ply", .max_points_per_file = 250}); };
+  const auto one_by_one = make("a"), prepared = make("b");
+  const std::vector<phi::FusedBlock> blocks = MakeBlocks(9, 100);
+  for (const phi::FusedBlock& block : blocks) one_by_one->Write(block);
+  std::vector<std::function<void()>> writes(8);
+  for (std::size_t i = writes.size(); i-- > 0;) writes[i] = prepared->Prepare(blocks[i]);
+  for (const auto& write : writes) write();
+  prepared->Write(blocks[8]);
+  for (const auto& writer : {one_by_one.get(), prepared.get()}) writer->Commit();
+  for (const char* name : {"c.ply", "c.ply.vis", "c_2.ply", "c_2.ply.vis", "c_4.ply", "c_4.ply.vis"}) {
+    EXPECT_EQ(ReadBytes(folder / "a" / name), ReadBytes(folder / "b" / name)) << name;
+  }
+  EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder / "b/c_4.ply.vis"), 0), 150u);
+}
+
+void WritePrepared(int num_blocks, std::unique_ptr<CloudWriter> writer) {
+  for (phi::FusedBlock& block : MakeBlocks(num_blocks, 20000)) writer->Prepare(std::move(block))();
+  writer->Commit();
+}
+
+TEST(CloudWriters, AFullDiskIsToldOfAndNothingIsLeft) {
+  const TemporaryFolder folder;
+  for (const int num_blocks : {3, 100}) {  // told of by the last step, and while blocks are still coming
+    const test_support::FileSizeLimit limit(1000000);
+    const auto told = [&](const auto& write) { return test_support::MessageOf<phi::ResourceError>(write); };
+    const std::string ply = told([&] { WritePrepared(num_blocks, MakePlyCloudWriter({.path = folder / "c.ply"})); });
+    EXPECT_THAT(ply, AllOf(HasSubstr("c.ply"), HasSubstr("free some space")));
+    EXPECT_TRUE(fs::is_empty(folder.path())) << num_blocks;
+  }
+  WritePrepared(3, MakePlyCloudWriter({.path = folder / "c.ply"}));
+  EXPECT_EQ(fs::file_size(folder / "c.ply.vis"), 8u + 3 * (4 * 20000 + 4 * (2 + 3) + 4 * 19998));
 }
 
 TEST(TiledCloud, AFileForEachSquareAndAnIndex) {
