@@ -4,14 +4,18 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
+#include "colmap_ext/write_queue.h"
 
 namespace colmap_ext {
 namespace {
@@ -84,18 +88,61 @@ class LasCloudWriter : public CloudWriter {
     for (const std::string& record : records_) file_.Write(record);
   }
 
-  void Write(phi::FusedBlock block) override {
-    for (std::size_t i = 0; i < block.points.size(); ++i) Add(block.points[i], block.view_counts[i], nullptr);
-    Flush();
+  void Write(phi::FusedBlock block) override { WritePacked(Pack(block)); }
+  std::function<void()> Prepare(phi::FusedBlock block) override {
+    return [this, packed = std::make_shared<const Packed>(Pack(block))] {
+      Count(*packed);
+      queue_.Add(packed->rows.size(), [this, packed] { file_.Write(packed->rows.data(), packed->rows.size()); });
+    };
   }
 
   bool Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t*) override {
+    return PackPoint(point, num_views, &added_);
+  }
+  void Flush() override { WritePacked(std::exchange(added_, {})); }
+
+  std::uint64_t num_left_out() const override { return total_.num_beyond; }
+
+  void Commit() override {
+    queue_.Finish();
+    file_.WriteAt(0, Header());
+    file_.Commit();
+  }
+
+ private:
+  using Units = std::array<std::int32_t, 3>;
+
+  // Points as the file holds them, and what its header says of them.
+  struct Packed {
+    std::vector<char> rows;
+    std::uint64_t num_points = 0, num_beyond = 0;
+    Units least = AllOf(std::numeric_limits<std::int32_t>::max()), most = AllOf(std::numeric_limits<std::int32_t>::min());
+
+    void Include(const Units& low, const Units& high) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        least[axis] = std::min(least[axis], low[axis]);
+        most[axis] = std::max(most[axis], high[axis]);
+      }
+    }
+  };
+  static Units AllOf(std::int32_t value) { return {value, value, value}; }
+
+  Packed Pack(const phi::FusedBlock& block) const {
+    Packed packed;
+    packed.rows.reserve(block.points.size() * kPointBytes);
+    for (std::size_t i = 0; i < block.points.size(); ++i) PackPoint(block.points[i], block.view_counts[i], &packed);
+    return packed;
+  }
+
+  // False: 32 bits do not reach it.
+  bool PackPoint(const phi::FusedPoint& point, std::uint32_t num_views, Packed* packed) const {
     const auto units = InUnits(point);
     if (!units) {
-      ++num_beyond_;
+      ++packed->num_beyond;
       return false;
     }
-    char row[kPointBytes] = {};
+    packed->rows.resize(packed->rows.size() + kPointBytes);
+    char* const row = packed->rows.data() + packed->rows.size() - kPointBytes;
     std::memcpy(row, units->data(), sizeof(*units));
     row[14] = static_cast<char>(kOnlyReturn);
     row[16] = static_cast<char>(kUnclassified);
@@ -107,31 +154,26 @@ class LasCloudWriter : public CloudWriter {
     std::memcpy(row + kFormatBytes, &views, sizeof(views));
     row[kFormatBytes + 2] = static_cast<char>(point.inferred);
     row[kFormatBytes + 3] = static_cast<char>(point.confidence);
-    rows_.insert(rows_.end(), row, row + kPointBytes);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      least_[axis] = std::min(least_[axis], (*units)[axis]);
-      most_[axis] = std::max(most_[axis], (*units)[axis]);
-    }
-    ++num_points_;
+    packed->Include(*units, *units);
+    ++packed->num_points;
     return true;
   }
 
-  void Flush() override {
-    file_.Write(rows_.data(), rows_.size());
-    rows_.clear();
+  void Count(const Packed& packed) {
+    total_.num_points += packed.num_points;
+    total_.num_beyond += packed.num_beyond;
+    total_.Include(packed.least, packed.most);
   }
 
-  std::uint64_t num_left_out() const override { return num_beyond_; }
-
-  void Commit() override {
-    file_.WriteAt(0, Header());
-    file_.Commit();
+  void WritePacked(const Packed& packed) {
+    queue_.Finish();
+    Count(packed);
+    file_.Write(packed.rows.data(), packed.rows.size());
   }
 
- private:
   // Its position in whole multiples of the scale from the offset; none where 32 bits do not reach.
-  std::optional<std::array<std::int32_t, 3>> InUnits(const phi::FusedPoint& point) const {
-    std::array<std::int32_t, 3> units;
+  std::optional<Units> InUnits(const phi::FusedPoint& point) const {
+    Units units;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double value = std::round((point.xyz[axis] - options_.offset[axis]) / options_.scale);
       if (!(std::abs(value) <= std::numeric_limits<std::int32_t>::max())) return std::nullopt;
@@ -141,7 +183,7 @@ class LasCloudWriter : public CloudWriter {
   }
 
   double Coordinate(std::size_t axis, std::int32_t units) const {
-    return num_points_ == 0 ? 0 : units * options_.scale + options_.offset[axis];
+    return total_.num_points == 0 ? 0 : units * options_.scale + options_.offset[axis];
   }
 
   std::string Header() const {
@@ -162,21 +204,18 @@ class LasCloudWriter : public CloudWriter {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       header.Put(131 + 8 * axis, options_.scale)
           .Put(155 + 8 * axis, options_.offset[axis])
-          .Put(179 + 16 * axis, Coordinate(axis, most_[axis]))
-          .Put(187 + 16 * axis, Coordinate(axis, least_[axis]));
+          .Put(179 + 16 * axis, Coordinate(axis, total_.most[axis]))
+          .Put(187 + 16 * axis, Coordinate(axis, total_.least[axis]));
     }
-    return header.Put(247, num_points_).Put(255, num_points_).bytes();  // all of them first returns
+    return header.Put(247, total_.num_points).Put(255, total_.num_points).bytes();  // all of them first returns
   }
 
   const LasCloudOptions options_;
   const std::vector<std::string> records_;
   AtomicFile file_;
-  std::vector<char> rows_;
-  std::uint64_t num_points_ = 0, num_beyond_ = 0;
-  std::array<std::int32_t, 3> least_{std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::max(),
-                                     std::numeric_limits<std::int32_t>::max()};
-  std::array<std::int32_t, 3> most_{std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::min(),
-                                    std::numeric_limits<std::int32_t>::min()};
+  Packed added_;  // to be written with the next Flush()
+  Packed total_;  // of what the file holds; without the rows
+  WriteQueue queue_;  // ends before the file does
 };
 
 }  // namespace

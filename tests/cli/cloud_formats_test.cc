@@ -66,6 +66,28 @@ Value At(const std::string& bytes, std::size_t offset) {
   return value;
 }
 
+// Points beyond the reach of 32 bits and the extents are those of the whole, whoever packed the blocks.
+TEST(LasCloud, BlocksThatArePreparedInAnyOrderGiveTheBytesOfThoseWrittenOneByOne) {
+  const TemporaryFolder folder;
+  const auto one_by_one = MakeLasCloudWriter({.path = folder / "a.las"}), prepared = MakeLasCloudWriter({.path = folder / "b.las"});
+  const std::vector<phi::FusedBlock> blocks = {MakeBlock({{1, 2, 3}, {3e7, 0, 0}}), MakeBlock({{-4, 5, 6}}),
+                                               MakeBlock({{7, -8, 9}, {0, 0, 3e7}})};
+  for (const phi::FusedBlock& block : blocks) one_by_one->Write(block);
+  const auto last = prepared->Prepare(blocks[1]), first = prepared->Prepare(blocks[0]);
+  first();
+  last();
+  prepared->Write(blocks[2]);
+  for (const auto& writer : {one_by_one.get(), prepared.get()}) {
+    EXPECT_EQ(writer->num_left_out(), 2u);
+    writer->Commit();
+  }
+  const std::string bytes = ReadBytes(folder / "b.las");
+  EXPECT_EQ(bytes, ReadBytes(folder / "a.las"));
+  EXPECT_EQ(At<std::uint64_t>(bytes, 247), 3u);
+  const double extents[6] = {7, -4, 5, -8, 9, 3};  // largest, least x; y; z
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(At<double>(bytes, 179 + 8 * i), extents[i]) << i;
+}
+
 // A millimetre at 10,000 km. Places of the fields: the specification's tables 3 and 16.
 TEST(LasCloud, KeepsMillimetresFarFromTheOrigin) {
   const TemporaryFolder folder;
@@ -162,7 +184,9 @@ TEST(CloudWriters, AFullDiskIsToldOfAndNothingIsLeft) {
     const test_support::FileSizeLimit limit(1000000);
     const auto told = [&](const auto& write) { return test_support::MessageOf<phi::ResourceError>(write); };
     const std::string ply = told([&] { WritePrepared(num_blocks, MakePlyCloudWriter({.path = folder / "c.ply"})); });
+    const std::string las = told([&] { WritePrepared(num_blocks, MakeLasCloudWriter({.path = folder / "c.las"})); });
     EXPECT_THAT(ply, AllOf(HasSubstr("c.ply"), HasSubstr("free some space")));
+    EXPECT_THAT(las, AllOf(HasSubstr("c.las"), HasSubstr("free some space")));
     EXPECT_TRUE(fs::is_empty(folder.path())) << num_blocks;
   }
   WritePrepared(3, MakePlyCloudWriter({.path = folder / "c.ply"}));
