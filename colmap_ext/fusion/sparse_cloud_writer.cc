@@ -1,22 +1,27 @@
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/text_stream.h"
+#include "colmap_ext/write_queue.h"
 #include "phi/base/log.h"
 #include "phi/base/message.h"
 
 namespace colmap_ext {
 namespace {
 
-// A record of points3D.bin without a track.
-void AppendBinary(std::uint64_t id, const phi::FusedPoint& point, std::string* bytes) {
+// Of a point in points3D.bin, behind its id and without a track.
+constexpr std::size_t kRecordBytes = 3 * sizeof(double) + 3 + sizeof(double) + sizeof(std::uint64_t);
+
+void AppendBinary(const phi::FusedPoint& point, std::string* bytes) {
   const auto append = [bytes](const auto& value) {
     bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
   };
-  append(id);
   append(point.xyz);
   append(point.rgb);
   append(double{-1});        // reprojection error: unknown
@@ -40,22 +45,17 @@ class SparseCloudWriter : public CloudWriter {
   }
 
   void Write(phi::FusedBlock block) override {
-    std::string bytes;
-    TextOutput text;
-    text.precision(17);
-    for (const phi::FusedPoint& point : block.points) {
-      ++count_;
-      if (format_ == SparseFormat::kBinary) {
-        AppendBinary(count_, point, &bytes);
-      } else {
-        text << count_ << " " << point.xyz[0] << " " << point.xyz[1] << " " << point.xyz[2] << " "
-             << int{point.rgb[0]} << " " << int{point.rgb[1]} << " " << int{point.rgb[2]} << " -1\n";
-      }
-    }
-    points_.Write(format_ == SparseFormat::kBinary ? bytes : text.str());
+    queue_.Finish();
+    WriteRecords(Pack(block));
+  }
+  std::function<void()> Prepare(phi::FusedBlock block) override {
+    return [this, records = std::make_shared<const std::string>(Pack(block))] {
+      queue_.Add(records->size(), [this, records] { WriteRecords(*records); });
+    };
   }
 
   void Commit() override {
+    queue_.Finish();
     SparseModel empty = model_;
     empty.points.clear();
     // Observations of points that are no longer in the model would be dangling.
@@ -78,11 +78,46 @@ class SparseCloudWriter : public CloudWriter {
   }
 
  private:
+  // What the file says of the points but for their ids, which count all points before.
+  std::string Pack(const phi::FusedBlock& block) const {
+    if (format_ == SparseFormat::kBinary) {
+      std::string bytes;
+      bytes.reserve(block.points.size() * kRecordBytes);
+      for (const phi::FusedPoint& point : block.points) AppendBinary(point, &bytes);
+      return bytes;
+    }
+    TextOutput text;
+    text.precision(17);
+    for (const phi::FusedPoint& point : block.points) {
+      text << " " << point.xyz[0] << " " << point.xyz[1] << " " << point.xyz[2] << " " << int{point.rgb[0]} << " "
+           << int{point.rgb[1]} << " " << int{point.rgb[2]} << " -1\n";
+    }
+    return text.str();
+  }
+
+  void WriteRecords(const std::string& records) {
+    const bool is_binary = format_ == SparseFormat::kBinary;
+    std::string bytes;
+    bytes.reserve(records.size() + records.size() / 4);  // about what the ids take
+    for (std::size_t begin = 0, end = 0; begin < records.size(); begin = end) {
+      end = is_binary ? begin + kRecordBytes : records.find('\n', begin) + 1;
+      ++count_;
+      if (is_binary) {
+        bytes.append(reinterpret_cast<const char*>(&count_), sizeof(count_));
+      } else {
+        bytes += std::to_string(count_);
+      }
+      bytes.append(records, begin, end - begin);
+    }
+    points_.Write(bytes);
+  }
+
   const SparseModel& model_;
   std::filesystem::path folder_;
   SparseFormat format_;
   AtomicFile points_;
   std::uint64_t count_ = 0;
+  WriteQueue queue_;  // ends before the file does
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -171,6 +172,28 @@ TEST(PlyCloud, BlocksThatArePreparedInAnyOrderGiveTheBytesOfThoseWrittenOneByOne
     EXPECT_EQ(ReadBytes(folder / "a" / name), ReadBytes(folder / "b" / name)) << name;
   }
   EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder / "b/c_4.ply.vis"), 0), 150u);
+}
+
+// Ids count the points of all blocks before.
+TEST(SparseCloud, BlocksThatArePreparedInAnyOrderGiveTheBytesOfThoseWrittenOneByOne) {
+  const TemporaryFolder folder;
+  const std::vector<phi::FusedBlock> blocks = MakeBlocks(3, 4);
+  for (const auto& [format, name] : {std::pair{SparseFormat::kBinary, "points3D.bin"}, std::pair{SparseFormat::kText, "points3D.txt"}}) {
+    const SparseModel model;
+    const auto one_by_one = MakeSparseCloudWriter(model, folder / "a", format);
+    const auto prepared = MakeSparseCloudWriter(model, folder / "b", format);
+    for (const phi::FusedBlock& block : blocks) one_by_one->Write(block);
+    const auto last = prepared->Prepare(blocks[1]), first = prepared->Prepare(blocks[0]);
+    first();
+    last();
+    prepared->Write(blocks[2]);
+    for (const auto& writer : {one_by_one.get(), prepared.get()}) writer->Commit();
+    EXPECT_EQ(ReadBytes(folder / "a" / name), ReadBytes(folder / "b" / name)) << name;
+  }
+  const std::string bytes = ReadBytes(folder / "b/points3D.bin");
+  ASSERT_EQ(bytes.size(), 8u + 12 * 51);
+  EXPECT_EQ(At<std::uint64_t>(bytes, 8 + 11 * 51), 12u);
+  EXPECT_THAT(ReadBytes(folder / "b/points3D.txt"), testing::EndsWith("\n10 1 1 1 255 1 0 -1\n11 2 2 3 255 0 0 -1\n12 2 2 3 255 0 0 -1\n"));
 }
 
 void WritePrepared(int num_blocks, std::unique_ptr<CloudWriter> writer) {
