@@ -27,7 +27,8 @@ namespace colmap_ext {
 namespace {
 
 constexpr char kFusionStage[] = "fusion";
-constexpr int kRowsPerBlock = 16;
+// Each image waits for the last block of the one before, so blocks are small; a device takes more pixels at once.
+constexpr int kRowsPerBlock = 4, kRowsPerDeviceBlock = 16;
 // Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
 constexpr double kNegligibleNoise = 0.1;
 
@@ -282,12 +283,12 @@ phi::ImageFuser::Image SceneFuser::MakeImage(int position) {
 }
 
 template <typename Compute>
-void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& compute) {
+void SceneFuser::WriteBlocks(BlockRows rows, CloudWriter* writer, const Compute& compute) {
   int next_row = 0;
   const auto next_block = [&](tbb::flow_control& control) {
     const int begin = next_row;
-    if (begin >= height) control.stop();
-    next_row += kRowsPerBlock;
+    if (begin >= rows.height) control.stop();
+    next_row += rows.per_block;
     return begin;
   };
   struct Block {
@@ -297,7 +298,7 @@ void SceneFuser::WriteBlocks(int height, CloudWriter* writer, const Compute& com
   };
   using BlockHandle = std::shared_ptr<Block>;
   const auto compute_block = [&](int begin) {
-    phi::FusedBlock fused = compute(begin, std::min(begin + kRowsPerBlock, height));
+    phi::FusedBlock fused = compute(begin, std::min(begin + rows.per_block, rows.height));
     auto block = std::make_shared<Block>();
     block->num_points = static_cast<std::int64_t>(fused.points.size());
     block->outcomes = fused.outcomes;
@@ -322,14 +323,15 @@ void SceneFuser::FuseStep(const FusionStep& step, CloudWriter* writer) {
     neighbors.back().stands_apart = !one_place_.StandTogether(images_[Index(step.reference)], images_[Index(p)]);
   }
   const phi::BoundingBox* box = options_.box ? &*options_.box : nullptr;
-  const int height = cameras_[Index(step.reference)].pinhole.height;
+  phi::FusionDevice* const device = Device();
+  const BlockRows rows = {cameras_[Index(step.reference)].pinhole.height, device != nullptr ? kRowsPerDeviceBlock : kRowsPerBlock};
   if (IsPaper()) {
     const phi::PaperFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box);
-    return WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+    return WriteBlocks(rows, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
   }
-  phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box, Device());
-  WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
-  WriteBlocks(height, writer, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
+  phi::ImageFuser fuser(MakeImage(step.reference), neighbors, options_.rule, box, device);
+  WriteBlocks(rows, writer, [&](int begin, int end) { return fuser.FuseRows(begin, end); });
+  WriteBlocks(rows, writer, [&](int begin, int end) { return fuser.FillHoles(begin, end); });
   if (options_.write_confidence_maps) WriteConfidenceMap(fuser, step.reference);
 }
 

@@ -91,9 +91,13 @@ class SceneFuser {
   phi::ArrayView2D<const phi::FusionPixel> MapOf(int position) const { return maps_[Index(position)].view(); }
   phi::ImageFuser::Image MakeImage(int position);
   void FuseStep(const FusionStep& step, CloudWriter* writer);
+  // Of an image, and those that are computed as one block.
+  struct BlockRows {
+    int height, per_block;
+  };
   // Blocks of rows, computed in parallel and written in their order.
   template <typename Compute>
-  void WriteBlocks(int height, CloudWriter* writer, const Compute& compute);
+  void WriteBlocks(BlockRows rows, CloudWriter* writer, const Compute& compute);
 
   // Of a fused image, unless a file of it turned out damaged.
   void WriteConfidenceMap(const phi::ImageFuser& fuser, int position);
