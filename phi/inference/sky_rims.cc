@@ -11,7 +11,7 @@
 namespace phi {
 namespace {
 
-// Pixels. A pixel with texture of its own lies three from an edge at most (own_texture.h), and so far spoils an edge a region.
+// Pixels. What has texture of its own lies up to three from an edge (own_texture.h); the sky must be open a pixel or two beyond it.
 constexpr int kRimReach = 5;
 
 struct SkyBeside {

@@ -25,11 +25,10 @@ struct Foretold {
   std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
 };
 
-// What the source views show in a spot's direction, infinitely far away, where they show it alike in one of two places: there, or at
-// its point.
+// What the source views that tell show in a spot's direction, infinitely far away.
 struct FarSpot {
-  double unlike = 0;      // of these views, the share that shows it alike at its point alone; 0: there is none
-  bool is_shown = false;  // one shows it alike infinitely far away
+  double unlike = 0;      // share of these views that shows another brightness there; 0: none tells
+  bool is_shown = false;  // one shows the spot's
 };
 
 // What a source shows of a spot at some inverse depth.
