@@ -91,7 +91,7 @@ class LasCloudWriter : public CloudWriter {
   void Write(phi::FusedBlock block) override { WritePacked(Pack(block)); }
   std::function<void()> Prepare(phi::FusedBlock block) override {
     return [this, packed = std::make_shared<const Packed>(Pack(block))] {
-      Count(*packed);
+      total_.Include(packed->extent);
       queue_.Add(packed->rows.size(), [this, packed] { file_.Write(packed->rows.data(), packed->rows.size()); });
     };
   }
@@ -112,9 +112,8 @@ class LasCloudWriter : public CloudWriter {
  private:
   using Units = std::array<std::int32_t, 3>;
 
-  // Points as the file holds them, and what its header says of them.
-  struct Packed {
-    std::vector<char> rows;
+  // What the header says of points, and how many are left out.
+  struct Extent {
     std::uint64_t num_points = 0, num_beyond = 0;
     Units least = AllOf(std::numeric_limits<std::int32_t>::max()), most = AllOf(std::numeric_limits<std::int32_t>::min());
 
@@ -124,6 +123,16 @@ class LasCloudWriter : public CloudWriter {
         most[axis] = std::max(most[axis], high[axis]);
       }
     }
+    void Include(const Extent& other) {
+      num_points += other.num_points;
+      num_beyond += other.num_beyond;
+      Include(other.least, other.most);
+    }
+  };
+  // As the file holds them.
+  struct Packed {
+    std::vector<char> rows;
+    Extent extent;
   };
   static Units AllOf(std::int32_t value) { return {value, value, value}; }
 
@@ -138,7 +147,7 @@ class LasCloudWriter : public CloudWriter {
   bool PackPoint(const phi::FusedPoint& point, std::uint32_t num_views, Packed* packed) const {
     const auto units = InUnits(point);
     if (!units) {
-      ++packed->num_beyond;
+      ++packed->extent.num_beyond;
       return false;
     }
     packed->rows.resize(packed->rows.size() + kPointBytes);
@@ -154,20 +163,14 @@ class LasCloudWriter : public CloudWriter {
     std::memcpy(row + kFormatBytes, &views, sizeof(views));
     row[kFormatBytes + 2] = static_cast<char>(point.inferred);
     row[kFormatBytes + 3] = static_cast<char>(point.confidence);
-    packed->Include(*units, *units);
-    ++packed->num_points;
+    packed->extent.Include(*units, *units);
+    ++packed->extent.num_points;
     return true;
-  }
-
-  void Count(const Packed& packed) {
-    total_.num_points += packed.num_points;
-    total_.num_beyond += packed.num_beyond;
-    total_.Include(packed.least, packed.most);
   }
 
   void WritePacked(const Packed& packed) {
     queue_.Finish();
-    Count(packed);
+    total_.Include(packed.extent);
     file_.Write(packed.rows.data(), packed.rows.size());
   }
 
@@ -214,7 +217,7 @@ class LasCloudWriter : public CloudWriter {
   const std::vector<std::string> records_;
   AtomicFile file_;
   Packed added_;  // to be written with the next Flush()
-  Packed total_;  // of what the file holds; without the rows
+  Extent total_;  // of what the file holds, or will
   WriteQueue queue_;  // ends before the file does
 };
 

@@ -1,6 +1,7 @@
 #include "phi/inference/sky_rims.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 
@@ -43,8 +44,7 @@ void DropSkyRims(const RegionPlanes& planes, const GrayImage& image, const Rules
   tbb::parallel_for(0, map->height(), [&](int y) {
     for (int x = 0; x < map->width(); ++x) {
       if (!IsPublished(states(x, y)) || planes.SkyAt(x, y) != Sky::kSeen || !sky.IsShown(x, y)) continue;
-      map->planes(x, y) = {};
-      map->states(x, y) = PixelState::kNone;
+      map->Drop(static_cast<std::size_t>(y) * static_cast<std::size_t>(map->width()) + static_cast<std::size_t>(x));
     }
   });
 }

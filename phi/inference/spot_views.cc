@@ -50,8 +50,8 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   const auto w = static_cast<float>(inverse_depth);
   int num_like = 0, num_unlike = 0;
   for (const Source& source : sources_) {
-    const std::optional<Shown> shown = Find(source, spot, w);
-    if (!shown || MeasuredElse(source, *shown, w, kDepthGap)) continue;
+    const std::optional<Shown> shown = Find(source, spot, w, kDepthGap);
+    if (!shown) continue;
     ++(IsUnlikeThere(source, spot, *shown) ? num_unlike : num_like);
   }
   return num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_like + num_unlike);
@@ -61,15 +61,14 @@ FarSpot SpotViews::LookFar(const Spot& spot, double inverse_depth) const {
   const auto w = static_cast<float>(inverse_depth);
   int num_alike = 0, num_unlike = 0;
   for (const Source& source : sources_) {
-    const std::optional<Shown> far = Find(source, spot, 0);
-    if (!far || MeasuredElse(source, *far, 0, kDepthGap)) continue;
+    const std::optional<Shown> far = Find(source, spot, 0, kDepthGap);
+    if (!far) continue;
     if (!IsUnlikeThere(source, spot, *far)) {
       ++num_alike;
       continue;
     }
-    const std::optional<Shown> shown = Find(source, spot, w);
-    const bool is_told = shown && !MeasuredElse(source, *shown, w, kDepthGap);
-    if (!is_told || !IsUnlikeThere(source, spot, *shown)) ++num_unlike;
+    const std::optional<Shown> shown = Find(source, spot, w, kDepthGap);
+    if (!shown || !IsUnlikeThere(source, spot, *shown)) ++num_unlike;
   }
   return {num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_alike + num_unlike), num_alike > 0};
 }
@@ -78,9 +77,8 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
   Foretold foretold;
   for (const Source& source : sources_) {
     for (const Spot& spot : spots) {
-      const std::optional<Shown> shown = Find(source, spot, 0);
-      if (!shown || MeasuredAt(source, *shown) > 0) continue;
-      if (!ForetellsUnlike(source, spot, plane)) continue;
+      const std::optional<Shown> shown = Find(source, spot, 0, kDepthGap);
+      if (!shown || !ForetellsUnlike(source, spot, plane)) continue;
       ++foretold.num_unlike;
       if (IsUnlikeThere(source, spot, *shown)) ++foretold.num_seen;
     }
@@ -100,8 +98,8 @@ std::optional<float> SpotViews::BrightnessHere(const Spot& spot) const {
 
 std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
   const Source& source = sources_[index];
-  const std::optional<Shown> shown = Find(source, spot, w);
-  if (!shown || MeasuredElse(source, *shown, w, kOtherSurface)) return std::nullopt;
+  const std::optional<Shown> shown = Find(source, spot, w, kOtherSurface);
+  if (!shown) return std::nullopt;
   const std::optional<BoxMean> there = MeanBelowWhite(*source.image, shown->u, shown->v);
   if (!there) return std::nullopt;
   const float ratio = source.exposure.Ratio(radius_.Squared(spot.x, spot.y), source.radius.Squared(shown->x(), shown->y()));
@@ -111,22 +109,15 @@ std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spo
   return ShadeOfSpot{here.value - ratio * there->value, -ratio * (there->du * du + there->dv * dv)};
 }
 
-std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w) {
+std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w, float gap) {
   const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
   if (!(p.z > 0)) return std::nullopt;
-  const float u = p.x / p.z, v = p.y / p.z;
-  if (!(u >= 0 && v >= 0 && u < static_cast<float>(source.image->width()) && v < static_cast<float>(source.image->height())))
-    return std::nullopt;
-  return Shown{u, v, p.z};
-}
-
-float SpotViews::MeasuredAt(const Source& source, const Shown& shown) {
-  return source.depths.IsKnown() ? source.depths.Evidence(shown.x(), shown.y()) : 0;
-}
-
-bool SpotViews::MeasuredElse(const Source& source, const Shown& shown, float w, float gap) {
-  const float measured = MeasuredAt(source, shown);
-  return measured > 0 && !DepthsAgree(shown.relative_depth, measured * w, gap);
+  const Shown shown = {p.x / p.z, p.y / p.z, p.z};
+  const auto width = static_cast<float>(source.image->width()), height = static_cast<float>(source.image->height());
+  if (!(shown.u >= 0 && shown.v >= 0 && shown.u < width && shown.v < height)) return std::nullopt;
+  const float measured = source.depths.IsKnown() ? source.depths.Evidence(shown.x(), shown.y()) : 0;
+  if (measured > 0 && !DepthsAgree(shown.relative_depth, measured * w, gap)) return std::nullopt;
+  return shown;
 }
 
 bool SpotViews::IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const {

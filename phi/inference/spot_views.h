@@ -82,12 +82,9 @@ class SpotViews {
     int y() const { return static_cast<int>(v); }
   };
 
-  // nullopt: behind the source's camera or beside its image.
-  static std::optional<Shown> Find(const Source& source, const Spot& spot, float w);
-  // The depth that the source measured there; 0: none.
-  static float MeasuredAt(const Source& source, const Shown& shown);
-  // Whether the source measured something there that is not the point of inverse depth w, by more than `gap`.
-  static bool MeasuredElse(const Source& source, const Shown& shown, float w, float gap);
+  // Of inverse depth w. nullopt: behind the source's camera, beside its image, or the source measured something there that is not that
+  // point, by more than `gap`.
+  static std::optional<Shown> Find(const Source& source, const Spot& spot, float w, float gap);
   // Whether the spot and the place where the source shows it differ in brightness.
   bool IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const;
   // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
