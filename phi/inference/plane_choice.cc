@@ -20,9 +20,9 @@ constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
 
-// The sky, in place of what may be: so much of what is too little for something else, and so many of the spots beside the cells shown
-// there. A white wall that no view shows but the image itself would look like the sky, too.
-constexpr double kClearlySky = 0.5, kMinShownSky = 0.5;
+// Of the spots beside the cells so many are shown infinitely far away if the region is the sky; if it is not, so many of those that a
+// view shows on the plane are shown alike there, and so many times as many. What cameras make of brightness leaves a wall that much.
+constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 1.5;
 
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 
@@ -69,6 +69,17 @@ bool IsInside(const std::vector<Place>& hull, const Place& place) {
   }
   return hull.size() > 2;
 }
+
+// Of spots, how many are something.
+struct SpotShare {
+  std::size_t num_asked = 0, num_such = 0;
+
+  void Add(bool is_such) {
+    ++num_asked;
+    if (is_such) ++num_such;
+  }
+  double Share() const { return num_asked > 0 ? static_cast<double>(num_such) / static_cast<double>(num_asked) : 0; }
+};
 
 class PlaneChoice {
  public:
@@ -212,10 +223,7 @@ class PlaneChoice {
   }
 
   // What the region is if it is not on the plane.
-  Sky JudgeSky(const ImagePlane& plane) const {
-    if (IsUnlikeForetold(plane)) return Sky::kSeen;
-    return LookFar(plane);
-  }
+  Sky JudgeSky(const ImagePlane& plane) const { return IsUnlikeForetold(plane) ? Sky::kSeen : LookFar(plane); }
 
   // A plane moves from view to view, and its border with it: it foretells what the views show in the spots' directions. Between a
   // tree and a house cells lie around the sky, which does not move. A region of one brightness that ends at things as far away as
@@ -229,8 +237,9 @@ class PlaneChoice {
 
   // Of the surface that the region's spots would be on the plane, too little, by area, lies between the cells on it or moves from
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
-  // skirting; the sky begins where the cells of a roof end. Cells of clues alone say nothing against the sky: just above a roof all
-  // views match its edge, and their agreement makes clues there.
+  // skirting; the sky begins where the cells of a roof end. Then it is the sky if views show it there, and may be if they do not show
+  // it on the plane; what no view shows is on the plane. Cells of clues alone say nothing against the sky: just above a roof all views
+  // match its edge, and their agreement makes clues there.
   Sky LookFar(const ImagePlane& plane) const {
     const std::vector<AnchorCell> on = CellsOn(plane);
     if (on.empty() || region_.spots.empty() || !(limits_.min_unlike_sky > 0)) return Sky::kNot;
@@ -239,10 +248,11 @@ class PlaneChoice {
       if (cell.is_measured) places.push_back({cell.x, cell.y});
     }
     const std::vector<Place> hull = ConvexHull(std::move(places));
-    double unlike_sky = 0, all = 0, num_asked = 0, num_shown = 0;
+    double unlike_sky = 0, all = 0;
+    SpotShare far_away, on_plane;  // of the spots beside the cells
     for (const Spot& spot : region_.spots) {
       const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return Sky::kMayBe;  // it goes on without end
+      if (!(w > 0)) return Sky::kSeen;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
       if (region_.views == nullptr || IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)})) {
@@ -251,11 +261,13 @@ class PlaneChoice {
       }
       const FarSpot far = region_.views->LookFar(spot, w);
       unlike_sky += area * far.unlike;
-      ++num_asked;
-      if (far.is_shown) ++num_shown;
+      far_away.Add(far.is_shown);
+      if (far.is_seen_on_plane) on_plane.Add(far.is_shown_on_plane);
     }
     if (!(unlike_sky < limits_.min_unlike_sky * all)) return Sky::kNot;
-    return num_shown >= kMinShownSky * num_asked && unlike_sky < kClearlySky * limits_.min_unlike_sky * all ? Sky::kSeen : Sky::kMayBe;
+    if (far_away.Share() >= kMinShownSky) return Sky::kSeen;
+    const bool is_shown = on_plane.Share() >= std::max(kMinShownOn, kMinOftener * far_away.Share());
+    return is_shown || on_plane.num_asked == 0 ? Sky::kNot : Sky::kMayBe;
   }
 
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }

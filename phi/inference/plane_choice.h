@@ -26,7 +26,7 @@ struct PlaneChoiceLimits {
   double unlike_weight = 0;  // of spots that other views show unlike, against the share of cells on the plane
   double source_weight = 0;  // of the other views' cells
   // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far
-  // (spot_views.h). With less than half of it the region is the sky, if they show half of the spots beside the cells there.
+  // (spot_views.h). With less the region is on the plane only if they show its spots there oftener than infinitely far away, or nowhere.
   double min_unlike_sky = 0;
   double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
@@ -44,7 +44,7 @@ struct RegionEvidence {
 // Of a region: why no plane was chosen.
 enum class Sky : std::uint8_t {
   kNot,
-  kMayBe,  // too little says that it is not
+  kMayBe,  // too little says that it is not, and what other views show of the region is on no plane
   kSeen,   // other views show it infinitely far or do not show what a plane foretells, or it shines (light_sources.h)
 };
 

@@ -59,18 +59,24 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
 
 FarSpot SpotViews::LookFar(const Spot& spot, double inverse_depth) const {
   const auto w = static_cast<float>(inverse_depth);
+  FarSpot shown;
   int num_alike = 0, num_unlike = 0;
   for (const Source& source : sources_) {
     const std::optional<Shown> far = Find(source, spot, 0, kDepthGap);
     if (!far) continue;
+    const std::optional<Shown> on_plane = Find(source, spot, w, kDepthGap);
+    const bool is_alike_on_plane = on_plane && !IsUnlikeThere(source, spot, *on_plane);
+    shown.is_seen_on_plane |= on_plane.has_value();
+    shown.is_shown_on_plane |= is_alike_on_plane;
     if (!IsUnlikeThere(source, spot, *far)) {
       ++num_alike;
-      continue;
+    } else if (!on_plane || is_alike_on_plane) {
+      ++num_unlike;
     }
-    const std::optional<Shown> shown = Find(source, spot, w, kDepthGap);
-    if (!shown || !IsUnlikeThere(source, spot, *shown)) ++num_unlike;
   }
-  return {num_unlike == 0 ? 0 : static_cast<double>(num_unlike) / (num_alike + num_unlike), num_alike > 0};
+  shown.is_shown = num_alike > 0;
+  if (num_unlike > 0) shown.unlike = static_cast<double>(num_unlike) / (num_alike + num_unlike);
+  return shown;
 }
 
 Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const {

@@ -25,10 +25,12 @@ struct Foretold {
   std::size_t num_seen = 0;    // of these, the source shows something unlike the spot
 };
 
-// What the source views that tell show in a spot's direction, infinitely far away.
+// What the source views show of a spot infinitely far away, and on a plane.
 struct FarSpot {
-  double unlike = 0;      // share of these views that shows another brightness there; 0: none tells
-  bool is_shown = false;  // one shows the spot's
+  double unlike = 0;               // share of the views that tell, and show another brightness there; 0: none tells
+  bool is_shown = false;           // one shows the spot's brightness there
+  bool is_seen_on_plane = false;   // one that shows the place infinitely far away shows the plane's as well
+  bool is_shown_on_plane = false;  // and the spot's brightness there
 };
 
 // What a source shows of a spot at some inverse depth.

@@ -241,7 +241,7 @@ TEST(PlaneChoice, PlanesAlongADirectionGoThroughTheCellsOfAllViews) {
 
 // The image above a roof, all of one brightness. Two source cameras, half a metre to the left and to the right, face as the
 // reference does, so that they show the sky where the reference shows it, and the roof's plane 24 to 28 columns to a side of it. What
-// they show at the columns 0 to 79 of some spots decides.
+// they show at the columns 0 to 69 of some spots decides.
 struct AboveARoof {
   SceneView reference = test_support::CenteredView(1, 160, 120, 150);
   std::array<SceneView, 2> sources = {test_support::CenteredView(2, 160, 120, 150), test_support::CenteredView(3, 160, 120, 150)};
@@ -253,7 +253,7 @@ struct AboveARoof {
     const auto image = [](std::uint8_t left) {
       auto plain = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
       for (int y = 0; y < 120; ++y) {
-        for (int x = 15; x < 80; x += 10) (*plain)(x, y) = left;
+        for (int x = 15; x < 70; x += 10) (*plain)(x, y) = left;
       }
       return plain;
     };
@@ -278,7 +278,7 @@ struct AboveARoof {
 };
 
 // A floor with the horizon at y = 20: what lies at 110 is a third as far as what lies at 50, and a spot there a 27th of the surface.
-TEST(PlaneChoice, WhatMayBeSkyIsCountedBySurface) {
+TEST(PlaneChoice, TheSkyIsCountedBySurface) {
   const ImagePlane floor{-0.2, 0, 0.01};
   PlaneChoiceLimits limits = kLimits;
   limits.min_unlike_sky = 0.25;
@@ -303,13 +303,13 @@ TEST(PlaneChoice, WhatMayBeSkyIsCountedBySurface) {
 }
 
 // The wall's slant is across the columns, so that each row of spots has the same surface: two of five lie on the roof.
-TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarMayBeSky) {
+TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarIsTheSky) {
   EXPECT_FALSE(AboveARoof(100, 100).IsTaken(0.6));
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0.4 - 1e-9)) << "as much as lies between cells";
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
 }
 
-TEST(PlaneChoice, WhatMayBeSkyIsToldFromWhatHasNoPlane) {
+TEST(PlaneChoice, TheSkyIsToldFromWhatHasNoPlane) {
   const AboveARoof scene(100, 100);
   const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
   PlaneChoiceLimits limits = kLimits;
@@ -317,7 +317,7 @@ TEST(PlaneChoice, WhatMayBeSkyIsToldFromWhatHasNoPlane) {
     limits.min_unlike_sky = min_unlike_sky;
     return ChoosePlanes({cells, scene.spots, &views}, Planes{}, std::array{kWall}, limits).sky;
   };
-  EXPECT_EQ(sky(scene.roof, 0.6), Sky::kMayBe);
+  EXPECT_EQ(sky(scene.roof, 0.6), Sky::kSeen);
   EXPECT_EQ(sky(scene.roof, 0.4 - 1e-9), Sky::kNot) << "its plane is taken";
   EXPECT_EQ(sky({}, 0.6), Sky::kNot) << "no plane was offered";
   // A plane before the roof's, with fewer cells, all over the image.
@@ -394,7 +394,7 @@ TEST(PlaneChoice, WhatMovesFromViewToViewIsNoSky) {
   for (int x = 15; x < 145; x += 10) {
     const double area = std::pow(kWall.InverseDepth(x, 0), -3);
     all += area;
-    if (x < 80) left += area;
+    if (x < 70) left += area;
   }
   const double both = 0.4 + 0.6 * left / all, one = 0.4 + 0.3 * left / all;
   EXPECT_TRUE(AboveARoof(60, 60).IsTaken(both - 1e-9));
@@ -406,10 +406,10 @@ TEST(PlaneChoice, WhatMovesFromViewToViewIsNoSky) {
 }
 
 // What a plane of the roof would leave: the sky, something that may be the sky, or neither.
-Sky LeftAboveARoof(AboveARoof scene, const std::vector<int>& rows) {
+Sky LeftAboveARoof(AboveARoof scene, const std::vector<int>& rows, int end = 145) {
   scene.spots.clear();
   for (const int y : rows) {
-    for (int x = 15; x < 145; x += 10) scene.spots.push_back({x, y});
+    for (int x = 15; x < end; x += 10) scene.spots.push_back({x, y});
   }
   PlaneChoiceLimits limits = kLimits;
   limits.min_unlike_sky = 0.6;
@@ -417,10 +417,9 @@ Sky LeftAboveARoof(AboveARoof scene, const std::vector<int>& rows) {
   return ChoosePlanes({scene.roof, scene.spots, &views}, Planes{}, std::array{kWall}, limits).sky;
 }
 
-TEST(PlaneChoice, WithHalfAsMuchAgainstItItIsTheSky) {
+TEST(PlaneChoice, WithTooLittleOnTheRoofItIsTheSky) {
   const AboveARoof scene(100, 100);
-  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25, 35, 75, 85, 95}), Sky::kMayBe) << "3 of 7 on the roof";
-  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25, 75}), Sky::kSeen) << "1 of 4";
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25, 35, 75, 85, 95}), Sky::kSeen) << "3 of 7";
   EXPECT_EQ(LeftAboveARoof(scene, {5, 75, 85}), Sky::kNot) << "2 of 3";
 }
 
@@ -437,6 +436,40 @@ TEST(PlaneChoice, ViewsThatShowTheRegionAlikeNowhereTellNothing) {
   EXPECT_EQ(LeftAboveARoof(brighter_above(10), {5, 15}), Sky::kSeen) << "half of it is shown";
   EXPECT_EQ(LeftAboveARoof(brighter_above(20), {5, 15, 25}), Sky::kMayBe) << "a third";
   EXPECT_EQ(LeftAboveARoof(brighter_above(20), {5, 15, 25, 75, 85}), Sky::kMayBe) << "what lies on the roof is not asked";
+}
+
+// The sources show all of it brighter, but for the spots of some rows: on the roof's plane, or infinitely far away. Up to column 85
+// no spot's place on the plane is another's infinitely far away.
+Sky LeftWhereShown(const std::vector<int>& rows, std::size_t num_on_plane, std::size_t num_far) {
+  AboveARoof scene(100, 100);
+  for (int j = 0; j < 2; ++j) {
+    auto image = std::make_shared<GrayImage>(160, 120, std::uint8_t{140});
+    for (std::size_t i = 0; i < num_on_plane + num_far; ++i) {
+      for (int x = 15; x < 90; x += 10) {
+        const double moved = i < num_on_plane ? (j == 0 ? -0.5 : 0.5) * 150 * kWall.InverseDepth(x, rows[i]) : 0;
+        const int u = static_cast<int>(std::floor(x + 0.5 + moved));
+        if (u >= 0 && u < 160) (*image)(u, rows[i]) = 100;
+      }
+    }
+    scene.input.sources[j].image = image;
+  }
+  return LeftAboveARoof(scene, rows, 90);
+}
+
+TEST(PlaneChoice, WhatViewsShowOnThePlaneIsNotLeftOpen) {
+  EXPECT_EQ(LeftWhereShown({5, 15, 25}, 1, 0), Sky::kNot) << "a third of it";
+  EXPECT_EQ(LeftWhereShown({5, 15, 25, 35}, 1, 0), Sky::kMayBe) << "a quarter";
+  const std::vector<int> rows = {2, 7, 12, 17, 22, 27, 32, 37, 42, 47};
+  EXPECT_EQ(LeftWhereShown(rows, 5, 3), Sky::kNot);
+  EXPECT_EQ(LeftWhereShown(rows, 4, 3), Sky::kMayBe) << "less than half as often again as infinitely far away";
+}
+
+// The sources' images end below the spots.
+TEST(PlaneChoice, WhatNoViewShowsIsOnItsPlane) {
+  AboveARoof scene(100, 100);
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25}), Sky::kSeen);
+  for (SceneView& source : scene.sources) source.camera.pinhole.cy -= 60;
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25}), Sky::kNot);
 }
 
 TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {
@@ -499,15 +532,11 @@ TEST(RegionPlanes, ARegionWithFewAnchorsTakesTheScenesPlane) {
   ExpectIs(planes({kShelf, kWall}).At(20, 20)[0], kWall);
 }
 
-// In a plain image what was measured fills the lower quarter's left end, and clues its right one, but for one measured column. Of what
-// the sources show infinitely far away three eighths are darker, so that it may be the sky or not.
+// In a plain image what was measured fills the lower quarter's left end, and clues its right one, but for one measured column. The
+// sources show it brighter wherever they look, so that it may be the sky or not.
 TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
   AboveARoof scene(100, 100);
-  auto striped = std::make_shared<GrayImage>(160, 120, std::uint8_t{100});
-  for (int y = 0; y < 120; ++y) {
-    for (const int left : {20, 65, 110}) std::fill(&(*striped)(left, y), &(*striped)(left, y) + 20, 60);
-  }
-  for (ViewImage& source : scene.input.sources) source.image = striped;
+  for (ViewImage& source : scene.input.sources) source.image = std::make_shared<const GrayImage>(160, 120, std::uint8_t{140});
   const float w = 0.3f;
   PlaneMap planes(160, 120);
   for (int y = 90; y < 120; ++y) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -100,18 +101,18 @@ TEST(SpotViews, InfinitelyFarIsComparedWithThePlaceOfThePoint) {
     scene.source_image(101, 90) = near;
     const InferenceInput input = scene.Input();
     const FarSpot seen = SpotViews(input, std::vector<RelativeExposure>(1)).LookFar({75, 45}, 0.33);
-    return std::pair(seen.unlike, seen.is_shown);
+    return std::tuple(seen.unlike, seen.is_shown, seen.is_seen_on_plane, seen.is_shown_on_plane);
   };
-  EXPECT_EQ(look(120, 120), std::pair(0.0, true));
-  EXPECT_EQ(look(120, 60), std::pair(0.0, true)) << "alike there alone";
-  EXPECT_EQ(look(60, 120), std::pair(1.0, false)) << "alike at the point alone";
-  EXPECT_EQ(look(60, 60), std::pair(0.0, false)) << "in neither place";
+  EXPECT_EQ(look(120, 120), std::tuple(0.0, true, true, true));
+  EXPECT_EQ(look(120, 60), std::tuple(0.0, true, true, false)) << "alike there alone";
+  EXPECT_EQ(look(60, 120), std::tuple(1.0, false, true, true)) << "alike at the point alone";
+  EXPECT_EQ(look(60, 60), std::tuple(0.0, false, true, false)) << "in neither place";
   scene.depths.depths(101, 90) = static_cast<float>(0.97 / 0.33);
   scene.depths.states(101, 90) = PixelState::kMeasured;
-  EXPECT_EQ(look(60, 60), std::pair(1.0, false)) << "the point is hidden";
+  EXPECT_EQ(look(60, 120), std::tuple(1.0, false, false, false)) << "the point is hidden";
   scene.depths.depths(151, 91) = 3;
   scene.depths.states(151, 91) = PixelState::kMeasured;
-  EXPECT_EQ(look(60, 120), std::pair(0.0, false)) << "something was measured in the direction";
+  EXPECT_EQ(look(60, 120), std::tuple(0.0, false, false, false)) << "something was measured in the direction";
 }
 
 // At (101.5, 90.505) it is 102.015. With w the place moves by (-150, -1.5) pixels, and the shade there by -304.5.
