@@ -4,8 +4,6 @@ A lane takes a set and a seed: the maps as they are, then every setting of every
 rules of fusion fuse the same maps again, rules of the filter and of inference start from the same estimates.
 """
 import argparse
-import importlib.machinery
-import importlib.util
 import itertools
 import json
 import os
@@ -20,21 +18,12 @@ import threading
 import time
 from pathlib import Path
 
+from benchmark_module import benchmark
+
 ROOT = Path(__file__).resolve().parent.parent
 AS_IS = ""  # the setting in which every rule is as it is
 GRACE_SECONDS = 10  # for a run to end when the time is up
 STAGES_AFTER_ESTIMATION = ("kFilter", "kInference")
-
-
-def load_benchmark():
-    loader = importlib.machinery.SourceFileLoader("benchmark", str(ROOT / "scripts/benchmark"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("benchmark", loader))
-    sys.dont_write_bytecode = True
-    loader.exec_module(module)
-    return module
-
-
-benchmark = load_benchmark()
 
 
 class TimeIsUp(Exception):
