@@ -231,10 +231,10 @@ def summarize(rule, setting, half, table):
             "set_f1": {name: of[0] for name, of in of_sets.items()}}
 
 
-def make_rows(content, rules):
+def make_rows(results, rules):
     rows = []
     for rule in rules:
-        for half, runs in content["rows"].items():
+        for half, runs in results.items():
             for key, after in runs.items():
                 name, _, factor = key.partition("=")
                 table = differences(runs.get(AS_IS, {}), after) if name == rule else {}
@@ -252,16 +252,19 @@ def spread_of_seeds(runs):
 
 
 def write_tables(folder, content, rules):
-    rows = make_rows(content, rules)
-    noise = {half: spread_of_seeds(runs.get(AS_IS, {})) for half, runs in content["rows"].items()}
+    results = json.loads(json.dumps(content["rows"], sort_keys=True))  # the same tables whichever run ended first
+    rows = make_rows(results, rules)
+    noise = {half: spread_of_seeds(runs.get(AS_IS, {})) for half, runs in results.items()}
     described = {key: value for key, value in content.items() if key != "rows"}
     (folder / "rules.json").write_text(json.dumps({**described, "spread_as_it_is": noise, "rows": rows}, indent=1) + "\n")
     version = content["version"].splitlines()[0]
     lines = [f"{version}, {content['commit']}, options '{content['options']}', fusion '{content['fusion_options']}'", "",
              "Change of the mean F1 when a rule is off or its constants are so many times as large. F1, F1': at both tolerances; worst: "
-             "the set that loses most; spread: largest less least of the seeds' own mean changes; runs: all sets with all seeds, where no time was up. Mean F1 of the seeds with all rules as "
-             "they are, largest less least: " + ", ".join(f"{half} {'-' if s is None else f'{s:.2f}'}" for half, s in noise.items()) + ".", "",
-             "| rule | setting | half | F1 | F1' | worst | its F1 | spread | sets | seeds | runs |", "|---|--:|---|--:|--:|---|--:|--:|--:|--:|--:|"]
+             "the set that loses most; spread: largest less least of the seeds' own mean changes; runs: all sets with all seeds, where no "
+             "time was up. Mean F1 of the seeds with all rules as they are, largest less least: "
+             + ", ".join(f"{half} {'-' if s is None else f'{s:.2f}'}" for half, s in noise.items()) + ".", "",
+             "| rule | setting | half | F1 | F1' | worst | its F1 | spread | sets | seeds | runs |",
+             "|---|--:|---|--:|--:|---|--:|--:|--:|--:|--:|"]
     for r in rows:
         lines.append(f"| {r['rule']} | {r['setting']} | {r['half']} | {r['f1'][0]:+.2f} | {r['f1'][1]:+.2f} | {r['worst_set']} | "
                      f"{r['worst_f1']:+.2f} | {r['spread']:.2f} | {r['sets']} | {r['seeds']} | {r['runs']} |")
