@@ -1,17 +1,11 @@
 """scripts/ablation --rules: each rule that the paper does not have (phi/base/rules.h) off, and with its constants scaled.
 
-A lane takes a set and a seed: the maps as they are, then every setting of every rule. What a rule does not touch is made once:
-rules of fusion fuse the same maps again, rules of the filter and of inference start from the same estimates.
+A lane takes a setting of one rule for a set and a seed. What a rule does not touch is made once: rules of fusion fuse the same maps again,
+rules of the filter and of inference start from the same estimates.
 """
 import argparse
-import itertools
 import json
-import os
-import queue
 import re
-import shlex
-import shutil
-import subprocess
 import sys
 import tempfile
 import threading
@@ -19,15 +13,10 @@ import time
 from pathlib import Path
 
 from benchmark_module import benchmark
+from rule_lanes import run_lanes
+from rule_schedule import AS_IS, Case, Schedule, list_units, mix_stages
 
 ROOT = Path(__file__).resolve().parent.parent
-AS_IS = ""  # the setting in which every rule is as it is
-GRACE_SECONDS = 10  # for a run to end when the time is up
-STAGES_AFTER_ESTIMATION = ("kFilter", "kInference")
-
-
-class TimeIsUp(Exception):
-    pass
 
 
 def read_rules():
@@ -51,7 +40,8 @@ def parse_arguments():
     parser.add_argument("--max_image_size", type=int, help="of patch_match_stereo, pixels")
     benchmark.add_lanes(parser)
     parser.add_argument("--time_limit", type=float, help="seconds: what is under way then is stopped, and the tables hold what there is")
-    parser.add_argument("--work", type=Path, help="folder for workspaces; kept by runs that end early, for the next one to go on from")
+    parser.add_argument("--work", type=Path, help="folder for workspaces: one a lane, and one for each set and seed with all rules as "
+                        "they are until no run starts from it any more; a call that ends early leaves these for the next one")
     parser.add_argument("--split", type=Path, default=ROOT / "scripts/scenes/split.json")
     parser.add_argument("--commit", help="of the program; default: this repository's")
     parser.add_argument("--output_path", type=Path, required=True, help="folder for results.json, rules.json and rules.md")
@@ -63,14 +53,13 @@ def factor_of(setting):
 
 
 def wanted_settings(arguments, rules):
-    """(stage, "NAME=FACTOR") of every run beside the one with all rules as they are."""
+    """(stage, "NAME=FACTOR") of every run beside the one with all rules as they are, in the order of --settings."""
     only = arguments.only.split(",") if arguments.only else list(rules)
     if unknown := [name for name in only if name not in rules]:
         sys.exit(f"ablation: no rule {', '.join(unknown)}; phi/base/rules.h has {', '.join(rules)}")
-    for name, setting in itertools.product(only, arguments.settings.split(",")):
-        stage, settings = rules[name]
-        if settings != ("kScale" if setting == "off" else "kOff"):
-            yield stage, f"{name}={factor_of(setting)}"
+    for setting in arguments.settings.split(","):
+        other = "kScale" if setting == "off" else "kOff"
+        yield from mix_stages([(rules[name][0], f"{name}={factor_of(setting)}") for name in only if rules[name][1] != other])
 
 
 class Results:
@@ -78,6 +67,7 @@ class Results:
 
     def __init__(self, path, description):
         self.path, self.content, self.lock = path, {**description, "rows": {}}, threading.Lock()
+        self.is_saved = True
         if path.exists():
             self.content = json.loads(path.read_text())
             # The version names this machine's devices: another one may go on.
@@ -85,116 +75,36 @@ class Results:
             if other:
                 sys.exit(f"ablation: {path} holds results of another {', '.join(other)}; name another folder")
 
-    def has(self, half, setting, name, seed):
-        with self.lock:
-            return seed in self.content["rows"].get(half, {}).get(setting, {}).get(name, {})
+    def has(self, unit):
+        case = unit.case
+        return case.seed in self.content["rows"].get(case.half, {}).get(unit.setting, {}).get(case.name, {})
 
-    def add(self, half, setting, name, seed, scores):
+    def add(self, unit, scores):
+        case = unit.case
         with self.lock:
-            self.content["rows"].setdefault(half, {}).setdefault(setting, {}).setdefault(name, {})[seed] = scores
+            of_setting = self.content["rows"].setdefault(case.half, {}).setdefault(unit.setting, {})
+            of_setting.setdefault(case.name, {})[case.seed] = scores
+            self.is_saved = False
+
+    def save(self):
+        with self.lock:
+            if self.is_saved:
+                return
             part = self.path.with_suffix(".part")
             part.write_text(json.dumps(self.content, indent=1) + "\n")
             part.replace(self.path)
+            self.is_saved = True
 
 
-class Lane(threading.Thread):
-    """Takes sets and seeds until there are none, or the time is up."""
-
-    def __init__(self, arguments, results, units, settings, deadline, environment):
-        super().__init__()
-        self.arguments, self.results, self.units, self.settings, self.deadline = arguments, results, units, settings, deadline
-        self.environment = environment
-        self.error, self.was_stopped = None, False
-
-    def run(self):
-        try:
-            while True:
-                self.run_unit(*self.units.get_nowait())
-        except queue.Empty:
-            pass
-        except TimeIsUp:
-            self.was_stopped = True
-        except Exception as error:  # told by main
-            self.error = error
-
-    def call(self, log, *command):
-        """As benchmark.call, but ends with the time."""
-        words = [str(word) for word in command]
-        start = time.monotonic()
-        if start >= self.deadline:
-            raise TimeIsUp
-        with open(log, "ab") as out:
-            process = subprocess.Popen(words, stdout=out, stderr=out, env=self.environment)
-            try:
-                code = process.wait(None if self.deadline == float("inf") else self.deadline - start)
-            except subprocess.TimeoutExpired:
-                process.terminate()
-                try:
-                    process.wait(GRACE_SECONDS)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    process.wait()
-                raise TimeIsUp from None
-        if code != 0:
-            raise RuntimeError(f"exit code {code}: {shlex.join(words)}\n{log.read_text(errors='replace')[-2000:]}")
-        return time.monotonic() - start
-
-    def run_unit(self, half, name, scene, seed):
-        missing = [(stage, s) for stage, s in [("kFusion", AS_IS), *self.settings] if not self.results.has(half, s, name, seed)]
-        if not missing:
-            return
-        work = self.arguments.work / half / f"{name}_seed{seed}"
-        work.mkdir(parents=True, exist_ok=True)
-        if not (work / "dense").exists():
-            benchmark.copy_workspace(self.arguments.data / name / "dense", work / "copy")
-            (work / "copy").rename(work / "dense")
-        if any(stage not in ("kSourceViews", "kEstimation") for stage, _ in missing):
-            self.stereo(work / "dense", work / "stereo.log", seed, AS_IS)  # goes on from what an earlier call left
-        for stage, setting in missing:
-            begin = time.monotonic()
-            scores = self.score(half, name, scene, seed, work, stage, setting)
-            self.results.add(half, setting, name, seed, scores)
-            print(f"{half} {name} seed {seed} {setting or 'as it is'}: F1 {scores['f1'][0]:.2f} / {scores['f1'][1]:.2f}, "
-                  f"{time.monotonic() - begin:.1f} s", flush=True)
-        shutil.rmtree(work)
-
-    def stereo(self, dense, log, seed, setting):
-        rules = ["--PhiStereo.rules", setting] if setting else []
-        self.call(log, self.arguments.phimvs, "patch_match_stereo", "--workspace_path", dense, "--default_random_seed", seed,
-                  *shlex.split(self.results.content["options"]), *rules)
-
-    def score(self, half, name, scene, seed, work, stage, setting):
-        fusion = self.arguments.fusion_options
-        if stage == "kFusion":
-            return self.fuse(work, name, scene, f"{fusion} --PhiFusion.rules {setting}" if setting else fusion)
-        other = work / "other"
-        shutil.rmtree(other, ignore_errors=True)
-        benchmark.copy_workspace(self.arguments.data / name / "dense", other / "dense")
-        if stage in STAGES_AFTER_ESTIMATION:
-            # Maps are replaced, never written to: links do. The estimates of these have the same keys.
-            shutil.copytree(work / "dense" / "stereo", other / "dense" / "stereo", dirs_exist_ok=True, copy_function=link_or_copy)
-        self.stereo(other / "dense", other / "stereo.log", seed, setting)
-        scores = self.fuse(other, name, scene, fusion)
-        shutil.rmtree(other)
-        return scores
-
-    def fuse(self, work, name, scene, fusion_options):
-        return benchmark.fuse_and_evaluate(self.arguments, scene, self.arguments.data / name, work, 0, fusion_options, self.call)
+def photo_bytes(folder):
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
-def link_or_copy(source, target):
-    if Path(target).exists():
-        return
-    if Path(source).suffix in (".bin", ".png"):
-        os.link(source, target)
-    else:
-        shutil.copy2(source, target)
-
-
-def list_units(arguments, halves):
-    """Every set with the first seed, then with the next one: an early end leaves whole sets."""
-    return [(half, name, scene, seed) for seed in arguments.seeds.split(",")
-            for half, sets in halves.items() for name, scene in sets.items()]
+def list_cases(arguments, halves):
+    """Every set with the first seed, then with the next one. Larger photos take longer: they go first, so that lanes end together."""
+    sets = [(half, name, scene) for half, sets in halves.items() for name, scene in sets.items()]
+    sets.sort(key=lambda entry: photo_bytes(arguments.data / entry[1] / "dense/images"), reverse=True)
+    return [Case(*entry, seed) for seed in arguments.seeds.split(",") for entry in sets]
 
 
 def read_halves(arguments):
@@ -285,20 +195,13 @@ def main():
     description = benchmark.describe(arguments)
     del description["half"]
     results = Results(arguments.output_path / "results.json", {**description, "fusion_options": arguments.fusion_options})
-    units = queue.SimpleQueue()
-    for unit in list_units(arguments, halves):
-        units.put(unit)
+    schedule = Schedule(list_units(list_cases(arguments, halves), settings, results.has), deadline)
+    print(f"{len(schedule.units)} runs to do, maps as they are among them", flush=True)
     with tempfile.TemporaryDirectory(prefix="phimvs_rules_") as temporary:
         arguments.work = arguments.work or Path(temporary)
-        lanes = [Lane(arguments, results, units, settings, deadline, environment)
-                 for environment in benchmark.environments(arguments)]
-        for lane in lanes:
-            lane.start()
-        for lane in lanes:
-            lane.join()
+        run_lanes(arguments, results, schedule)
     print("\n".join(write_tables(arguments.output_path, results.content, rules)))
-    for lane in lanes:
-        if lane.error:
-            sys.exit(f"ablation: {lane.error}")
-    if any(lane.was_stopped for lane in lanes):
+    if schedule.was_stopped:
         print("the time was up: call it again to go on")
+    if schedule.failed:
+        sys.exit(f"ablation: {len(schedule.failed)} failed or were left out, for the reasons above; another call tries them again")
