@@ -22,7 +22,7 @@ constexpr std::size_t kFewRefitted = 6;
 
 // Of the spots beside the cells so many are shown infinitely far away if the region is the sky; if it is not, so many of those that a
 // view shows on the plane are shown alike there, and so many times as many. What cameras make of brightness leaves a wall that much.
-constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 1.5;
+constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 2;
 
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 
@@ -238,7 +238,7 @@ class PlaneChoice {
   // Of the surface that the region's spots would be on the plane, too little, by area, lies between the cells on it or moves from
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
   // skirting; the sky begins where the cells of a roof end. Then it is the sky if views show it there, and may be if they do not show
-  // it on the plane; what no view shows is on the plane. Cells of clues alone say nothing against the sky: just above a roof all views
+  // it on the plane; what no other view shows at all is on the plane. Cells of clues alone say nothing against the sky: just above a roof all views
   // match its edge, and their agreement makes clues there.
   Sky LookFar(const ImagePlane& plane) const {
     const std::vector<AnchorCell> on = CellsOn(plane);
@@ -250,6 +250,7 @@ class PlaneChoice {
     const std::vector<Place> hull = ConvexHull(std::move(places));
     double unlike_sky = 0, all = 0;
     SpotShare far_away, on_plane;  // of the spots beside the cells
+    bool is_seen = false;          // any of them
     for (const Spot& spot : region_.spots) {
       const double w = plane.InverseDepth(spot.x, spot.y);
       if (!(w > 0)) return Sky::kSeen;  // it goes on without end
@@ -261,13 +262,14 @@ class PlaneChoice {
       }
       const FarSpot far = region_.views->LookFar(spot, w);
       unlike_sky += area * far.unlike;
+      is_seen |= far.is_seen;
       far_away.Add(far.is_shown);
       if (far.is_seen_on_plane) on_plane.Add(far.is_shown_on_plane);
     }
     if (!(unlike_sky < limits_.min_unlike_sky * all)) return Sky::kNot;
     if (far_away.Share() >= kMinShownSky) return Sky::kSeen;
     const bool is_shown = on_plane.Share() >= std::max(kMinShownOn, kMinOftener * far_away.Share());
-    return is_shown || on_plane.num_asked == 0 ? Sky::kNot : Sky::kMayBe;
+    return is_shown || !is_seen ? Sky::kNot : Sky::kMayBe;
   }
 
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }

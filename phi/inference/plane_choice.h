@@ -26,7 +26,8 @@ struct PlaneChoiceLimits {
   double unlike_weight = 0;  // of spots that other views show unlike, against the share of cells on the plane
   double source_weight = 0;  // of the other views' cells
   // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far
-  // (spot_views.h). With less the region is on the plane only if they show its spots there oftener than infinitely far away, or nowhere.
+  // (spot_views.h). With less the region is on the plane only if they show its spots there oftener than infinitely far away, or if none
+  // looks there.
   double min_unlike_sky = 0;
   double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane

@@ -64,6 +64,7 @@ FarSpot SpotViews::LookFar(const Spot& spot, double inverse_depth) const {
   for (const Source& source : sources_) {
     const std::optional<Shown> far = Find(source, spot, 0, kDepthGap);
     if (!far) continue;
+    shown.is_seen = true;
     const std::optional<Shown> on_plane = Find(source, spot, w, kDepthGap);
     const bool is_alike_on_plane = on_plane && !IsUnlikeThere(source, spot, *on_plane);
     shown.is_seen_on_plane |= on_plane.has_value();

@@ -28,6 +28,7 @@ struct Foretold {
 // What the source views show of a spot infinitely far away, and on a plane.
 struct FarSpot {
   double unlike = 0;               // share of the views that tell, and show another brightness there; 0: none tells
+  bool is_seen = false;            // one shows that place
   bool is_shown = false;           // one shows the spot's brightness there
   bool is_seen_on_plane = false;   // one that shows the place infinitely far away shows the plane's as well
   bool is_shown_on_plane = false;  // and the spot's brightness there

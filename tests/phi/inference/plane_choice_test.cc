@@ -460,16 +460,19 @@ TEST(PlaneChoice, WhatViewsShowOnThePlaneIsNotLeftOpen) {
   EXPECT_EQ(LeftWhereShown({5, 15, 25}, 1, 0), Sky::kNot) << "a third of it";
   EXPECT_EQ(LeftWhereShown({5, 15, 25, 35}, 1, 0), Sky::kMayBe) << "a quarter";
   const std::vector<int> rows = {2, 7, 12, 17, 22, 27, 32, 37, 42, 47};
-  EXPECT_EQ(LeftWhereShown(rows, 5, 3), Sky::kNot);
-  EXPECT_EQ(LeftWhereShown(rows, 4, 3), Sky::kMayBe) << "less than half as often again as infinitely far away";
+  EXPECT_EQ(LeftWhereShown(rows, 4, 2), Sky::kNot);
+  EXPECT_EQ(LeftWhereShown(rows, 5, 3), Sky::kMayBe) << "less than twice as often as infinitely far away";
 }
 
-// The sources' images end below the spots.
+// The sources' images end below the spots; then two rows of them lie within, which they show brighter.
 TEST(PlaneChoice, WhatNoViewShowsIsOnItsPlane) {
   AboveARoof scene(100, 100);
   EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25}), Sky::kSeen);
+  for (ViewImage& source : scene.input.sources) source.image = std::make_shared<const GrayImage>(160, 120, std::uint8_t{140});
   for (SceneView& source : scene.sources) source.camera.pinhole.cy -= 60;
   EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25}), Sky::kNot);
+  for (SceneView& source : scene.sources) source.camera.pinhole.cy += 50;
+  EXPECT_EQ(LeftAboveARoof(scene, {5, 15, 25}), Sky::kMayBe);
 }
 
 TEST(PlaneChoice, AViewThatShowsLittleOfTheRegionHasNoSay) {

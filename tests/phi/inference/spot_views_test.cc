@@ -101,6 +101,7 @@ TEST(SpotViews, InfinitelyFarIsComparedWithThePlaceOfThePoint) {
     scene.source_image(101, 90) = near;
     const InferenceInput input = scene.Input();
     const FarSpot seen = SpotViews(input, std::vector<RelativeExposure>(1)).LookFar({75, 45}, 0.33);
+    EXPECT_EQ(seen.is_seen, !IsMeasured(scene.depths.states(151, 91)));
     return std::tuple(seen.unlike, seen.is_shown, seen.is_seen_on_plane, seen.is_shown_on_plane);
   };
   EXPECT_EQ(look(120, 120), std::tuple(0.0, true, true, true));
