@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "phi/base/array2d.h"
 #include "phi/base/median.h"
 
 namespace phi {
@@ -20,11 +21,22 @@ struct RegionLight {
   double shade;  // from the darkest tenth to the brightest, over the mean
 };
 
-std::optional<RegionLight> LightOf(std::span<const Spot> spots, const SpotViews& views) {
+// Of the spots of a grid, by column and row. Each spot of a region is asked for the region and for the image.
+using Brightness = Array2D<std::optional<float>>;
+
+Brightness BrightnessOf(const SpotGrid& grid, const SpotViews& views) {
+  Brightness brightness(grid.columns, grid.rows);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) brightness(column, row) = views.BrightnessHere(grid.At(column, row));
+  }
+  return brightness;
+}
+
+std::optional<RegionLight> LightOf(std::span<const Spot> spots, const SpotGrid& grid, const Brightness& brightness) {
   std::vector<float> levels;
   double sum = 0;
   for (const Spot& spot : spots) {
-    const std::optional<float> level = views.BrightnessHere(spot);
+    const std::optional<float> level = brightness(grid.ColumnOf(spot), grid.RowOf(spot));
     if (!level) continue;
     levels.push_back(*level);
     sum += *level;
@@ -53,12 +65,10 @@ double MedianShade(std::span<const std::optional<RegionLight>> lights) {
   return 0;
 }
 
-float MedianBrightness(const SpotGrid& all, const SpotViews& views) {
+float MedianBrightness(const Brightness& brightness) {
   std::vector<float> levels;
-  for (int row = 0; row < all.rows; ++row) {
-    for (int column = 0; column < all.columns; ++column) {
-      if (const std::optional<float> level = views.BrightnessHere(all.At(column, row))) levels.push_back(*level);
-    }
+  for (const std::optional<float>& level : brightness) {
+    if (level) levels.push_back(*level);
   }
   return levels.empty() ? 0 : Median(&levels);
 }
@@ -69,10 +79,11 @@ std::vector<bool> FindLightSources(std::span<const std::vector<Spot>> regions, c
                                    const Rules& rules) {
   std::vector<bool> are_sources(regions.size());
   if (!rules.IsOn(Rule::kLightSources)) return are_sources;
+  const Brightness brightness = BrightnessOf(all, views);
   std::vector<std::optional<RegionLight>> lights;
-  for (const std::vector<Spot>& spots : regions) lights.push_back(LightOf(spots, views));
+  for (const std::vector<Spot>& spots : regions) lights.push_back(LightOf(spots, all, brightness));
   const double max_shade = rules.Factor(Rule::kLightSources) * std::min(kMaxShade, kMaxOfMedian * MedianShade(lights));
-  const float middle = MedianBrightness(all, views);
+  const float middle = MedianBrightness(brightness);
   for (std::size_t k = 0; k < regions.size(); ++k) {
     are_sources[k] = lights[k] && lights[k]->shade < max_shade && lights[k]->mean > middle;
   }

@@ -14,8 +14,9 @@
 namespace phi {
 
 // Which even regions, given by their spots, are sources of light: brighter than half of the image, and with far less shade than its
-// other regions have. Shade: how far the brightness of a region's spots varies, over its mean. `all`: the image's spots. Where all
-// regions have as little, as walls in the sun do, none is one. Regions of few spots are not judged, nor what may be cut off at white.
+// other regions have. Shade: how far the brightness of a region's spots varies, over its mean. `all`: the image's spots, to which those
+// of the regions belong. Where all regions have as little, as walls in the sun do, none is one. Regions of few spots are not judged, nor
+// what may be cut off at white.
 std::vector<bool> FindLightSources(std::span<const std::vector<Spot>> regions, const SpotGrid& all, const SpotViews& views,
                                    const Rules& rules);
 

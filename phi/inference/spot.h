@@ -47,6 +47,9 @@ struct SpotGrid {
   Spot At(int column, int row) const {
     return {std::min(column * step + step / 2, width_ - 1), std::min(row * step + step / 2, height_ - 1)};
   }
+  // Of one of its spots.
+  int ColumnOf(const Spot& spot) const { return spot.x / step; }
+  int RowOf(const Spot& spot) const { return spot.y / step; }
 
  private:
   int width_, height_;
