@@ -7,6 +7,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/fusion/empty_box.h"
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
 #include "colmap_ext/fusion/tile_list.h"
@@ -86,6 +87,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
                                        : FuseScene(workspace, &handed, options.fusion, writer.get());
   RequireAFusedImage(report);
+  RequirePointsInBox(report, workspace, options.fusion, options.bbox_path);
   SubtractLeftOut(*writer, output.path, &report);
   writer->Commit();
   RemoveOtherForm(output);

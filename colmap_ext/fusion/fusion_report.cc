@@ -48,9 +48,7 @@ constexpr Reason kReasons[] = {
      "the maps agree only just: lower --PhiFusion.min_support"},
     {PixelOutcome::kImprobable, "more probably wrong than --PhiFusion.min_confidence allows",
      "few images agree well: lower --PhiFusion.min_confidence"},
-    {PixelOutcome::kOutsideBox, "outside the bounding box",
-     "the box of --bbox_path does not hold the scene: is it in the "
-     "sparse model's coordinates?"},
+    {PixelOutcome::kOutsideBox, "outside the bounding box", ""},
 };
 
 }  // namespace
@@ -100,7 +98,9 @@ std::string ExplainFewPoints(const SceneFusionReport& report) {
   const phi::OutcomeCounts& outcomes = report.outcomes;
   std::int64_t total = 0;
   for (const Reason& reason : kReasons) total += outcomes[reason.outcome];
-  const double good = static_cast<double>(outcomes[PixelOutcome::kFused] + outcomes[PixelOutcome::kCovered]);
+  // What lies outside the box was found as well: a box may be for a small part of the scene.
+  const double good = static_cast<double>(outcomes[PixelOutcome::kFused] + outcomes[PixelOutcome::kCovered] +
+                                          outcomes[PixelOutcome::kOutsideBox]);
   const double with_depth = static_cast<double>(total - outcomes[PixelOutcome::kNoDepth]);
   const bool empty_maps = with_depth < kFewShare * static_cast<double>(total);
   if (!empty_maps && good >= kFewShare * with_depth) return "";

@@ -112,6 +112,39 @@ TEST_F(StereoFusionCommand, NothingFusedLeavesTheEarlierCloud) {
   EXPECT_EQ(test_support::ReadBytes(folder_ / "fused.ply"), cloud);
 }
 
+// The wall behind the sphere lies at z = 6.
+TEST_F(StereoFusionCommand, ABoxBesideTheSceneIsAnErrorThatSaysWhereTheSceneLies) {
+  ASSERT_EQ(Fuse({}).exit_code, 0);
+  const std::string cloud = test_support::ReadBytes(folder_ / "fused.ply");
+  const std::string box = (folder_ / "box.txt").string();
+  test_support::WriteBytes(box, "100 0 -1 101.5 2 1");
+  const auto expect_error = [&](const ProgramResult& result, const std::string& scene) {
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.errors, HasSubstr("fusion: " + box + ": this box, x 100 to 101.5, y 0 to 2, z -1 to 1, holds none of the points"));
+    EXPECT_THAT(result.errors, ::testing::ContainsRegex(scene + "[^\n]*Give its corners in the sparse model's coordinates"));
+    EXPECT_TRUE(test_support::ReadBytes(folder_ / "fused.ply") == cloud);
+  };
+  expect_error(Fuse({"--bbox_path", box}), "the sparse points lie at x [^\n]* to 6\\.");
+  for (const char* shard : {"0/2", "1/2", "0/2"}) Fuse({"--bbox_path", box, "--shard", shard});
+  expect_error(Fuse({"--bbox_path", box}), "the sparse points lie at x ");
+  EXPECT_TRUE(fs::exists(folder_ / "fused.ply.parts"));
+  fs::remove_all(folder_ / "fused.ply.parts");
+  SparseModel model = ReadSparseModel(folder_ / "sparse");
+  model.points.clear();
+  for (SparseImage& image : model.images) image.observations.clear();
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  expect_error(Fuse({"--bbox_path", box}), "the cameras lie at x ");
+}
+
+TEST_F(StereoFusionCommand, ABoxForASmallPartOfTheSceneIsNoFault) {
+  const std::string box = (folder_ / "box.txt").string();
+  test_support::WriteBytes(box, "-0.1 -0.1 -100 0.1 0.1 100");
+  const ProgramResult result = Fuse({"--bbox_path", box});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.errors, testing::Not(HasSubstr("few pixels gave points")));
+  EXPECT_THAT(result.errors, testing::Not(HasSubstr(" 0 points")));
+}
+
 // Their folder may not be mounted where parts are joined. Without them the parts would be made anew, of nothing.
 TEST_F(StereoFusionCommand, PartsWaitForPhotosThatAreAway) {
   ASSERT_EQ(Fuse({}).exit_code, 0);
