@@ -215,7 +215,7 @@ fs::path Workspace::CostMapPath(int image, std::string_view kind) const {
 }
 
 fs::path Workspace::ConfidenceMapPath(int image, std::string_view kind) const {
-  return StereoFolder() / "confidence_maps" / (views_[image].name + "." + std::string(kind) + ".bin");
+  return ConfidenceMapsFolder() / (views_[image].name + "." + std::string(kind) + ".bin");
 }
 
 fs::path Workspace::FilledMaskPath(int image) const {

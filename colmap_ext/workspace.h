@@ -80,6 +80,7 @@ class Workspace {
   std::filesystem::path DepthMapPath(int image, std::string_view kind) const;
   std::filesystem::path NormalMapPath(int image, std::string_view kind) const;
   std::filesystem::path CostMapPath(int image, std::string_view kind) const;
+  std::filesystem::path ConfidenceMapsFolder() const { return StereoFolder() / "confidence_maps"; }
   std::filesystem::path ConfidenceMapPath(int image, std::string_view kind) const;
   std::filesystem::path FilledMaskPath(int image) const;
   // Of what goes with a map that is not the geometric one, beside it.

@@ -96,7 +96,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
   LogReport(report, output, writer->num_files(), elapsed.count());
   if (options.fusion.write_confidence_maps)
-    phi::LogInfo((workspace.StereoFolder() / "confidence_maps").string() + ": how probably each pixel's depth is right");
+    phi::LogInfo(workspace.ConfidenceMapsFolder().string() + ": how probably each pixel's depth is right");
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
   phi::LogError("fusion: " + std::to_string(report.failures.size()) +
                 " images were left out, see above; the cloud is made of the other " +

@@ -20,12 +20,11 @@ void RemoveRecordedMaps(const Workspace& workspace) {
     const auto& [name, kind] = task;
     const int image = workspace.FindImage(name);
     if (image < 0) continue;
+    RemoveConfidenceMaps(workspace, kind);
     for (const fs::path& path : ResultPaths(workspace, image, kind)) {
       std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
       if (IsOneOf(path, result.files)) fs::remove(path, ignored);
     }
-    std::error_code ignored;
-    fs::remove(workspace.ConfidenceMapPath(image, kind), ignored);  // fusion made it of the map that is gone
     record.Forget(task);
   }
   record.Compact();

@@ -143,6 +143,7 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
 
 void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
   const CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
+  RemoveConfidenceMaps(workspace_, kind);
   for (const auto& file : files) file->Publish();
   RemoveOthers(image, kind, files);
 }
@@ -230,6 +231,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
   }
   SyncFileSystems(folders);
   for (const Ready& ready : batch) {
+    RemoveConfidenceMaps(workspace_, ready.kind);
     for (const auto& file : ready.files) file->Publish();
     RemoveOthers(ready.image, ready.kind, ready.files);
     cache_.Unpin({ready.image, ready.kind});
@@ -284,8 +286,6 @@ void MapStore::RemoveOthers(int image, const std::string& kind, const CompleteFi
     std::error_code ignored;  // a file that is not there is as good as one removed
     if (!is_its_own) fs::remove(path, ignored);
   }
-  std::error_code ignored;
-  fs::remove(workspace_.ConfidenceMapPath(image, kind), ignored);  // fusion made it of earlier maps
 }
 
 bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
@@ -300,6 +300,9 @@ bool MapStore::HasMask(int image, const std::string& kind) const {
   return IsCompact(image, kind) || fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
-void MapStore::RemoveFiles(int image, const std::string& kind) const { RemoveOthers(image, kind, {}); }
+void MapStore::RemoveFiles(int image, const std::string& kind) const {
+  RemoveConfidenceMaps(workspace_, kind);
+  RemoveOthers(image, kind, {});
+}
 
 }  // namespace colmap_ext

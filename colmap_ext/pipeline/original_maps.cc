@@ -9,6 +9,7 @@
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
+#include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "phi/base/error.h"
 
@@ -61,7 +62,7 @@ bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
   if (differed) RemoveMaps(workspace, image, kMeasured);
   fs::remove(workspace.FilledMaskPath(image));
   fs::remove(workspace.FilledMaskPath(image, kMeasured));
-  fs::remove(workspace.ConfidenceMapPath(image, kGeometric));  // of the filled map
+  RemoveConfidenceMaps(workspace, kGeometric);  // of the filled map
   fs::rename(workspace.DepthMapPath(image, kept), workspace.DepthMapPath(image, kGeometric));
   return true;
 }

@@ -4,10 +4,12 @@
 #include <system_error>
 
 #include "colmap_ext/compact_map.h"
+#include "colmap_ext/folder_files.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "phi/base/error.h"
+#include "phi/base/log.h"
 #include "phi/base/whole_array.h"
 
 namespace colmap_ext {
@@ -54,6 +56,20 @@ FileState StateOf(const fs::path& path, const TaskRecord* record) {
   if (is_of_earlier_program) return IsWholeFile(path) ? FileState::kCurrent : FileState::kOurs;
   if (IsOneOf(path, record->files)) return FileState::kCurrent;
   return IsOneOf(path, record->earlier) || !IsWholeFile(path) ? FileState::kOurs : FileState::kForeign;
+}
+
+void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind) {
+  const fs::path folder = workspace.ConfidenceMapsFolder();
+  const std::string suffix = "." + std::string(kind) + ".bin";
+  int num_removed = 0;
+  for (const fs::path& file : FilesBelow(folder, HiddenFiles::kIncluded)) {
+    std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
+    if (file.native().ends_with(suffix)) num_removed += fs::remove(folder / file, ignored);
+  }
+  if (num_removed > 0) {
+    phi::LogInfo(phi::AboutFile(folder) + ": " + std::to_string(num_removed) + " confidence maps are removed, since " +
+                 std::string(kind) + " maps that they rest on change; fusion writes them anew");
+  }
 }
 
 }  // namespace colmap_ext

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "colmap_ext/pipeline/task_record.h"
@@ -25,5 +26,9 @@ enum class FileState {
 // A file is ours that the record identifies, or where the record knows the result and the file is damaged: no whole map or
 // mask, or a map without a single value. record: null where nothing is known of the result.
 FileState StateOf(const std::filesystem::path& path, const TaskRecord* record);
+
+// Removes what fusion wrote of maps of this kind: of all images, since a confidence map rests on the maps of its image's neighbours
+// too. For who replaces or removes such a map, before he does.
+void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind);
 
 }  // namespace colmap_ext

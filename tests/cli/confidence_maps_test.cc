@@ -114,6 +114,16 @@ TEST_F(ConfidenceMapsCommand, GoWithTheMapsThatTheyAreOf) {
   ASSERT_EQ(RunOnWorkspace("dense", run_.dense(), And(kOn, fast)).exit_code, 0);
   ASSERT_EQ(RunOnWorkspace("patch_match_stereo", run_.dense(), fast).exit_code, 0);
   EXPECT_EQ(ReadMaps().size(), 5u) << "no map is made again";
+  // The others' rest on it.
+  const std::string first = run_.scene().views.front().name;
+  test_support::WriteBytes(Folder() / (first + ".photometric.bin"), "of maps that stay");
+  fs::remove(run_.dense() / "stereo/depth_maps" / (first + ".geometric.bin"));
+  const ProgramResult one_again = RunOnWorkspace("patch_match_stereo", run_.dense(), fast);
+  ASSERT_EQ(one_again.exit_code, 0);
+  EXPECT_THAT(one_again.errors, HasSubstr("5 confidence maps are removed, since geometric maps that they rest on change"));
+  ASSERT_EQ(ReadMaps().size(), 1u);
+  fs::remove(Folder() / (first + ".photometric.bin"));
+  ASSERT_EQ(RunOnWorkspace("dense", run_.dense(), And(kOn, fast)).exit_code, 0);
   fast.back() = "min_cost";
   ASSERT_EQ(RunOnWorkspace("patch_match_stereo", run_.dense(), fast).exit_code, 0);
   EXPECT_TRUE(ReadMaps().empty());

@@ -221,8 +221,8 @@ TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
   ASSERT_EQ(workspace.Run({"--overwrite", "true"}).exit_code, 0);
   EXPECT_NE(workspace.Files(), originals);
   EXPECT_EQ(workspace.Run({}).exit_code, 0) << "the filled maps are its own";
-  const fs::path confidences = workspace.path() / "stereo/confidence_maps" / MapName(0, "geometric");
-  test_support::WriteBytes(confidences, "of the filled map");
+  const fs::path confidences = workspace.path() / "stereo/confidence_maps" / "of another image.geometric.bin";
+  test_support::WriteBytes(confidences, "rests on the filled map, too");
   const ProgramResult restored = workspace.Run({"--restore", "true"});
   EXPECT_EQ(restored.exit_code, 0) << restored.errors;
   EXPECT_FALSE(fs::exists(confidences));
