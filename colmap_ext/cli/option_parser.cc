@@ -1,18 +1,15 @@
 #include "colmap_ext/cli/option_parser.h"
 
-#include <unistd.h>
 #include <boost/program_options.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <stdexcept>
 #include <utility>
 
+#include "colmap_ext/cli/option_help.h"
 #include "colmap_ext/cli/suggestion.h"
 #include "colmap_ext/config_lines.h"
-#include "colmap_ext/json_file.h"
-#include "colmap_ext/terminal.h"
 #include "phi/base/c_locale.h"
 #include "phi/base/error.h"
 #include "phi/base/log.h"
@@ -22,34 +19,10 @@ namespace {
 
 namespace po = boost::program_options;
 
-constexpr int kNarrowestHelp = 60, kWidestHelp = 120;  // columns
 constexpr std::size_t kMaxListedKeys = 8;
 constexpr char kJsonWord[] = "help_json";
 // As COLMAP calls it in versions up to 3.
 constexpr char kSeedName[] = "default_random_seed", kFormerSeedName[] = "random_seed";
-
-JsonHelp*& HelpOfThread() {
-  thread_local JsonHelp* help = nullptr;
-  return help;
-}
-
-const char* NameOf(phi::Option::Type type) {
-  switch (type) {
-    case phi::Option::Type::kBool:
-      return "bool";
-    case phi::Option::Type::kInteger:
-      return "integer";
-    case phi::Option::Type::kNumber:
-      return "number";
-    case phi::Option::Type::kText:
-      return "text";
-    case phi::Option::Type::kPath:
-      return "path";
-    case phi::Option::Type::kChoice:
-      return "choice";
-  }
-  return "";
-}
 
 // COLMAP keeps some options in single precision and writes them with 17 digits: 0.01 becomes
 // 0.0099999997764825821.
@@ -79,11 +52,6 @@ void RefuseRepetitions(const std::filesystem::path& path, const std::vector<Proj
   }
 }
 
-std::string GroupOf(const std::string& name) {
-  const std::size_t dot = name.find('.');
-  return dot == std::string::npos ? "" : name.substr(0, dot);
-}
-
 // "a, b, c and 7 more"
 std::string ListKeys(const std::vector<std::string>& keys) {
   std::string text;
@@ -108,9 +76,6 @@ std::string WhyRefused(const po::error_with_option_name& error) {
 }
 
 }  // namespace
-
-JsonHelp::JsonHelp() : before_(std::exchange(HelpOfThread(), this)) {}
-JsonHelp::~JsonHelp() { HelpOfThread() = before_; }
 
 OptionParser::OptionParser(std::string command, std::string summary)
     : command_(std::move(command)), summary_(std::move(summary)) {
@@ -225,6 +190,12 @@ std::vector<ProjectEntry> OptionParser::ChosenEntries(const std::filesystem::pat
   return chosen;
 }
 
+CommandDescription OptionParser::Describe() const {
+  std::vector<std::string> only_colmap;
+  for (const auto& [name, colmap] : only_colmap_) only_colmap.push_back(name);
+  return {command_, summary_, options_, only_colmap};
+}
+
 std::vector<std::string> OptionParser::AllNames() const {
   std::vector<std::string> names;
   for (const phi::Option& option : options_) names.push_back(option.name());
@@ -260,7 +231,7 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   const Values command_line = ReadCommandLine(argc, argv, &help, &json);
   is_describing_ = json;
   if (help) {
-    PrintHelp();
+    PrintHelp(Describe());
     return false;
   }
   for (const auto& [name, value] : command_line) {
@@ -279,7 +250,7 @@ bool OptionParser::Parse(int argc, const char* const* argv) {
   if (!json) CheckRequired();
   CheckRanges();
   if (json) {
-    PrintJson();
+    PrintJsonHelp(Describe());
     return false;
   }
   WarnColmapOnly();
@@ -340,50 +311,6 @@ void OptionParser::LogEffectiveValues() const {
       chosen += " --" + option.name() + " " + option.Text();
   }
   if (!chosen.empty()) phi::LogInfo("options:" + chosen);
-}
-
-void OptionParser::PrintJson() const {
-  nlohmann::ordered_json options = nlohmann::ordered_json::array();
-  for (const phi::Option& option : options_) {
-    if (option.is_for_developers()) continue;
-    options.push_back({{"name", option.name()},
-                       {"type", NameOf(option.type())},
-                       {"help", option.help()},
-                       {"unit", option.unit()},
-                       {"default", option.default_text()},
-                       {"value", option.Text()},
-                       {"choices", option.choices()},
-                       {"required", option.required()}});
-  }
-  const nlohmann::ordered_json json = {{"command", command_}, {"summary", summary_}, {"options", options}};
-  if (JsonHelp* const help = HelpOfThread(); help != nullptr) {
-    help->text_ = DumpJson(json, 1);
-  } else {
-    std::cout << DumpJson(json, 1) << std::endl;
-  }
-}
-
-void OptionParser::PrintHelp() const {
-  const int columns = std::clamp(TerminalColumns(STDOUT_FILENO), kNarrowestHelp, kWidestHelp);
-  const int description_columns = columns * 5 / 8;  // long names have lines of their own
-  std::map<std::string, po::options_description> groups;
-  for (const phi::Option& option : options_) {
-    if (option.is_for_developers()) continue;
-    const std::string group = GroupOf(option.name());
-    auto it = groups.try_emplace(group, group.empty() ? "Options" : group, columns, description_columns).first;
-    auto* value = po::value<std::string>();
-    if (!option.default_text().empty()) value->default_value(option.default_text());
-    std::string help = option.help();
-    if (!option.unit().empty()) help += " [" + option.unit() + "]";
-    if (option.required()) help += " (required)";
-    it->second.add_options()(option.name().c_str(), value, help.c_str());
-  }
-  std::cout << WrapText("phimvs " + command_ + ": " + summary_, columns, 2) << "\n";
-  for (const auto& [group, description] : groups) std::cout << "\n" << description;
-  std::string only_colmap = " ";
-  for (const auto& [name, colmap] : only_colmap_) only_colmap += " --" + name;
-  std::cout << "\nCOLMAP's options without a counterpart are accepted and have no effect:\n"
-            << WrapText(only_colmap, columns, 2) << std::endl;
 }
 
 }  // namespace colmap_ext

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "colmap_ext/cli/option_help.h"
 #include "colmap_ext/cli/project_file.h"
 #include "phi/base/log.h"
 #include "phi/base/option.h"
@@ -65,6 +66,7 @@ class OptionParser {
   // origin: what errors begin with, "FILE: line N: "; empty for the command line.
   void Assign(const std::string& name, const std::string& value, const phi::Message& origin);
   bool IsColmapOnly(const std::string& name) const { return only_colmap_.contains(name); }
+  CommandDescription Describe() const;
   std::vector<std::string> AllNames() const;
   void ApplyPreset();
   void ApplyLogOptions() const;
@@ -73,8 +75,6 @@ class OptionParser {
   void CheckRequired() const;
   void CheckRanges() const;
   void LogEffectiveValues() const;
-  void PrintHelp() const;
-  void PrintJson() const;
 
   std::string command_, summary_;
   phi::OptionList options_;
@@ -91,22 +91,6 @@ class OptionParser {
   bool log_timestamps_ = false;
   std::uint32_t random_seed_ = 0;
   bool is_describing_ = false;  // --help_json: a run of another thread may have the log
-};
-
-// As long as it lives, what --help_json gives in this thread is its text, and is not printed: another thread may have the
-// standard output.
-class JsonHelp {
- public:
-  JsonHelp();
-  ~JsonHelp();
-  JsonHelp(const JsonHelp&) = delete;
-  JsonHelp& operator=(const JsonHelp&) = delete;
-  const std::string& text() const { return text_; }
-
- private:
-  friend class OptionParser;
-  std::string text_;
-  JsonHelp* const before_;
 };
 
 }  // namespace colmap_ext

@@ -9,7 +9,7 @@
 
 #include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
-#include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/cli/option_help.h"
 #include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 #include "python/bindings/module.h"

@@ -4,7 +4,7 @@ set(reader_sources
   atomic_file compact_map config_lines dead_link fusion_config image_file input_file json_file map_file mask_file moved_image
   patch_match_config pinhole_camera plane_channels ply_writer rig_frames sparse_model sparse_model_binary sparse_model_text terminal
   tiff_orientation workspace
-  cli/option_parser cli/project_file cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows
+  cli/option_help cli/option_parser cli/project_file cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows
   fusion/bounding_box_file
   pipeline/file_identity pipeline/result_key pipeline/run_record
   pipeline/shard_journals pipeline/task_record)
