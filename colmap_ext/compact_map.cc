@@ -1,7 +1,6 @@
 #include "colmap_ext/compact_map.h"
 
 #include <lz4.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -10,29 +9,33 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <limits>
 #include <system_error>
 
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/input_file.h"
-#include "colmap_ext/plane_channels.h"
 #include "phi/base/error.h"
-#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
 using phi::PixelState;
+using compact::BitsOf;
+using compact::BlockScale;
+using compact::CodeOf;
+using compact::Grid;
+using compact::HasDepth;
+using compact::NormalCode;
+using compact::NormalOf;
+using compact::StepOf;
 using Bytes = std::vector<std::uint8_t>;
 
 static_assert(std::endian::native == std::endian::little, "compact maps are little-endian");
 
 constexpr char kMagic[8] = {'P', 'H', 'I', 'M', 'A', 'P', '1', '\n'};
-constexpr int kBlock = 16;       // pixels a side
 constexpr int kNumPlanes = 6;    // depth's low and high byte; low bytes of the normal's axes, their upper bits; state
 constexpr int kMaxSide = 1 << 20;
 constexpr std::size_t kScaleBytes = 5;  // of a block
-constexpr std::uint32_t kMaxStep = 65534;  // of a depth; its code is one more, and 0 stands for none
 
 struct Header {
   char magic[8];
@@ -40,119 +43,6 @@ struct Header {
   std::int32_t has_states;
   std::int32_t num_plane_bytes[kNumPlanes];  // compressed
 };
-
-// The depths of a block: the float with the bits base + step << shift.
-struct BlockScale {
-  std::uint32_t base = 0;
-  std::uint32_t shift = 0;
-};
-
-struct Grid {
-  int width, height;
-  int columns() const { return (width + kBlock - 1) / kBlock; }
-  int rows() const { return (height + kBlock - 1) / kBlock; }
-  std::size_t num_blocks() const { return static_cast<std::size_t>(columns()) * static_cast<std::size_t>(rows()); }
-  std::size_t num_pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-
-  // function(block, index of pixel) for all pixels, block by block, blocks in parallel.
-  template <typename Function>
-  void ForPixels(const Function& function) const {
-    tbb::parallel_for(0, columns() * rows(), [&](int block) {
-      ForPixelsOf(block, [&](std::size_t i) { function(static_cast<std::size_t>(block), i); });
-    });
-  }
-
-  // function(index of pixel)
-  template <typename Function>
-  void ForPixelsOf(int block, const Function& function) const {
-    const int x0 = block % columns() * kBlock, y0 = block / columns() * kBlock;
-    for (int y = y0; y < std::min(y0 + kBlock, height); ++y) {
-      for (int x = x0; x < std::min(x0 + kBlock, width); ++x)
-        function(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
-    }
-  }
-};
-
-bool HasDepth(const phi::MeasurementMap& map, std::size_t i) {
-  const float depth = map.planes.data()[i].depth;
-  const bool is_known = map.states.empty() || map.states.data()[i] != PixelState::kNone;
-  return is_known && depth > 0 && std::isnormal(depth);
-}
-
-// The bits of positive floats rise with their values.
-std::uint32_t BitsOf(float depth) { return std::bit_cast<std::uint32_t>(depth); }
-
-inline __attribute__((always_inline)) std::uint32_t StepOf(const BlockScale& scale, std::uint32_t bits) {
-  const std::uint32_t half = scale.shift > 0 ? std::uint32_t{1} << (scale.shift - 1) : 0;
-  return (bits - scale.base + half) >> scale.shift;
-}
-
-const std::uint32_t kLargestBits = BitsOf(std::numeric_limits<float>::max());
-
-// Rounding up may leave the floats.
-inline __attribute__((always_inline)) float DepthAt(const BlockScale& scale, std::uint32_t step) {
-  const std::uint64_t bits = scale.base + (std::uint64_t{step} << scale.shift);
-  return std::bit_cast<float>(static_cast<std::uint32_t>(std::min<std::uint64_t>(bits, kLargestBits)));
-}
-
-// The finest steps that reach from the least depth to the largest.
-BlockScale ScaleOf(std::uint32_t least, std::uint32_t largest) {
-  BlockScale scale{least, 0};
-  while (StepOf(scale, largest) > kMaxStep) {
-    ++scale.shift;
-    scale.base = least >> scale.shift << scale.shift;  // so that depths once rounded are steps of any finer scale
-  }
-  return scale;
-}
-
-// Normals, on the octahedron of which the corner towards the camera is the middle: 0 to 4094 an axis, 2047 the middle.
-constexpr int kHalf = 2047;
-struct NormalCode {
-  std::uint32_t x = kHalf, y = kHalf;
-};
-
-float SignOf(float v) { return v >= 0 ? 1.0f : -1.0f; }
-
-// As std::lround, without a call.
-int Rounded(float v) { return static_cast<int>(static_cast<double>(v) + (v >= 0 ? 0.5 : -0.5)); }
-
-// Without branches, so that a loop over normals becomes vector instructions.
-inline __attribute__((always_inline)) NormalCode CodeOf(phi::Vec3f n) {
-  const float sum = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);
-  const bool is_normal = (sum > 0) & (sum <= std::numeric_limits<float>::max());
-  const float divisor = is_normal ? sum : 1.0f;
-  const float x = is_normal ? n.x / divisor : 0.0f, y = is_normal ? n.y / divisor : 0.0f;
-  const bool is_folded = is_normal & (n.z > 0);
-  const float u = is_folded ? (1 - std::abs(y)) * SignOf(x) : x, v = is_folded ? (1 - std::abs(x)) * SignOf(y) : y;
-  int column = Rounded(u * kHalf), row = Rounded(v * kHalf);
-  // Each point of the square's rim has a twin that is the same direction.
-  column = std::abs(row) == kHalf ? std::abs(column) : column;
-  row = std::abs(column) == kHalf ? std::abs(row) : row;
-  return {static_cast<std::uint32_t>(column + kHalf), static_cast<std::uint32_t>(row + kHalf)};
-}
-
-inline __attribute__((always_inline)) phi::Vec3f NormalOf(NormalCode code) {
-  const float x = static_cast<float>(static_cast<int>(code.x) - kHalf) / kHalf;
-  const float y = static_cast<float>(static_cast<int>(code.y) - kHalf) / kHalf;
-  const float z = 1 - std::abs(x) - std::abs(y);
-  const float u = z < 0 ? (1 - std::abs(y)) * SignOf(x) : x, v = z < 0 ? (1 - std::abs(x)) * SignOf(y) : y;
-  return phi::Normalized({u, v, -z});
-}
-
-// As NormalOf(CodeOf(normal)), of `size` normals.
-PHI_WIDE_VECTORS void RoundNormals(float* x, float* y, float* z, int size) {
-  for (int i = 0; i < size; ++i) {
-    const phi::Vec3f rounded = NormalOf(CodeOf({x[i], y[i], z[i]}));
-    x[i] = rounded.x;
-    y[i] = rounded.y;
-    z[i] = rounded.z;
-  }
-}
-
-// Of depths in one block.
-PHI_WIDE_VECTORS void RoundDepths(BlockScale scale, float* depth, int size) {
-  for (int i = 0; i < size; ++i) depth[i] = DepthAt(scale, StepOf(scale, BitsOf(depth[i])));
-}
 
 [[noreturn]] void ThrowDamaged(const phi::Message& whose) {
   throw phi::InputError(whose + ": this map is damaged or of another version; delete it and compute it again");
@@ -226,55 +116,16 @@ std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blo
   for (std::size_t b = 0; b < num_blocks; ++b) {
     std::memcpy(&scales[b].base, data + 4 * b, 4);
     scales[b].shift = data[4 * num_blocks + b];
-    if (scales[b].shift > 16 || scales[b].base > kLargestBits) ThrowDamaged(whose);
+    if (scales[b].shift > 16 || scales[b].base > compact::kLargestBits) ThrowDamaged(whose);
   }
-  return scales;
-}
-
-std::vector<BlockScale> ScalesOf(const phi::MeasurementMap& map, const Grid& grid) {
-  std::vector<BlockScale> scales(grid.num_blocks());
-  tbb::parallel_for(std::size_t{0}, scales.size(), [&](std::size_t b) {
-    std::uint32_t least = std::numeric_limits<std::uint32_t>::max(), largest = 0;
-    grid.ForPixelsOf(static_cast<int>(b), [&](std::size_t i) {
-      if (!HasDepth(map, i)) return;
-      const std::uint32_t bits = BitsOf(map.planes.data()[i].depth);
-      least = std::min(least, bits);
-      largest = std::max(largest, bits);
-    });
-    if (largest > 0) scales[b] = ScaleOf(least, largest);
-  });
   return scales;
 }
 
 }  // namespace
 
-phi::MeasurementMap RoundToCompact(phi::MeasurementMap map) {
-  const Grid grid{map.width(), map.height()};
-  const std::vector<BlockScale> scales = ScalesOf(map, grid);
-  tbb::parallel_for(0, map.height(), [&](int y) {
-    const int width = map.width();
-    PlaneChannels row(static_cast<std::size_t>(width));
-    row.Load(&map.planes(0, y), static_cast<std::size_t>(width));
-    RoundNormals(row.x.data(), row.y.data(), row.z.data(), width);
-    const BlockScale* scale = &scales[static_cast<std::size_t>(y / kBlock) * static_cast<std::size_t>(grid.columns())];
-    for (int x = 0; x < width; x += kBlock) RoundDepths(*scale++, &row.depth[x], std::min(kBlock, width - x));
-    const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-    for (int x = 0; x < width; ++x) {
-      if (HasDepth(map, first + static_cast<std::size_t>(x))) {
-        map.planes(x, y) = {{row.x[x], row.y[x], row.z[x]}, row.depth[x]};
-      } else {
-        map.planes(x, y) = {};
-        if (!map.states.empty()) map.states(x, y) = PixelState::kNone;
-      }
-    }
-  });
-  map.testimonies = {};
-  return map;
-}
-
 Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
   const Grid grid{map.width(), map.height()};
-  const std::vector<BlockScale> scales = ScalesOf(map, grid);
+  const std::vector<BlockScale> scales = compact::ScalesOf(map, grid);
   std::array<Bytes, kNumPlanes> planes;
   for (Bytes& plane : planes) plane.assign(grid.num_pixels(), 0);
   if (map.states.empty()) planes.back().clear();
@@ -324,8 +175,8 @@ phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const phi::Message& who
     if (code == 0) return;
     const std::uint32_t upper = planes[4][i];
     const NormalCode normal{planes[2][i] | (upper & 15) << 8, planes[3][i] | upper >> 4 << 8};
-    map.planes.data()[i] = {NormalOf(normal), DepthAt(scales[b], code - 1)};
-    if (std::max(normal.x, normal.y) > 2 * kHalf || !std::isnormal(map.planes.data()[i].depth)) ThrowDamaged(whose);
+    map.planes.data()[i] = {NormalOf(normal), compact::DepthAt(scales[b], code - 1)};
+    if (std::max(normal.x, normal.y) > 2 * compact::kHalf || !std::isnormal(map.planes.data()[i].depth)) ThrowDamaged(whose);
     if (header.has_states == 0) return;
     map.states.data()[i] = static_cast<PixelState>(planes[5][i]);
     const bool has_state = planes[5][i] > 0 && planes[5][i] <= static_cast<std::uint8_t>(PixelState::kInferredConfirmed);

@@ -1,7 +1,7 @@
 // Measurement maps in about five bytes a pixel, for maps that only the program itself reads back: stereo/compact_maps/<image>.<kind>.map.
 //
-// A pixel: its depth as a step of its block of 16 x 16 pixels, 16 bits, where the steps of a block are 2^k units in the last
-// place of its floats and k is as small as the block's range of depths allows (a range of 1 to 5 has a relative error of 3e-5
+// A pixel (compact_codes.h): its depth as a step of its block of 16 x 16 pixels, 16 bits, where the steps of a block are 2^k units in the
+// last place of its floats and k is as small as the block's range of depths allows (a range of 1 to 5 has a relative error of 3e-5
 // at most, a smooth surface hardly any); its normal on the octahedron, 12 bits an axis, exact to 0.06 degrees (with 10 bits
 // four times as many pixels pass or fail the filter otherwise than before); its state. Integers alone decide on depths, so every
 // machine reads the same floats. The bytes of the pixels are planes, each compressed by LZ4.
@@ -21,11 +21,7 @@
 
 namespace colmap_ext {
 
-// The map as its compact file gives it back. To round twice changes nothing. Pixels without depth lose their normal; depths
-// that are negative or not finite, and testimonies, go.
-phi::MeasurementMap RoundToCompact(phi::MeasurementMap map);
-
-// map: rounded.
+// map: rounded (RoundToCompact).
 std::vector<std::uint8_t> EncodeCompactMap(const phi::MeasurementMap& map);
 // Throws phi::InputError, which begins with `whose`, where the bytes are no such map or damaged.
 phi::MeasurementMap DecodeCompactMap(const std::vector<std::uint8_t>& bytes, const phi::Message& whose);

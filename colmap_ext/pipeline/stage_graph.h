@@ -27,7 +27,7 @@ struct Stage {
   bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
   bool transient = false;  // lives in memory and is not recorded
   bool has_mask = false;   // its maps have states: phi/measurement.h
-  bool is_rounded = false;  // its maps are what compact files give back (compact_map.h), in whatever form they are kept
+  bool is_rounded = false;  // its maps are what compact files give back (compact_codes.h), in whatever form they are kept
   bool reads_source_maps = false;
   double weight = 1;                 // expected time of a task, relative to an estimation
   std::string_view key_prefix = {};  // of its results' keys: tells what made them

@@ -6,7 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "colmap_ext/compact_map.h"
+#include "colmap_ext/compact_codes.h"
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"

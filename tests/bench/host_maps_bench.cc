@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-#include "colmap_ext/compact_map.h"
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/map_file.h"
 #include "phi/measurement.h"
 

@@ -1,3 +1,4 @@
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/compact_map.h"
 
 #include <gmock/gmock.h>

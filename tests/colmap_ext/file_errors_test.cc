@@ -10,6 +10,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/cli/project_file.h"
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/config_lines.h"
 #include "colmap_ext/evaluation/crop_volume.h"

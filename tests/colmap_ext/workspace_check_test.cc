@@ -5,6 +5,7 @@
 #include <unistd.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "colmap_ext/cli/option_parser.h"
+#include "colmap_ext/compact_codes.h"
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/evaluation/crop_volume.h"
 #include "colmap_ext/evaluation/meshlab_project.h"
