@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <iterator>
+#include <utility>
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion/cloud_coordinates.h"
@@ -31,12 +32,13 @@ std::string ReadCrs(const std::string& text) {
 }
 
 std::unique_ptr<CloudWriter> MakeFileWriter(const CloudOutput& output, const CloudCoordinates& coordinates,
-                                            const std::filesystem::path& path) {
+                                            const std::filesystem::path& path, std::shared_ptr<WriteQueues> queues) {
   if (output.type == CloudType::kLas) {
     return MakeLasCloudWriter(
-        {.path = path, .scale = coordinates.las_scale, .offset = coordinates.offset, .crs = output.crs});
+        {.path = path, .scale = coordinates.las_scale, .offset = coordinates.offset, .crs = output.crs, .queues = std::move(queues)});
   }
-  return MakePlyCloudWriter({.path = path, .offset = coordinates.offset, .in_doubles = coordinates.in_doubles});
+  return MakePlyCloudWriter(
+      {.path = path, .offset = coordinates.offset, .in_doubles = coordinates.in_doubles, .queues = std::move(queues)});
 }
 
 }  // namespace
@@ -94,10 +96,12 @@ std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const C
     phi::LogInfo(written.string() + FormatText(": positions are from the offset %.17g %.17g %.17g, which headers name", offset[0],
                                                offset[1], offset[2]));
   }
-  if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path);
-  return MakeTiledCloudWriter(
-      {.path = output.path, .size = output.tile_size, .origin = {0, 0}},
-      [output, coordinates](const std::filesystem::path& path) { return MakeFileWriter(output, coordinates, path); });
+  const auto queues = std::make_shared<WriteQueues>();
+  if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path, queues);
+  return MakeTiledCloudWriter({.path = output.path, .size = output.tile_size, .origin = {0, 0}},
+                              [output, coordinates, queues](const std::filesystem::path& path) {
+                                return MakeFileWriter(output, coordinates, path, queues);
+                              });
 }
 
 }  // namespace colmap_ext

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "colmap_ext/sparse_model.h"
+#include "colmap_ext/write_queue.h"
 #include "phi/fusion/image_fusion.h"
 
 namespace colmap_ext {
@@ -19,9 +20,10 @@ namespace colmap_ext {
 class CloudWriter {
  public:
   virtual ~CloudWriter() = default;
-  virtual void Write(phi::FusedBlock block) = 0;
+  // A writer overrides this, or Prepare() where some of it can be done ahead.
+  virtual void Write(phi::FusedBlock block) { Prepare(std::move(block))(); }
   // Does of Write() what can be done on any thread and in any order; what it returns does the rest, and is called once, in the order of the
-  // blocks. It may leave the writing to a thread of the writer's, which Commit() waits for. Holds no reference to anything but the writer.
+  // blocks. It may leave the writing to a thread, which Commit() waits for. Holds no reference to anything but the writer.
   virtual std::function<void()> Prepare(phi::FusedBlock block) {
     return [this, shared = std::make_shared<phi::FusedBlock>(std::move(block))] { Write(std::move(*shared)); };
   }
@@ -41,6 +43,12 @@ class CloudWriter {
   phi::FusedBlock added_;
 };
 
+// The threads of a cloud's files, which write while its points are made: on many cores fusion would wait for them. Tiles share one pair,
+// so that there are no more threads than of one file.
+struct WriteQueues {
+  WriteQueue points, views;
+};
+
 struct PlyCloudOptions {
   std::filesystem::path path;
   // Subtracted from all points, world units; other than zero it is written as `comment offset X Y Z`.
@@ -49,6 +57,7 @@ struct PlyCloudOptions {
   // Points after these go to numbered files: NAME_2.ply, NAME_3.ply, with `comment continues NAME.ply`. Many readers count in 32 bits, some
   // with a sign. Commit removes those that a larger cloud of this name left.
   std::uint64_t max_points_per_file = 0x7fffffffu;
+  std::shared_ptr<WriteQueues> queues = std::make_shared<WriteQueues>();
 };
 
 // Vertices: float (or double) x y z, float nx ny nz, uchar red green blue, uchar views (saturating), uchar inferred, uchar confidence
@@ -62,6 +71,7 @@ struct LasCloudOptions {
   double scale = 0.001;
   std::array<double, 3> offset{0, 0, 0};
   std::string crs = {};  // WKT of the world's coordinate system, at most kMaxCrsBytes; empty: none
+  std::shared_ptr<WriteQueues> queues = std::make_shared<WriteQueues>();
 };
 inline constexpr std::size_t kMaxCrsBytes = 65534;  // of a LAS record, but for its final zero
 

@@ -15,7 +15,6 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/fusion/cloud_writer.h"
-#include "colmap_ext/write_queue.h"
 
 namespace colmap_ext {
 namespace {
@@ -83,30 +82,26 @@ std::vector<std::string> MakeRecords(const std::string& crs) {
 class LasCloudWriter : public CloudWriter {
  public:
   explicit LasCloudWriter(const LasCloudOptions& options)
-      : options_(options), records_(MakeRecords(options.crs)), file_(options.path) {
-    file_.Write(Header());
-    for (const std::string& record : records_) file_.Write(record);
+      : options_(options), records_(MakeRecords(options.crs)), file_(std::make_shared<AtomicFile>(options.path)) {
+    file_->Write(Header());
+    for (const std::string& record : records_) file_->Write(record);
   }
 
-  void Write(phi::FusedBlock block) override { WritePacked(Pack(block)); }
   std::function<void()> Prepare(phi::FusedBlock block) override {
-    return [this, packed = std::make_shared<const Packed>(Pack(block))] {
-      total_.Include(packed->extent);
-      queue_.Add(packed->rows.size(), [this, packed] { file_.Write(packed->rows.data(), packed->rows.size()); });
-    };
+    return [this, packed = std::make_shared<const Packed>(Pack(block))] { Queue(packed); };
   }
 
   bool Add(const phi::FusedPoint& point, std::uint32_t num_views, const std::uint32_t*) override {
     return PackPoint(point, num_views, &added_);
   }
-  void Flush() override { WritePacked(std::exchange(added_, {})); }
+  void Flush() override { Queue(std::make_shared<const Packed>(std::exchange(added_, {}))); }
 
   std::uint64_t num_left_out() const override { return total_.num_beyond; }
 
   void Commit() override {
-    queue_.Finish();
-    file_.WriteAt(0, Header());
-    file_.Commit();
+    options_.queues->points.Finish();
+    file_->WriteAt(0, Header());
+    file_->Commit();
   }
 
  private:
@@ -168,10 +163,9 @@ class LasCloudWriter : public CloudWriter {
     return true;
   }
 
-  void WritePacked(const Packed& packed) {
-    queue_.Finish();
-    total_.Include(packed.extent);
-    file_.Write(packed.rows.data(), packed.rows.size());
+  void Queue(const std::shared_ptr<const Packed>& packed) {
+    total_.Include(packed->extent);
+    options_.queues->points.Add(packed->rows.size(), [file = file_, packed] { file->Write(packed->rows.data(), packed->rows.size()); });
   }
 
   // Its position in whole multiples of the scale from the offset; none where 32 bits do not reach.
@@ -215,10 +209,9 @@ class LasCloudWriter : public CloudWriter {
 
   const LasCloudOptions options_;
   const std::vector<std::string> records_;
-  AtomicFile file_;
+  const std::shared_ptr<AtomicFile> file_;  // writes hold it, too: queues that others share may outlive this
   Packed added_;  // to be written with the next Flush()
   Extent total_;  // of what the file holds, or will
-  WriteQueue queue_;  // ends before the file does
 };
 
 }  // namespace

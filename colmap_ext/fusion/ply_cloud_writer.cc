@@ -1,6 +1,3 @@
-#include <tbb/parallel_invoke.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -16,7 +13,6 @@
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/ply_writer.h"
 #include "colmap_ext/text_stream.h"
-#include "colmap_ext/write_queue.h"
 
 namespace colmap_ext {
 namespace {
@@ -56,20 +52,12 @@ class PlyCloudWriter : public CloudWriter {
  public:
   explicit PlyCloudWriter(const PlyCloudOptions& options) : options_(options) { OpenFile(); }
 
-  // At once: tiles are many, and have no threads of their own. Isolated, so that neither file waits for a block that is being fused.
-  void Write(phi::FusedBlock block) override {
-    FinishQueues();
-    Split(Pack(block), [](const Piece& piece) {
-      tbb::this_task_arena::isolate([&] { tbb::parallel_invoke([&] { piece.WritePoints(); }, [&] { piece.WriteViews(); }); });
-    });
-  }
-  // The two files side by side, and beside the blocks that follow: on many cores writing is what fusion waits for, and none of them is
-  // idle to take one of the files.
+  // The two files side by side, and beside the blocks that follow.
   std::function<void()> Prepare(phi::FusedBlock block) override {
     return [this, packed = std::make_shared<const Packed>(Pack(block))] {
       Split(*packed, [&](const Piece& piece) {
-        points_queue_.Add(piece.rows.size(), [packed, piece] { piece.WritePoints(); });
-        views_queue_.Add(piece.words.size_bytes(), [packed, piece] { piece.WriteViews(); });
+        options_.queues->points.Add(piece.rows.size(), [packed, piece] { piece.WritePoints(); });
+        options_.queues->views.Add(piece.words.size_bytes(), [packed, piece] { piece.WriteViews(); });
       });
     };
   }
@@ -77,22 +65,23 @@ class PlyCloudWriter : public CloudWriter {
   std::size_t num_files() const override { return files_.size(); }
 
   void Commit() override {
-    FinishQueues();
-    for (File& file : files_) {
-      file.cloud->Complete();
-      file.visibility->Complete(file.cloud->num_vertices());
+    options_.queues->points.Finish();
+    options_.queues->views.Finish();
+    for (const auto& file : files_) {
+      file->cloud.Complete();
+      file->visibility.Complete(file->cloud.num_vertices());
     }
-    for (File& file : files_) {
-      file.visibility->Commit();
-      file.cloud->Commit();
+    for (const auto& file : files_) {
+      file->visibility.Commit();
+      file->cloud.Commit();
     }
     RemoveNumberedParts(options_.path, files_.size() + 1);
   }
 
  private:
   struct File {
-    std::unique_ptr<PlyWriter> cloud;
-    std::unique_ptr<VisibilityFile> visibility;
+    PlyWriter cloud;
+    VisibilityFile visibility;
     std::uint64_t num_points = 0;  // written, or to be
   };
   // A block's points as the files hold them.
@@ -102,22 +91,16 @@ class PlyCloudWriter : public CloudWriter {
     std::vector<std::uint32_t> words;  // of each point its number of views and the views
   };
 
-  // What one file takes of a block.
+  // What one file takes of a block. It holds the file, since queues that others share may outlive the writer.
   struct Piece {
-    PlyWriter* cloud;
-    VisibilityFile* visibility;
+    std::shared_ptr<File> file;
     std::size_t num_points;
     std::span<const unsigned char> rows;
     std::span<const std::uint32_t> words;
 
-    void WritePoints() const { cloud->WriteVertices(rows.data(), rows.size(), num_points); }
-    void WriteViews() const { visibility->Write(words.data(), words.size_bytes()); }
+    void WritePoints() const { file->cloud.WriteVertices(rows.data(), rows.size(), num_points); }
+    void WriteViews() const { file->visibility.Write(words.data(), words.size_bytes()); }
   };
-
-  void FinishQueues() {
-    points_queue_.Finish();
-    views_queue_.Finish();
-  }
 
   void OpenFile() {
     const fs::path path = NumberedPart(options_.path, files_.size() + 1);
@@ -130,8 +113,8 @@ class PlyCloudWriter : public CloudWriter {
       line << "offset " << offset[0] << " " << offset[1] << " " << offset[2];
       comments.push_back(line.str());
     }
-    files_.push_back({std::make_unique<PlyWriter>(path, Properties(options_.in_doubles), comments),
-                      std::make_unique<VisibilityFile>(path.string() + ".vis")});
+    files_.push_back(std::shared_ptr<File>(
+        new File{{path, Properties(options_.in_doubles), comments}, VisibilityFile(path.string() + ".vis")}));
   }
 
   Packed Pack(const phi::FusedBlock& block) const {
@@ -175,13 +158,12 @@ class PlyCloudWriter : public CloudWriter {
     const std::size_t row_bytes = packed.num_points > 0 ? packed.rows.size() / packed.num_points : 0;
     const std::uint32_t *words = packed.words.data(), *const words_end = words + packed.words.size();
     for (std::size_t begin = 0; begin < packed.num_points;) {
-      if (files_.back().num_points == options_.max_points_per_file) OpenFile();
-      File& file = files_.back();
-      const std::size_t count = std::min<std::uint64_t>(packed.num_points - begin, options_.max_points_per_file - file.num_points);
+      if (files_.back()->num_points == options_.max_points_per_file) OpenFile();
+      const std::shared_ptr<File>& file = files_.back();
+      const std::size_t count = std::min<std::uint64_t>(packed.num_points - begin, options_.max_points_per_file - file->num_points);
       const std::uint32_t* const next = begin + count < packed.num_points ? AfterPoints(words, count) : words_end;
-      file.num_points += count;
-      write(Piece{.cloud = file.cloud.get(),
-                  .visibility = file.visibility.get(),
+      file->num_points += count;
+      write(Piece{.file = file,
                   .num_points = count,
                   .rows = {packed.rows.data() + begin * row_bytes, count * row_bytes},
                   .words = {words, next}});
@@ -196,8 +178,7 @@ class PlyCloudWriter : public CloudWriter {
   }
 
   PlyCloudOptions options_;
-  std::vector<File> files_;
-  WriteQueue points_queue_, views_queue_;  // end before the files do
+  std::vector<std::shared_ptr<File>> files_;
 };
 
 }  // namespace

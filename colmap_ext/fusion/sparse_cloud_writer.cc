@@ -44,10 +44,6 @@ class SparseCloudWriter : public CloudWriter {
     }
   }
 
-  void Write(phi::FusedBlock block) override {
-    queue_.Finish();
-    WriteRecords(Pack(block));
-  }
   std::function<void()> Prepare(phi::FusedBlock block) override {
     return [this, records = std::make_shared<const std::string>(Pack(block))] {
       queue_.Add(records->size(), [this, records] { WriteRecords(*records); });

@@ -391,6 +391,27 @@ class CloudsBeyondLas : public CloudFormats {
   std::uint64_t NumWritten() const { return At<std::uint64_t>(ReadBytes(folder_ / "c.las"), 247); }
 };
 
+// Of one file as much as of a hundred tiles.
+TEST_F(CloudFormats, TilesShareTheThreadsThatWrite) {
+  const auto num_threads = [] { return std::distance(fs::directory_iterator("/proc/self/task"), fs::directory_iterator()); };
+  const Workspace workspace({.path = folder_.path()});
+  std::vector<std::array<double, 3>> points;
+  for (int i = 0; i < 100; ++i) points.push_back({500000.5 + i, 5300000, 400});
+  for (const CloudType type : {CloudType::kPly, CloudType::kLas}) {
+    const fs::path path = folder_ / (type == CloudType::kPly ? "c.ply" : "c.las");
+    const auto before = num_threads();
+    const auto writer = MakeCloudWriter(workspace, {.path = path, .type = type, .crs = {}, .tile_size = 1});
+    for (int k = 0; k < 3; ++k) writer->Write(MakeBlock(points));
+    EXPECT_LE(num_threads(), before + 2);
+    writer->Commit();
+    const auto index = nlohmann::json::parse(ReadBytes(TileListPath(path)));
+    ASSERT_EQ(index["tiles"].size(), 100u);
+    EXPECT_EQ(index["tiles"][0]["points"], 3);
+    if (type == CloudType::kLas) continue;
+    EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder_ / "c_500099_5300000.ply.vis"), 0), 3u);
+  }
+}
+
 TEST_F(CloudsBeyondLas, PointsThatAreLeftOutAreNotCounted) {
   Enlarge(5.3e5);  // the slanted plane is 2120 km away in the middle of view 0
   const auto result = Fuse(folder_ / "c.las");
