@@ -37,6 +37,8 @@ class CloudWriter {
   virtual void Flush() { Write(std::exchange(added_, {})); }
   virtual std::uint64_t num_left_out() const { return 0; }  // of the points so far
   virtual std::size_t num_files() const { return 1; }       // that hold the points so far
+  // Does all of Commit() but for the names, where that can be done apart: for clouds that get their names together.
+  virtual void Complete() {}
   virtual void Commit() = 0;
 
  private:

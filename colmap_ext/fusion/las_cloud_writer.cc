@@ -98,9 +98,16 @@ class LasCloudWriter : public CloudWriter {
 
   std::uint64_t num_left_out() const override { return total_.num_beyond; }
 
-  void Commit() override {
+  void Complete() override {
+    if (is_complete_) return;
     options_.queues->points.Finish();
     file_->WriteAt(0, Header());
+    file_->Complete();
+    is_complete_ = true;
+  }
+
+  void Commit() override {
+    Complete();
     file_->Commit();
   }
 
@@ -212,6 +219,7 @@ class LasCloudWriter : public CloudWriter {
   const std::shared_ptr<AtomicFile> file_;  // writes hold it, too: queues that others share may outlive this
   Packed added_;  // to be written with the next Flush()
   Extent total_;  // of what the file holds, or will
+  bool is_complete_ = false;
 };
 
 }  // namespace

@@ -64,13 +64,19 @@ class PlyCloudWriter : public CloudWriter {
 
   std::size_t num_files() const override { return files_.size(); }
 
-  void Commit() override {
+  void Complete() override {
+    if (is_complete_) return;
     options_.queues->points.Finish();
     options_.queues->views.Finish();
     for (const auto& file : files_) {
       file->cloud.Complete();
       file->visibility.Complete(file->cloud.num_vertices());
     }
+    is_complete_ = true;
+  }
+
+  void Commit() override {
+    Complete();
     for (const auto& file : files_) {
       file->visibility.Commit();
       file->cloud.Commit();
@@ -179,6 +185,7 @@ class PlyCloudWriter : public CloudWriter {
 
   PlyCloudOptions options_;
   std::vector<std::shared_ptr<File>> files_;
+  bool is_complete_ = false;
 };
 
 }  // namespace

@@ -56,6 +56,7 @@ class TiledCloudWriter : public CloudWriter {
 
   void Commit() override {
     std::erase_if(tiles_, IsEmpty);
+    for (auto& [index, tile] : tiles_) tile.writer->Complete();  // a disk that is full now leaves none of them
     RemoveUnlistedTiles(options_.path);
     const std::vector<std::filesystem::path> earlier = ListedTiles(options_.path);
     const std::string list = List();

@@ -307,6 +307,23 @@ TEST(TiledCloud, ARunThatWasStoppedLeavesNoTileBesideThoseOfAnotherSize) {
   EXPECT_THAT(names(), testing::IsEmpty());
 }
 
+// The second tile does not find its place, which is known when its last points are written.
+TEST(TiledCloud, AFullDiskAtTheEndLeavesNoTile) {
+  const TemporaryFolder folder;
+  std::vector<std::array<double, 3>> points = {{1, 1, 0}};
+  points.resize(100, {11, 1, 0});
+  for (const char* name : {"t.ply", "t.las"}) {
+    const auto writer = MakeTiledCloudWriter({.path = folder / name, .size = 10}, [](const fs::path& path) {
+      return path.extension() == ".las" ? MakeLasCloudWriter({.path = path}) : MakePlyCloudWriter({.path = path});
+    });
+    writer->Write(MakeBlock(points));
+    const test_support::FileSizeLimit limit(2000);
+    EXPECT_THAT(test_support::MessageOf<phi::ResourceError>([&] { writer->Commit(); }), HasSubstr("t_1_0"));
+    const auto is_visible = [](const fs::directory_entry& entry) { return !entry.path().filename().native().starts_with('.'); };
+    EXPECT_EQ(std::count_if(fs::directory_iterator(folder.path()), fs::directory_iterator(), is_visible), 0) << name;
+  }
+}
+
 TEST(TiledCloud, AListThatIsNoneIsReplacedWithAWarning) {
   for (const char* damaged : {"{", "{}", "[1]", R"({"tiles": [{"file": 3}]})"}) {
     const TemporaryFolder folder;
@@ -409,6 +426,18 @@ TEST_F(CloudFormats, TilesShareTheThreadsThatWrite) {
     EXPECT_EQ(index["tiles"][0]["points"], 3);
     if (type == CloudType::kLas) continue;
     EXPECT_EQ(At<std::uint64_t>(ReadBytes(folder_ / "c_500099_5300000.ply.vis"), 0), 3u);
+  }
+}
+
+// Tiles are given up while the threads still have something to write to them.
+TEST_F(CloudFormats, AFullDiskLeavesNoTile) {
+  const Workspace workspace({.path = folder_.path()});
+  const CloudOutput output{.path = folder_ / "out/c.ply", .type = CloudType::kPly, .crs = {}, .tile_size = 1e6};
+  for (const int num_blocks : {3, 100}) {
+    const test_support::FileSizeLimit limit(1000000);
+    EXPECT_THAT(test_support::MessageOf<phi::ResourceError>([&] { WritePrepared(num_blocks, MakeCloudWriter(workspace, output)); }),
+                AllOf(HasSubstr("c_0_0.ply"), HasSubstr("free some space")));
+    EXPECT_TRUE(fs::is_empty(folder_ / "out")) << num_blocks;
   }
 }
 
