@@ -9,6 +9,7 @@
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/file_identity.h"
 #include "colmap_ext/pipeline/run_record.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -76,7 +77,9 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
   };
   tell(foreign, "were not made by phimvs, the others were");
   tell(failed, "are of an earlier run, since their images failed in the last one; `phimvs status` says why");
-  tell(unfinished, "were to be made again by a run that stopped; run patch_match_stereo again");
+  const bool is_at_work = FindLockUse(workspace.StereoFolder()) == LockUse::kHeld;
+  tell(unfinished, is_at_work ? "are to be made again by a run that is at work; fuse again when it is done"
+                              : "were to be made again by a run that stopped; run patch_match_stereo again");
   tell(older,
        "were made with other options than those of the last run, which left them as they were; run "
        "patch_match_stereo again with the options that you want, or choose another --input_type");

@@ -18,6 +18,9 @@
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/pipeline/run_status.h"
+#include "colmap_ext/pipeline/stale_maps.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
@@ -33,6 +36,7 @@ namespace {
 using test_support::FakeCalls;
 using test_support::HashMaps;
 using test_support::TemporaryFolder;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
@@ -86,6 +90,22 @@ TEST_F(StereoPipelineTest, MakesEveryMapOfTheWorkspace) {
   EXPECT_EQ(calls_.estimates, kNumImages);
   EXPECT_EQ(calls_.inferences, kNumImages);
   EXPECT_EQ(calls_.filters, 2 * kNumImages);
+}
+
+TEST_F(StereoPipelineTest, MapsToBeMadeAgainAreNamedWithWhoIsToMakeThem) {
+  Run();
+  ++options_.stereo.seed;
+  const auto described = [&] { return DescribeStaleMaps(Workspace({.path = folder_.path()}), kGeometric); };
+  std::vector<std::string> while_at_work;
+  calls_.on_call = [&](const std::string&, const std::string&) {
+    const WorkspaceLock lock(folder_ / "stereo");
+    while_at_work = described();
+    throw phi::Cancelled();
+  };
+  EXPECT_THROW(Run(), phi::Cancelled);
+  const std::string which = "5 of 5 geometric maps, " + names_[0] + " the first, ";
+  EXPECT_THAT(while_at_work, ElementsAre(which + "are to be made again by a run that is at work; fuse again when it is done"));
+  EXPECT_THAT(described(), ElementsAre(which + "were to be made again by a run that stopped; run patch_match_stereo again"));
 }
 
 // Each image reads its neighbour alone.
