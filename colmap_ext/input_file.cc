@@ -27,4 +27,18 @@ std::ifstream OpenRegularFile(const std::filesystem::path& path) {
   return file;
 }
 
+std::ifstream OpenNeededFile(const std::filesystem::path& path) {
+  std::ifstream file = OpenRegularFile(path);
+  if (file) return file;
+  std::string why = std::strerror(errno) + std::string("; make it readable for this user");
+  std::error_code unreachable;
+  const std::filesystem::file_status status = std::filesystem::status(path, unreachable);
+  if (!std::filesystem::exists(status)) {
+    why = unreachable.message() + "; correct the path";
+  } else if (!std::filesystem::is_regular_file(status)) {
+    why = "it is a folder, a pipe or a device; name a file";
+  }
+  throw phi::InputError(phi::AboutFile(path) + ": cannot be read: " + why);
+}
+
 }  // namespace colmap_ext

@@ -40,7 +40,7 @@ std::string PinholeProblem(const SparseCamera& camera) {
            ", but dense stereo needs SIMPLE_PINHOLE or PINHOLE; run colmap image_undistorter";
   }
   const double fx = camera.params[0], fy = camera.params[num_focal_lengths - 1];
-  if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive";
+  if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive; correct it, or calibrate the camera again";
   return "";
 }
 

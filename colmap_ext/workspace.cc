@@ -125,7 +125,8 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
   CheckOptions(options);
   const fs::path sparse = path_ / "sparse";
   model_ = ReadSparseModel(sparse, problems);
-  if (model_.images.empty()) ReportProblem(problems, phi::AboutFile(sparse) + ": the sparse model has no images");
+  if (model_.images.empty())
+    ReportProblem(problems, phi::AboutFile(sparse) + ": the sparse model has no images; export or undistort it again");
   MakeViews(phi::AboutFile(sparse), options.max_image_size, problems);
 }
 
@@ -161,7 +162,8 @@ void Workspace::MakeViews(const phi::Message& origin, int max_image_size, Proble
                                   "; rename it");
     }
     if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
-      ReportProblem(problems, origin + ": two images are named '" + phi::AboutImage(image.name) + "'");
+      ReportProblem(problems, origin + ": two images are named '" + phi::AboutImage(image.name) +
+                                  "'; take one of them out of the model");
     } else if (const auto [same, is_new] =
                    name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
                !is_new) {

@@ -13,12 +13,6 @@
 namespace colmap_ext {
 namespace {
 
-std::ifstream Open(const std::filesystem::path& path) {
-  std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
-  return stream;
-}
-
 Eigen::Vector2d Across(const Eigen::Vector3d& point, int axis) {
   return {point[axis == 0 ? 1 : 0], point[axis == 2 ? 1 : 2]};
 }
@@ -39,7 +33,7 @@ bool CropVolume::Contains(const Eigen::Vector3d& point) const {
 }
 
 CropVolume ReadCropVolume(const std::filesystem::path& path) {
-  std::ifstream stream = Open(path);
+  std::ifstream stream = OpenNeededFile(path);
   const auto refuse = [&](const char* why) {
     throw phi::InputError(phi::AboutFile(path) + " is no crop volume (SelectionPolygonVolume): " + why);
   };
@@ -64,7 +58,7 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
 }
 
 Eigen::Matrix4d ReadSimilarity(const std::filesystem::path& path) {
-  std::ifstream stream = Open(path);
+  std::ifstream stream = OpenNeededFile(path);
   Eigen::Matrix4d m;
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) stream >> m(row, column);

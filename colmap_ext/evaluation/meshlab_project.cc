@@ -70,8 +70,7 @@ void ReadMatrix(std::string_view part, const std::filesystem::path& project, Mes
 }  // namespace
 
 std::vector<MeshLabLayer> ReadMeshLabProject(const std::filesystem::path& path) {
-  std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
+  std::ifstream stream = OpenNeededFile(path);
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 
   std::vector<MeshLabLayer> layers;

@@ -191,10 +191,9 @@ class PlyRows::Source {
 };
 
 PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
-  std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
+  std::ifstream stream = OpenNeededFile(path);
   const auto refuse = [&](const std::string& why) {
-    throw phi::InputError(phi::AboutFile(path) + " is not a PLY file that can be read: " + why);
+    throw phi::InputError(phi::AboutFile(path) + " is not a PLY file that can be read: " + why + "; copy or write it again");
   };
   std::string text;
   bool has_format = false, has_end = false;

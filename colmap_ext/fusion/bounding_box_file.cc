@@ -12,8 +12,7 @@
 namespace colmap_ext {
 
 phi::BoundingBox ReadBoundingBox(const std::filesystem::path& path) {
-  std::ifstream file = OpenRegularFile(path);
-  if (!file) throw phi::InputError(phi::AboutFile(path) + ": this bounding box cannot be read");
+  std::ifstream file = OpenNeededFile(path);
   const std::string content(std::istreambuf_iterator<char>(file), {});
   TextInput numbers(content.starts_with(kByteOrderMark) ? content.substr(kByteOrderMark.size()) : content);
   const phi::InputError other_content(

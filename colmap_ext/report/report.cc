@@ -23,12 +23,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json ReadJson(const std::filesystem::path& path) {
-  std::ifstream stream = OpenRegularFile(path);
-  if (!stream) throw phi::InputError("cannot read " + phi::AboutFile(path));
+  std::ifstream stream = OpenNeededFile(path);
   try {
     return ParseJson(stream);
   } catch (const Json::exception&) {
-    throw phi::InputError(phi::AboutFile(path) + " is not JSON");
+    throw phi::InputError(phi::AboutFile(path) + " is not JSON; write it again, or move it away");
   } catch (const phi::InputError& error) {
     throw phi::InputError(phi::AboutFile(path) + ": " + error.what());
   }

@@ -89,6 +89,26 @@ TEST(FileErrors, OfAMissingFileCarryItsPath) {
   for (const FileAction& reader : readers) EXPECT_EQ(FileAtFault(reader, "no such/file"), "no such/file") << reader.name;
 }
 
+TEST(FileErrors, OfAFileThatMustBeThereSayWhatToDo) {
+  const std::vector<FileAction> readers = {
+      {"bounding box", [](const fs::path& file) { ReadBoundingBox(file); }},
+      {"cloud", [](const fs::path& file) { PlyRows rows(file); }},
+      {"crop volume", [](const fs::path& file) { ReadCropVolume(file); }},
+      {"similarity", [](const fs::path& file) { ReadSimilarity(file); }},
+      {"scans", [](const fs::path& file) { ReadMeshLabProject(file); }},
+  };
+  const TemporaryFolder folder;
+  const std::string missing = folder / "none", part = folder.path();
+  for (const FileAction& reader : readers) {
+    const auto message = [&](const fs::path& path) { return test_support::MessageOf<phi::InputError>([&] { reader.run(path); }); };
+    EXPECT_EQ(message(missing), missing + ": cannot be read: No such file or directory; correct the path") << reader.name;
+    EXPECT_EQ(message(part), part + ": cannot be read: it is a folder, a pipe or a device; name a file") << reader.name;
+  }
+  WriteBytes(folder / "cloud.ply", "ply\nformat ascii 1.0\n");
+  EXPECT_EQ(test_support::MessageOf<phi::InputError>([&] { PlyRows rows(folder / "cloud.ply"); }),
+            (folder / "cloud.ply").string() + " is not a PLY file that can be read: its header is incomplete; copy or write it again");
+}
+
 TEST(FileErrors, OfAFileThatCannotBeWrittenCarryItsPath) {
   const std::vector<FileAction> writers = {
       {"any file", [](const fs::path& file) { WriteFileAtomically(file, "text"); }},

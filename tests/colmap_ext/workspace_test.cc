@@ -151,7 +151,7 @@ TEST_F(WorkspaceTest, RefusesDistortedCamerasByName) {
   model.cameras[4] = SmallModel().cameras[4];
   model.cameras[4].params[0] = -25;
   WriteModel(model);
-  EXPECT_THAT(OpenError(), HasSubstr("camera 4 has a focal length that is not positive"));
+  EXPECT_THAT(OpenError(), HasSubstr("camera 4 has a focal length that is not positive; correct it"));
 }
 
 TEST_F(WorkspaceTest, CamerasThatNoImageUsesMayBeAnything) {
@@ -207,7 +207,7 @@ TEST_F(WorkspaceTest, RefusesTwoImagesOfOneNameAndModelsWithoutImages) {
   SparseModel model = SmallModel();
   model.images[2].name = "a.png";
   WriteModel(model);
-  EXPECT_THAT(OpenError(), HasSubstr("two images are named 'a.png'"));
+  EXPECT_THAT(OpenError(), HasSubstr("two images are named 'a.png'; take one of them out"));
   model.images[2].name = ".//a.png";
   WriteModel(model);
   EXPECT_THAT(OpenError(), HasSubstr("the images 'a.png' and './/a.png' have the same file"));
