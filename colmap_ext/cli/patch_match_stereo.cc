@@ -13,6 +13,7 @@
 #include "colmap_ext/dim_photos.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/missing_images.h"
+#include "colmap_ext/pipeline/given_depths.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/image_moves.h"
 #include "colmap_ext/pipeline/shard_scope.h"
@@ -36,6 +37,8 @@ struct StereoInput {
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
     workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
+    const std::string depths = GivenDepthsWarning(scene, workspace.views(), options.pipeline.depth_min, options.pipeline.depth_max);
+    if (!depths.empty()) phi::LogWarning(depths);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
     AddInputs(workspace, scene, options.pipeline.view_selection.method.formulas, JobsInReach(stages, jobs, scope), &jobs);

@@ -205,6 +205,7 @@ TEST_F(DenseCommand, NothingIsFilledBeyondTheDepthsThatWereGiven) {
   constexpr float kFarthest = 3.7f * 1.0001f;  // maps are rounded; the room's back wall is partly farther
   const ProgramResult result = Dense({"--PatchMatchStereo.depth_min", "1", "--PatchMatchStereo.depth_max", "3.7"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, testing::Not(HasSubstr("sparse points; nine in ten")));
   std::int64_t num_filled = 0;
   for (const auto& mask : std::filesystem::recursive_directory_iterator(folder_ / "room/dense/stereo/filled_masks"))
     num_filled += mask.is_regular_file();
@@ -215,6 +216,13 @@ TEST_F(DenseCommand, NothingIsFilledBeyondTheDepthsThatWereGiven) {
     EXPECT_GT(*std::max_element(depths.begin(), depths.end()), 3.0f);
     EXPECT_LE(*std::max_element(depths.begin(), depths.end()), kFarthest) << file.path();
   }
+}
+
+// The room in millimetres. What is made of it is the user's, since the range may be meant.
+TEST_F(DenseCommand, DepthsThatWereGivenInAnotherUnitAreToldOf) {
+  const ProgramResult result = Dense({"--PatchMatchStereo.depth_min", "1000", "--PatchMatchStereo.depth_max", "3700"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.errors, HasSubstr("warning: --PatchMatchStereo.depth_min and depth_max, 1000 to 3700, hold 0.0 % of the sparse points"));
 }
 
 }  // namespace
