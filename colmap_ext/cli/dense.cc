@@ -111,6 +111,10 @@ int RunDense(int argc, char** argv) {
     report.cloud_not_shown = output.path;
   }
   report.output = report_path.empty() ? workspace / "report.html" : report_path;
+  const auto place = [](const std::filesystem::path& path) { return std::filesystem::absolute(path).lexically_normal(); };
+  if (place(report.output) == place(output.path))
+    throw phi::UsageError("--report_path and --output_path are both " + phi::AboutFile(output.path) + "; give them two names");
+  CheckReportPlace(report.output);
 
   // Tried before long work; not where there is no workspace, whose folder that would make.
   if (std::filesystem::is_directory(workspace)) {

@@ -13,6 +13,7 @@
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
 #include "colmap_ext/progress.h"
+#include "colmap_ext/replaced_file.h"
 #include "colmap_ext/text_stream.h"
 #include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
@@ -190,7 +191,10 @@ int RunEvaluate(int argc, char** argv) {
   parser.Add("num_threads", &o.num_threads, "Threads; -1 = all").Between(-1, phi::kMaxThreads);
   if (!parser.Parse(argc, argv)) return 0;
   Complete(o);
-  if (!o.output.empty()) AtomicFile(o.output, Durability::kProcess);  // tries it before long work
+  if (!o.output.empty()) {
+    RequireReplaceable(o.output, "{", "table of scores");
+    AtomicFile(o.output, Durability::kProcess);  // tries it before long work
+  }
 
   const std::size_t threads =
       o.num_threads > 0 ? o.num_threads : std::max(1u, std::thread::hardware_concurrency());

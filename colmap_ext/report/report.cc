@@ -11,6 +11,7 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
+#include "colmap_ext/replaced_file.h"
 #include "colmap_ext/report/report_cloud.h"
 #include "colmap_ext/report/report_images.h"
 #include "colmap_ext/report/report_page.h"
@@ -232,7 +233,10 @@ std::string ReportOptions::Check() const {
   return "";
 }
 
+void CheckReportPlace(const std::filesystem::path& output) { RequireReplaceable(output, "<!DOCTYPE html>", "report"); }
+
 void WriteReport(const ReportOptions& options) {
+  CheckReportPlace(options.output);
   WorkspaceOptions workspace_options;
   workspace_options.path = options.workspace;
   Json report = {{"workspace", std::filesystem::absolute(options.workspace).lexically_normal().string()},

@@ -28,6 +28,9 @@ struct ReportOptions {
   std::string Check() const;
 };
 
+// Throws phi::UsageError for a file that is there and no report.
+void CheckReportPlace(const std::filesystem::path& output);
+
 void WriteReport(const ReportOptions& options);
 
 }  // namespace colmap_ext

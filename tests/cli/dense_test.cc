@@ -218,11 +218,27 @@ TEST_F(DenseCommand, NothingIsFilledBeyondTheDepthsThatWereGiven) {
   }
 }
 
+TEST_F(DenseCommand, TheReportReplacesNeitherTheCloudNorAnotherFile) {
+  const std::string cloud = folder_ / "c.ply", other = folder_ / "images.bin";
+  test_support::WriteBytes(other, "a model");
+  const ProgramResult one_name = Dense({"--output_path", cloud, "--report_path", (folder_ / "." / "c.ply").string()});
+  EXPECT_EQ(one_name.exit_code, 1);
+  EXPECT_THAT(one_name.errors, HasSubstr("--report_path and --output_path are both " + cloud));
+  const ProgramResult dense = Dense({"--report_path", other});
+  EXPECT_EQ(dense.exit_code, 1);
+  EXPECT_THAT(dense.errors, HasSubstr(other + " is no report, and would be replaced by one; choose another name, or move it away"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "room/dense/stereo/phimvs.json")) << "before the stereo";
+  const ProgramResult report = test_support::RunProgram(
+      {PHIMVS_BINARY, "report", "--workspace_path", folder_ / "room/dense", "--output_path", other});
+  EXPECT_EQ(report.exit_code, 1) << report.errors;
+  EXPECT_EQ(test_support::ReadBytes(other), "a model");
+}
+
 // The room in millimetres. What is made of it is the user's, since the range may be meant.
 TEST_F(DenseCommand, DepthsThatWereGivenInAnotherUnitAreToldOf) {
   const ProgramResult result = Dense({"--PatchMatchStereo.depth_min", "1000", "--PatchMatchStereo.depth_max", "3700"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.errors, HasSubstr("warning: --PatchMatchStereo.depth_min and depth_max, 1000 to 3700, hold 0.0 % of the sparse points"));
+  EXPECT_THAT(result.errors, HasSubstr("warning: --PatchMatchStereo.depth_min and depth_max, 1000 to 3700, hold 0.0 % of the sparse"));
 }
 
 }  // namespace

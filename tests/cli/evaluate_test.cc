@@ -59,6 +59,21 @@ TEST(EvaluateCommand, ScoresAnOffsetPlaneAndWritesJson) {
   EXPECT_THAT(json["f1"], ElementsAre(0.0, 0.0, 100.0, 100.0));
 }
 
+TEST(EvaluateCommand, ScoresReplaceNoCloud) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "cloud.ply", PlanePly(0));
+  const std::string cloud = folder / "cloud.ply", scores = folder / "e.json";
+  const auto evaluate = [&](const std::string& output) {
+    return Evaluate({"--cloud_path", cloud, "--truth_path", cloud, "--output_path", output});
+  };
+  const ProgramResult refused = evaluate(cloud);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr(cloud + " is no table of scores, and would be replaced by one; choose another name"));
+  EXPECT_EQ(ReadBytes(cloud), PlanePly(0));
+  WriteBytes(scores, "");
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(evaluate(scores).exit_code, 0) << "over an empty file, and its own";
+}
+
 // One inferred point 3 cm above the truth, three measured ones on it, each in its own voxel.
 TEST(EvaluateCommand, ScoresInferredPointsApart) {
   const TemporaryFolder folder;
