@@ -25,7 +25,8 @@ constexpr Reason kReasons[] = {
     {PixelOutcome::kFused, "gave a point", ""},
     {PixelOutcome::kCovered, "covered by another image's point", ""},
     {PixelOutcome::kNoDepth, "no depth",
-     "the maps are almost empty: was the stereo run on these images, and did its filter leave anything?"},
+     "the maps are almost empty: was the stereo run on these images, did its filter leave anything, and do masks hide no more than they "
+     "should?"},
     {PixelOutcome::kTooFewViews, "too few images see the spot and have depth there",
      "the images hardly overlap or few of them have maps: estimate more images, or lower "
      "--StereoFusion.min_num_pixels"},

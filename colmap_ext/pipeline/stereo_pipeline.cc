@@ -189,7 +189,7 @@ void StereoPipeline::WarnOfEmptyMaps() {
   const StageSummary& last = runner_.summary().stages.back();
   phi::LogWarning("hardly a pixel of the " + last.name + " maps of " + std::to_string(empty.size()) +
                   " of " + std::to_string(last.num_made) + " images has depth, " + NameOf(empty.front()) +
-                  " the first: they may show no texture, or their poses do not fit them; `phimvs "
+                  " the first: they may show no texture, masks may hide it, or their poses do not fit them; `phimvs "
                   "map_inspector --map_kind photometric` shows what there was before the filter");
 }
 
