@@ -6,8 +6,6 @@ install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_BINDIR}")
 # The same stand-in named `colmap`, in a folder of its own: PATH=<prefix>/libexec/phimvs:$PATH makes programs use it.
 install(PROGRAMS scripts/colmap-phi DESTINATION "${CMAKE_INSTALL_LIBEXECDIR}/phimvs" RENAME colmap)
 install(PROGRAMS scripts/compare_with_colmap DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-compare-with-colmap)
-install(PROGRAMS scripts/eth3d DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-eth3d)
-install(PROGRAMS scripts/ablation DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-ablation)
 install(PROGRAMS scripts/points_lost DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME phimvs-points-lost)
 # Laid out as in the source, so that the README's links and pictures are there.
 install(FILES README.md CONTRIBUTING.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")

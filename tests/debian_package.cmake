@@ -1,5 +1,6 @@
 # Builds the Debian package under a strict umask: folders that only their owner may enter would hide the program's files from users.
-# usage: cmake -DBUILD=<build folder> -DCPACK=<cpack> -DWORK=<scratch> -P package_modes.cmake
+# Its scripts must start where the source is not.
+# usage: cmake -DBUILD=<build folder> -DCPACK=<cpack> -DWORK=<scratch> -P debian_package.cmake
 find_program(DPKG_DEB dpkg-deb)
 if(NOT DPKG_DEB)
   message("skipped: no dpkg-deb here")
@@ -15,6 +16,17 @@ if(failed OR NOT packages)
   message(FATAL_ERROR "no package was made")
 endif()
 execute_process(COMMAND "${DPKG_DEB}" -c ${packages} OUTPUT_VARIABLE content COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${DPKG_DEB}" -x ${packages} "${WORK}/root" COMMAND_ERROR_IS_FATAL ANY)
+file(GLOB_RECURSE scripts "${WORK}/root/*/bin/phimvs-*")
+if(NOT scripts)
+  message(FATAL_ERROR "no script: ${content}")
+endif()
+foreach(script ${scripts})
+  execute_process(COMMAND "${script}" --help OUTPUT_QUIET RESULT_VARIABLE failed ERROR_VARIABLE error)
+  if(failed AND NOT error MATCHES "needs the Python module")
+    message(FATAL_ERROR "${script} does not start: ${error}")
+  endif()
+endforeach()
 file(REMOVE_RECURSE "${WORK}")
 string(REGEX MATCHALL "d[rwx-]+ [^\n]*" folders "${content}")
 if(NOT folders MATCHES "libexec/phimvs/")
