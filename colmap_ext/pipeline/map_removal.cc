@@ -16,11 +16,12 @@ namespace fs = std::filesystem;
 void RemoveRecordedMaps(const Workspace& workspace) {
   const WorkspaceLock lock(workspace.StereoFolder());
   RunRecord record(workspace.StereoFolder());
+  ConfidenceRemoval confidence(workspace);
   for (const auto& [task, result] : record.Tasks()) {
     const auto& [name, kind] = task;
     const int image = workspace.FindImage(name);
     if (image < 0) continue;
-    RemoveConfidenceMaps(workspace, kind);
+    confidence.Remove(kind);
     for (const fs::path& path : ResultPaths(workspace, image, kind)) {
       std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
       if (IsOneOf(path, result.files)) fs::remove(path, ignored);

@@ -9,7 +9,6 @@
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
-#include "colmap_ext/pipeline/result_files.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -51,6 +50,7 @@ bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
 MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int num_writers)
     : workspace_(workspace),
       max_waiting_bytes_(budget_bytes / kWaitingParts),
+      confidence_(workspace),
       cache_(budget_bytes),
       writers_(num_writers) {}
 
@@ -141,9 +141,9 @@ void MapStore::Write(int image, const std::string& kind, const StageResult& resu
   });
 }
 
-void MapStore::Save(int image, const std::string& kind, const StageResult& result) const {
+void MapStore::Save(int image, const std::string& kind, const StageResult& result) {
   const CompleteFiles files = PrepareFiles(image, kind, result, Durability::kProcess);
-  RemoveConfidenceMaps(workspace_, kind);
+  confidence_.Remove(kind);
   for (const auto& file : files) file->Publish();
   RemoveOthers(image, kind, files);
 }
@@ -231,7 +231,7 @@ void MapStore::PublishBatch(const std::vector<Ready>& batch) {
   }
   SyncFileSystems(folders);
   for (const Ready& ready : batch) {
-    RemoveConfidenceMaps(workspace_, ready.kind);
+    confidence_.Remove(ready.kind);
     for (const auto& file : ready.files) file->Publish();
     RemoveOthers(ready.image, ready.kind, ready.files);
     cache_.Unpin({ready.image, ready.kind});
@@ -300,8 +300,8 @@ bool MapStore::HasMask(int image, const std::string& kind) const {
   return IsCompact(image, kind) || fs::exists(workspace_.FilledMaskPath(image, kind), unreachable);
 }
 
-void MapStore::RemoveFiles(int image, const std::string& kind) const {
-  RemoveConfidenceMaps(workspace_, kind);
+void MapStore::RemoveFiles(int image, const std::string& kind) {
+  confidence_.Remove(kind);
   RemoveOthers(image, kind, {});
 }
 

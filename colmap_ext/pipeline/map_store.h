@@ -14,6 +14,7 @@
 
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/pipeline/memory_cache.h"
+#include "colmap_ext/pipeline/result_files.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/writer_pool.h"
 #include "colmap_ext/workspace.h"
@@ -72,7 +73,7 @@ class MapStore {
   using OnComplete = std::function<void(const std::vector<FileIdentity>& files)>;
   void Write(int image, const std::string& kind, const StageResult& result, OnComplete on_complete);
   // Writes the files at once and keeps nothing in memory.
-  void Save(int image, const std::string& kind, const StageResult& result) const;
+  void Save(int image, const std::string& kind, const StageResult& result);
   bool IsCompact(int image, const std::string& kind) const;
   // The mask that goes with a map, at once.
   void SaveStates(int image, const std::string& kind, const phi::StateMap& states) const;
@@ -93,7 +94,7 @@ class MapStore {
   bool HasMask(int image, const std::string& kind) const;
   // Whether the maps of a result are there and have the size of the image, whoever made them.
   bool MapsAreWhole(int image, const std::string& kind) const;
-  void RemoveFiles(int image, const std::string& kind) const;
+  void RemoveFiles(int image, const std::string& kind);
 
   // Waits until everything is written, and puts the names of the new files on the disk, a folder at a time.
   void Drain();
@@ -123,6 +124,7 @@ class MapStore {
 
   const Workspace& workspace_;
   const std::int64_t max_waiting_bytes_;
+  ConfidenceRemoval confidence_;
   bool keeps_photos_ = false;
   std::set<std::string> compact_kinds_;
   std::mutex mutex_;  // guards what follows

@@ -58,6 +58,11 @@ FileState StateOf(const fs::path& path, const TaskRecord* record) {
   return IsOneOf(path, record->earlier) || !IsWholeFile(path) ? FileState::kOurs : FileState::kForeign;
 }
 
+void ConfidenceRemoval::Remove(const std::string& kind) {
+  const std::scoped_lock lock(mutex_);
+  if (removed_.insert(kind).second) RemoveConfidenceMaps(workspace_, kind);
+}
+
 void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind) {
   const fs::path folder = workspace.ConfidenceMapsFolder();
   const std::string suffix = "." + std::string(kind) + ".bin";

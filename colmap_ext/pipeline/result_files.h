@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,5 +32,18 @@ FileState StateOf(const std::filesystem::path& path, const TaskRecord* record);
 // Removes what fusion wrote of maps of this kind: of all images, since a confidence map rests on the maps of its image's neighbours
 // too. For who replaces or removes such a map, before he does.
 void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind);
+
+// The same for who replaces many: each kind's once, since to look through them for each image would take the square of their number.
+class ConfidenceRemoval {
+ public:
+  explicit ConfidenceRemoval(const Workspace& workspace) : workspace_(workspace) {}
+  // When it returns they are gone, whichever thread removed them.
+  void Remove(const std::string& kind);
+
+ private:
+  const Workspace& workspace_;
+  std::mutex mutex_;
+  std::set<std::string> removed_;
+};
 
 }  // namespace colmap_ext
