@@ -7,6 +7,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/stereo_options.h"
 #include "colmap_ext/missing_images.h"
+#include "colmap_ext/pipeline/given_depths.h"
 #include "colmap_ext/pipeline/hole_filling.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/original_maps.h"
@@ -45,10 +46,11 @@ int RunHoleFiller(int argc, char** argv) {
   if (!restore) RequireAnImage(workspace);
   WarnOfFrames(workspace);
   const WorkspaceLock lock(workspace.StereoFolder());
-  std::vector<ImageJob> jobs = MakeImageJobs(workspace, MakeSparseScene(workspace.model()),
-                                             options.config_path, options.pipeline.view_selection);
+  const phi::SparseScene scene = MakeSparseScene(workspace.model());
+  std::vector<ImageJob> jobs = MakeImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection);
   workspace.DropObservations();
   RemoveTemporaryFiles(workspace.StereoFolder());
+  if (!restore) WarnOfGivenDepths(scene, workspace.views(), options.pipeline);
   if (!restore) return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
   const int num_restored = RestoreOriginalMaps(workspace, jobs);
   phi::LogInfo("the maps of " + std::to_string(num_restored) + " of " + std::to_string(jobs.size()) +

@@ -37,8 +37,7 @@ struct StereoInput {
         jobs(ListImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection)) {
     workspace.DropObservations();  // the scene has those of points
     MoveImages(scene, options.pipeline.stereo, &workspace);
-    const std::string depths = GivenDepthsWarning(scene, workspace.views(), options.pipeline.depth_min, options.pipeline.depth_max);
-    if (!depths.empty()) phi::LogWarning(depths);
+    WarnOfGivenDepths(scene, workspace.views(), options.pipeline);
     const std::vector<Stage> stages = StagesOf(options.pipeline, shard);
     const PlanScope scope = ScopeOf(stages, shard, static_cast<int>(jobs.size()));
     AddInputs(workspace, scene, options.pipeline.view_selection.method.formulas, JobsInReach(stages, jobs, scope), &jobs);

@@ -75,7 +75,7 @@ class Planner {
     TextOutput out;
     out.precision(3);
     out << "fusion: one image and its neighbours need " << static_cast<double>(wanted) / 1e9
-        << " GB, but maps may use " << static_cast<double>(budget_) / 1e9
+        << " GB, but maps may use " << static_cast<double>(std::max<std::int64_t>(budget_, 0)) / 1e9
         << " GB; raise --PhiFusion.max_memory_gb, or lower --StereoFusion.check_num_images or "
            "--StereoFusion.max_image_size";
     throw phi::ResourceError(out.str());

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "colmap_ext/format_text.h"
+#include "phi/base/log.h"
 
 namespace colmap_ext {
 namespace {
@@ -38,6 +39,11 @@ std::string GivenDepthsWarning(const phi::SparseScene& scene, const std::vector<
   return FormatText("--PatchMatchStereo.depth_min and depth_max, %.6g to %.6g, hold %.1f %% of the sparse points; nine in ten lie at "
                     "depths of %.6g to %.6g, in the model's unit: give a range in that unit, or leave it out",
                     depth_min, depth_max, 100 * share, depths[depths.size() / 20], depths[depths.size() - 1 - depths.size() / 20]);
+}
+
+void WarnOfGivenDepths(const phi::SparseScene& scene, const std::vector<phi::SceneView>& views, const PipelineOptions& options) {
+  const std::string warning = GivenDepthsWarning(scene, views, options.depth_min, options.depth_max);
+  if (!warning.empty()) phi::LogWarning(warning);
 }
 
 }  // namespace colmap_ext

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/pipeline_options.h"
 #include "phi/scene_view.h"
 #include "phi/sparse_scene.h"
 
@@ -13,5 +14,8 @@ namespace colmap_ext {
 // depth_min < 0: no range is given.
 std::string GivenDepthsWarning(const phi::SparseScene& scene, const std::vector<phi::SceneView>& views, double depth_min,
                                double depth_max);
+
+// Says it.
+void WarnOfGivenDepths(const phi::SparseScene& scene, const std::vector<phi::SceneView>& views, const PipelineOptions& options);
 
 }  // namespace colmap_ext

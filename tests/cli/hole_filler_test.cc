@@ -15,6 +15,7 @@
 #include "tests/support/exact_scenes.h"
 #include "tests/support/run_on_workspace.h"
 #include "tests/support/run_program.h"
+#include "tests/support/map_workspace.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/views_model.h"
 
@@ -145,6 +146,16 @@ TEST(HoleFillerCommand, KeepsToTheDepthsThatAreGiven) {
     EXPECT_GT(num_inside, 100) << range.nearest;
     EXPECT_EQ(num_beyond, 0) << range.nearest;
   }
+}
+
+TEST(HoleFillerCommand, DepthsBesideTheSparsePointsAreToldOf) {
+  const TemporaryFolder folder;
+  test_support::WriteMapWorkspace(test_support::PlaneScene(), folder.path());
+  test_support::WriteBytes(folder / "stereo/patch-match.cfg", test_support::MapWorkspaceImageName(0) + "\n__all__\n");
+  const ProgramResult result = test_support::RunOnWorkspace(
+      "hole_filler", folder.path(),
+      {"--overwrite", "true", "--PatchMatchStereo.depth_min", "1000", "--PatchMatchStereo.depth_max", "4000"});
+  EXPECT_THAT(result.errors, HasSubstr("warning: --PatchMatchStereo.depth_min and depth_max, 1000 to 4000, hold 0.0 % of the sparse"));
 }
 
 // The hole's depth is given as 0 and as -4: the same maps come out.

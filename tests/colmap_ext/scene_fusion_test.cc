@@ -102,6 +102,14 @@ TEST(SceneFusion, SameBytesForAnyThreadsAndAnyMemory) {
   EXPECT_TRUE(read_again);
 }
 
+TEST(SceneFusion, LessMemoryThanTheProgramTakesLeavesMapsNone) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(PlaneScene(), folder.path());
+  SceneFusionOptions options;
+  options.max_memory_gb = 1e-6;
+  EXPECT_THAT(test_support::MessageOf<phi::ResourceError>([&] { Fuse(folder.path(), options); }), testing::HasSubstr("maps may use 0 GB"));
+}
+
 // Whatever a photo's duplicate finds, the photo finds as well: it confirmed every error.
 TEST(SceneFusion, ImagesAtOnePlaceDoNotConfirmEachOther) {
   const TemporaryFolder folder;
