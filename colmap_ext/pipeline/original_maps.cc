@@ -49,7 +49,7 @@ void RemoveMaps(const Workspace& workspace, int image, std::string_view kind) {
 
 // The depth map decides whose an image is (IsFilledForeign) and comes last: after a kill at any point, the same again does
 // the rest. False where what was kept is no longer there.
-bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
+bool PutBack(const Workspace& workspace, const RunRecord& record, int image, ConfidenceRemoval* confidence) {
   const bool differed = fs::exists(workspace.DepthMapPath(image, kOriginal));
   const std::string_view kept = differed ? kOriginal : kMeasured;
   if (!fs::exists(workspace.DepthMapPath(image, kept))) return false;
@@ -62,7 +62,7 @@ bool PutBack(const Workspace& workspace, const RunRecord& record, int image) {
   if (differed) RemoveMaps(workspace, image, kMeasured);
   fs::remove(workspace.FilledMaskPath(image));
   fs::remove(workspace.FilledMaskPath(image, kMeasured));
-  RemoveConfidenceMaps(workspace, kGeometric);  // of the filled map
+  confidence->Remove(std::string(kGeometric));  // of the filled map
   fs::rename(workspace.DepthMapPath(image, kept), workspace.DepthMapPath(image, kGeometric));
   return true;
 }
@@ -87,10 +87,11 @@ void KeepOriginalMaps(const Workspace& workspace, int image) {
 
 int RestoreOriginalMaps(const Workspace& workspace, const std::vector<ImageJob>& jobs) {
   RunRecord record(workspace.StereoFolder());
+  ConfidenceRemoval confidence(workspace);
   int num_restored = 0;
   for (const ImageJob& job : jobs) {
     const std::string& name = workspace.views()[job.image].name;
-    if (!IsFilledForeign(workspace, record, job.image) || !PutBack(workspace, record, job.image)) continue;
+    if (!IsFilledForeign(workspace, record, job.image) || !PutBack(workspace, record, job.image, &confidence)) continue;
     record.Forget({name, std::string(kGeometric)});
     ++num_restored;
   }

@@ -39,6 +39,20 @@ bool IsWholeFile(const fs::path& path) {
   }
 }
 
+void RemoveConfidenceMaps(const Workspace& workspace, const std::string& kind) {
+  const fs::path folder = workspace.ConfidenceMapsFolder();
+  const std::string suffix = "." + kind + ".bin";
+  int num_removed = 0;
+  for (const fs::path& file : FilesBelow(folder, HiddenFiles::kIncluded)) {
+    std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
+    if (file.native().ends_with(suffix)) num_removed += fs::remove(folder / file, ignored);
+  }
+  if (num_removed > 0) {
+    phi::LogInfo(phi::AboutFile(folder) + ": " + std::to_string(num_removed) + " confidence maps are removed, since " +
+                 kind + " maps that they rest on change; fusion writes them anew");
+  }
+}
+
 }  // namespace
 
 std::vector<fs::path> ResultPaths(const Workspace& workspace, int image, const std::string& kind) {
@@ -61,20 +75,6 @@ FileState StateOf(const fs::path& path, const TaskRecord* record) {
 void ConfidenceRemoval::Remove(const std::string& kind) {
   const std::scoped_lock lock(mutex_);
   if (removed_.insert(kind).second) RemoveConfidenceMaps(workspace_, kind);
-}
-
-void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind) {
-  const fs::path folder = workspace.ConfidenceMapsFolder();
-  const std::string suffix = "." + std::string(kind) + ".bin";
-  int num_removed = 0;
-  for (const fs::path& file : FilesBelow(folder, HiddenFiles::kIncluded)) {
-    std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
-    if (file.native().ends_with(suffix)) num_removed += fs::remove(folder / file, ignored);
-  }
-  if (num_removed > 0) {
-    phi::LogInfo(phi::AboutFile(folder) + ": " + std::to_string(num_removed) + " confidence maps are removed, since " +
-                 std::string(kind) + " maps that they rest on change; fusion writes them anew");
-  }
 }
 
 }  // namespace colmap_ext

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "colmap_ext/pipeline/task_record.h"
@@ -29,15 +28,12 @@ enum class FileState {
 // mask, or a map without a single value. record: null where nothing is known of the result.
 FileState StateOf(const std::filesystem::path& path, const TaskRecord* record);
 
-// Removes what fusion wrote of maps of this kind: of all images, since a confidence map rests on the maps of its image's neighbours
-// too. For who replaces or removes such a map, before he does.
-void RemoveConfidenceMaps(const Workspace& workspace, std::string_view kind);
-
-// The same for who replaces many: each kind's once, since to look through them for each image would take the square of their number.
+// Removes confidence maps for who replaces or removes the maps that fusion wrote them of, before he does.
 class ConfidenceRemoval {
  public:
   explicit ConfidenceRemoval(const Workspace& workspace) : workspace_(workspace) {}
-  // When it returns they are gone, whichever thread removed them.
+  // Those of a kind, of all images, since they rest on the maps of their images' neighbours too. Each kind's once: to look through them
+  // for each image would take the square of their number. When it returns they are gone, whichever thread removed them.
   void Remove(const std::string& kind);
 
  private:
