@@ -50,8 +50,10 @@ int RunHoleFiller(int argc, char** argv) {
   std::vector<ImageJob> jobs = MakeImageJobs(workspace, scene, options.config_path, options.pipeline.view_selection);
   workspace.DropObservations();
   RemoveTemporaryFiles(workspace.StereoFolder());
-  if (!restore) WarnOfGivenDepths(scene, workspace.views(), options.pipeline);
-  if (!restore) return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
+  if (!restore) {
+    WarnOfGivenDepths(scene, workspace.views(), options.pipeline);
+    return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
+  }
   const int num_restored = RestoreOriginalMaps(workspace, jobs);
   phi::LogInfo("the maps of " + std::to_string(num_restored) + " of " + std::to_string(jobs.size()) +
                " images are the other program's again");

@@ -238,8 +238,8 @@ class PlaneChoice {
   // Of the surface that the region's spots would be on the plane, too little, by area, lies between the cells on it or moves from
   // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
   // skirting; the sky begins where the cells of a roof end. Then it is the sky if views show it there, and may be if they do not show
-  // it on the plane; what no other view shows at all is on the plane. Cells of clues alone say nothing against the sky: just above a roof all views
-  // match its edge, and their agreement makes clues there.
+  // it on the plane; what no other view shows at all is on the plane. Cells of clues alone say nothing against the sky: just above a
+  // roof all views match its edge, and their agreement makes clues there.
   Sky LookFar(const ImagePlane& plane) const {
     const std::vector<AnchorCell> on = CellsOn(plane);
     if (on.empty() || region_.spots.empty() || !(limits_.min_unlike_sky > 0)) return Sky::kNot;
