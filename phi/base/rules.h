@@ -43,6 +43,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kEvenRegions, "even_regions", kInference, kScale)               \
   X(kRegionPlanes, "region_planes", kInference, kOffAndScale)       \
   X(kPooledAnchors, "pooled_anchors", kInference, kOffAndScale)     \
+  X(kPhotoTones, "photo_tones", kInference, kOffAndScale)           \
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kRightAngles, "right_angles", kInference, kOffAndScale)         \

@@ -18,6 +18,8 @@ namespace {
 // Of the sampled pixels every so many in each direction tell how much brighter the reference image is.
 constexpr int kGainStride = 4;
 constexpr int kMinGainSamples = 100;
+// Of them so many hold back what is told of tones.
+constexpr double kTonePrior = 0.03;
 // Grey levels: darker ones are mostly noise, brighter ones may be clipped.
 constexpr int kMinGainBrightness = 20, kMaxGainBrightness = 240;
 // Neighbours tell a plane nothing new, and all source views together still outnumber the reference's own anchors.
@@ -39,8 +41,8 @@ class SourcePool {
         step_(StepOf(depths.width(), depths.height(), rules)),
         source_id_(source.view->image_id),
         projected_(source, depths, input.reference.view->camera),
-        reference_radius_(input.reference.view->camera.pinhole),
-        source_radius_(source.view->camera.pinhole) {}
+        reference_frame_(input.reference.view->camera.pinhole),
+        source_frame_(source.view->camera.pinhole) {}
 
   int NumRows() const { return (depths_.height() + step_ - 1) / step_; }
 
@@ -90,8 +92,8 @@ class SourcePool {
     anchor.is_measured = IsMeasured(depths_.states(x, y));
   }
 
-  BrightSpot InReference(int x, int y) const { return {static_cast<float>(reference_image_(x, y)), reference_radius_.Squared(x, y)}; }
-  BrightSpot InSource(int x, int y) const { return {static_cast<float>(source_image_(x, y)), source_radius_.Squared(x, y)}; }
+  BrightSpot InReference(int x, int y) const { return reference_frame_.Spot(x, y, static_cast<float>(reference_image_(x, y))); }
+  BrightSpot InSource(int x, int y) const { return source_frame_.Spot(x, y, static_cast<float>(source_image_(x, y))); }
 
   void AddPair(int x, int y, const PooledAnchor& anchor, std::vector<SpotPair>* pairs) const {
     const int px = anchor.PixelX(), py = anchor.PixelY();
@@ -117,7 +119,7 @@ class SourcePool {
   RelativeExposure exposure_;
   std::uint32_t source_id_;
   SourceAnchors projected_;
-  RadiusOfPixels reference_radius_, source_radius_;
+  PhotoFrame reference_frame_, source_frame_;
 };
 
 }  // namespace
@@ -139,8 +141,10 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
   }
   std::vector<std::vector<SpotPair>> spots(sources.size());
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { spots[j] = sources[j].SharedSpots(); });
-  const std::vector<RelativeExposure> fitted =
-      RelativeExposure::Fit(spots, static_cast<std::size_t>(rules.Count(Rule::kPooledAnchors, kMinGainSamples)));
+  const auto min_num_pairs = static_cast<std::size_t>(rules.Count(Rule::kPooledAnchors, kMinGainSamples));
+  std::vector<RelativeExposure> fitted = RelativeExposure::Fit(spots, min_num_pairs);
+  if (rules.IsOn(Rule::kPhotoTones))
+    RelativeExposure::FitTones(spots, min_num_pairs, kTonePrior * rules.Factor(Rule::kPhotoTones), &fitted);
   for (std::size_t j = 0; j < sources.size(); ++j) {
     sources[j].SetExposure(fitted[j]);
     if (exposures != nullptr) (*exposures)[views[j]] = fitted[j];

@@ -78,19 +78,17 @@ class SourceFit {
   Eigen::Vector3d right_;
 };
 
-}  // namespace
+// Of sources with few spots nothing is known.
+bool HasEnough(const std::vector<SpotPair>& pairs, std::size_t min_num_pairs) { return !pairs.empty() && pairs.size() >= min_num_pairs; }
 
-RadiusOfPixels::RadiusOfPixels(const Pinhole& k)
-    : cx_(static_cast<float>(k.cx)),
-      cy_(static_cast<float>(k.cy)),
-      scale_(static_cast<float>(4 / (static_cast<double>(k.width) * k.width + static_cast<double>(k.height) * k.height))) {}
+}  // namespace
 
 std::vector<RelativeExposure> RelativeExposure::Fit(std::span<const std::vector<SpotPair>> pairs_of_sources,
                                                     std::size_t min_num_pairs) {
   std::vector<SourceFit> fits;
   std::vector<std::size_t> sources;
   for (std::size_t j = 0; j < pairs_of_sources.size(); ++j) {
-    if (pairs_of_sources[j].empty() || pairs_of_sources[j].size() < min_num_pairs) continue;
+    if (!HasEnough(pairs_of_sources[j], min_num_pairs)) continue;
     fits.emplace_back(pairs_of_sources[j]);
     sources.push_back(j);
   }
@@ -113,17 +111,35 @@ std::vector<RelativeExposure> RelativeExposure::Fit(std::span<const std::vector<
   return exposures;
 }
 
+void RelativeExposure::FitTones(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs, double prior,
+                                std::vector<RelativeExposure>* exposures) {
+  std::vector<SharedTones> shared;
+  std::vector<std::size_t> sources;
+  for (std::size_t j = 0; j < pairs_of_sources.size(); ++j) {
+    if (!HasEnough(pairs_of_sources[j], min_num_pairs)) continue;
+    SharedTones& of_source = shared.emplace_back(SharedTones{pairs_of_sources[j], {}});
+    for (const auto& [reference, source] : of_source.pairs) {
+      const float ratio = (*exposures)[j].RatioOfExposures(reference, source);
+      of_source.unexplained.push_back(std::log(reference.brightness / (ratio * source.brightness)));
+    }
+    sources.push_back(j);
+  }
+  const std::vector<std::shared_ptr<const PhotoTones>> tones = PhotoTones::Fit(shared, prior);
+  for (std::size_t k = 0; k < tones.size(); ++k) (*exposures)[sources[k]].tones_ = tones[k];
+}
+
 RelativeExposure RelativeExposure::OfOneImage(std::span<const RelativeExposure> exposures) {
   RelativeExposure own;
   // All that were fitted have the same.
   for (const RelativeExposure& exposure : exposures) {
+    if (exposure.tones_ != nullptr) own.tones_ = exposure.tones_->OfReference();
     if (exposure.reference_falloff_ != 0) own.source_falloff_ = own.reference_falloff_ = exposure.reference_falloff_;
   }
   return own;
 }
 
 float RelativeExposure::Change(const BrightSpot& reference, const BrightSpot& source) const {
-  const float change = reference.brightness - Ratio(reference.squared_radius, source.squared_radius) * source.brightness;
+  const float change = reference.brightness - Ratio(reference, source) * source.brightness;
   const bool is_cut_off = change < 0 ? reference.brightness >= kWhite : source.brightness >= kWhite;
   return is_cut_off ? 0 : change;
 }

@@ -33,7 +33,7 @@ bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
 SpotViews::SpotViews(const InferenceInput& input, std::span<const RelativeExposure> exposures)
     : reference_(input.reference.image.get()),
       measured_(input.measured.get()),
-      radius_(input.reference.view->camera.pinhole),
+      frame_(input.reference.view->camera.pinhole),
       own_exposure_(RelativeExposure::OfOneImage(exposures)) {
   const std::size_t num_views = std::min(input.sources.size(), input.source_depths.size());
   for (std::size_t j = 0; j < num_views; ++j) {
@@ -41,7 +41,7 @@ SpotViews::SpotViews(const InferenceInput& input, std::span<const RelativeExposu
     const MeasuredDepths* depths = input.source_depths[j].get();
     const Eigen::Vector3d center = reference.pose.rotation * (source.pose.Center() - reference.pose.Center());
     sources_.push_back({MakeRelativeView(reference, source), CalibrationMatrix(reference.pinhole) * center, input.sources[j].image.get(),
-                        depths != nullptr ? depths->view() : MeasuredDepthsView(), RadiusOfPixels(source.pinhole), exposures[j]});
+                        depths != nullptr ? depths->view() : MeasuredDepthsView(), PhotoFrame(source.pinhole), exposures[j]});
   }
 }
 
@@ -100,7 +100,7 @@ std::optional<BoxMean> SpotViews::MeanHere(const Spot& spot) const {
 std::optional<float> SpotViews::BrightnessHere(const Spot& spot) const {
   const std::optional<BoxMean> mean = MeanHere(spot);
   if (!mean) return std::nullopt;
-  return own_exposure_.Ratio(0, radius_.Squared(spot.x, spot.y)) * mean->value;
+  return own_exposure_.Ratio(BrightSpot{}, frame_.Spot(spot.x, spot.y, mean->value)) * mean->value;
 }
 
 std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
@@ -109,11 +109,13 @@ std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spo
   if (!shown) return std::nullopt;
   const std::optional<BoxMean> there = MeanBelowWhite(*source.image, shown->u, shown->v);
   if (!there) return std::nullopt;
-  const float ratio = source.exposure.Ratio(radius_.Squared(spot.x, spot.y), source.radius.Squared(shown->x(), shown->y()));
+  const BrightSpot spot_here = frame_.Spot(spot.x, spot.y, here.value);
+  const BrightSpot spot_there = source.frame.Spot(shown->x(), shown->y(), there->value);
   // The projected point moves by b with the inverse depth.
   const Vec3f& b = source.view.b;
   const float du = (b.x - shown->u * b.z) / shown->relative_depth, dv = (b.y - shown->v * b.z) / shown->relative_depth;
-  return ShadeOfSpot{here.value - ratio * there->value, -ratio * (there->du * du + there->dv * dv)};
+  return ShadeOfSpot{here.value - source.exposure.Ratio(spot_here, spot_there) * there->value,
+                     -source.exposure.Slope(spot_here, spot_there) * (there->du * du + there->dv * dv)};
 }
 
 std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w, float gap) {
@@ -128,7 +130,7 @@ std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot
 }
 
 bool SpotViews::IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const {
-  const BrightSpot there = {static_cast<float>((*source.image)(shown.x(), shown.y())), source.radius.Squared(shown.x(), shown.y())};
+  const BrightSpot there = source.frame.Spot(shown.x(), shown.y(), static_cast<float>((*source.image)(shown.x(), shown.y())));
   return IsUnlike(source.exposure.Change(InReference(spot.x, spot.y), there));
 }
 

@@ -62,7 +62,7 @@ class SpotViews {
 
   // What the reference shows of the spot; nullopt: too near the image's side, or so bright that some of it may be cut off at white.
   std::optional<BoxMean> MeanHere(const Spot& spot) const;
-  // Its value as it would be without the lens's falloff; grey levels.
+  // Its value as it would be without the lens's falloff and the photo's tones; grey levels.
   std::optional<float> BrightnessHere(const Spot& spot) const;
   // What a source shows of it at inverse depth w, against `here`; nullopt, too: it measured something else at the place.
   std::optional<ShadeOfSpot> ShadeIn(std::size_t source, const Spot& spot, const BoxMean& here, float w) const;
@@ -73,7 +73,7 @@ class SpotViews {
     Eigen::Vector3d center;  // of its camera, an image point of the reference: CalibrationMatrix times (x, y, z), world units
     const GrayImage* image;
     MeasuredDepthsView depths;
-    RadiusOfPixels radius;
+    PhotoFrame frame;
     RelativeExposure exposure;
   };
   // Where a source shows a spot's point.
@@ -93,14 +93,14 @@ class SpotViews {
   // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
   bool ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const;
   bool IsUnlikeAround(const Spot& spot, int x, int y) const;
-  BrightSpot InReference(int x, int y) const { return {static_cast<float>((*reference_)(x, y)), radius_.Squared(x, y)}; }
+  BrightSpot InReference(int x, int y) const { return frame_.Spot(x, y, static_cast<float>((*reference_)(x, y))); }
 
   // Whether the reference measured something before that depth.
   bool IsHidden(int x, int y, float depth) const;
 
   const GrayImage* reference_;
   const MeasurementMap* measured_;  // of the reference; null: unknown
-  RadiusOfPixels radius_;
+  PhotoFrame frame_;
   RelativeExposure own_exposure_;  // of the reference against itself
   std::vector<Source> sources_;
 };

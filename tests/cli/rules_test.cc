@@ -32,6 +32,7 @@ const std::set<std::string> kTestedElsewhere = {
     "few_views",       // consistency_test.cc: at least two views must be asked for
     "empty_views",     // consistency_test.cc: of three views no four find nothing
     "overexposed",     // region_planes_test.cc
+    "photo_tones",     // pooled_anchors_test.cc: the room's images have one tone
     "light_sources",   // light_sources_test.cc: the room has none
     "sky_rims",        // sky_rims_test.cc: the same
     "right_angles",    // plane_choice_test.cc: it decides no region of three small views

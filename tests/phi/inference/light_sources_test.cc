@@ -107,8 +107,8 @@ TEST(LightSources, WhatMayBeCutOffAtWhiteIsNotJudged) {
 
 // The pane reaches from 0.09 to 1 of the squared radius, so that its corners are darker by the lens's falloff of 0.3 alone.
 TEST(LightSources, TheLensIsNoShade) {
-  const RadiusOfPixels radius(test_support::CenteredView(1, kWidth, kHeight, 150).camera.pinhole);
-  Room room(ShadedWall, [&](int x, int y) { return static_cast<int>(200 * test_support::Darkened(radius.Squared(x, y), 0.3) + 0.5); });
+  const PhotoFrame frame(test_support::CenteredView(1, kWidth, kHeight, 150).camera.pinhole);
+  Room room(ShadedWall, [&](int x, int y) { return static_cast<int>(200 * test_support::Darkened(frame.Spot(x, y, 0).squared_radius, 0.3) + 0.5); });
   EXPECT_FALSE(room.PaneShines());
   room.exposures = RelativeExposure::Fit(std::vector<std::vector<SpotPair>>{test_support::SeenByBoth(16000, 1, 0.3, 0.3)}, 100);
   EXPECT_TRUE(room.PaneShines());

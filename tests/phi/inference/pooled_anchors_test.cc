@@ -159,6 +159,27 @@ TEST(PooledAnchors, AnotherExposureIsMeasuredWhereBothViewsMeasured) {
   EXPECT_TRUE(PoolAnchors(scene.Input()).empty());
 }
 
+// The reference's camera made its upper part brighter by a fifth than its lower part. Its left half, which it measured, tells so.
+TEST(PooledAnchors, TonesAreToldByWhatBothViewsMeasured) {
+  WallScene scene;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      (*scene.reference_image)(x, y) = static_cast<std::uint8_t>(128 * std::exp(0.1 * std::cos(M_PI * (y + 0.5) / 120)) + 0.5);
+      if (x >= 80) continue;
+      const double w = WallInverseDepth(scene.reference.camera, x + 0.5, y + 0.5);
+      (*scene.measured)(x, y) = {{0, 0, -1}, static_cast<float>(1 / w)};
+    }
+  }
+  const auto num_above = [&](const Rules& rules) {
+    const std::vector<PooledAnchor> pooled = PoolAnchors(scene.Input(), rules);
+    return std::count_if(pooled.begin(), pooled.end(), [](const PooledAnchor& anchor) { return anchor.PixelY() < 20; });
+  };
+  Rules off;
+  off.Set(Rule::kPhotoTones, 0);
+  EXPECT_EQ(num_above(off), 0);
+  EXPECT_GT(num_above({}), 500);
+}
+
 TEST(PooledAnchors, AMeasuredPixelIsLeftAlone) {
   OnePointScene scene;
   scene.Put(74, 45, 3, PixelState::kMeasured);

@@ -19,12 +19,16 @@ RelativeExposure FitOne(const std::vector<SpotPair>& pairs, std::size_t min_num_
   return RelativeExposure::Fit(std::vector<std::vector<SpotPair>>{pairs}, min_num_pairs).at(0);
 }
 
-TEST(RadiusOfPixels, IsOneInACornerOfACentredImage) {
+TEST(PhotoFrame, SpotsKnowTheirPlace) {
   // From the middle (20, 15) of 40 x 30 pixels to a corner 25; to the middle of pixel (39, 29) (19.5, 14.5).
-  const RadiusOfPixels radius(Pinhole{40, 30, 50, 50, 20, 15});
-  EXPECT_FLOAT_EQ(radius.Squared(39, 29), (19.5f * 19.5f + 14.5f * 14.5f) / 625);
-  EXPECT_FLOAT_EQ(radius.Squared(0, 0), radius.Squared(39, 29));
-  EXPECT_FLOAT_EQ(radius.Squared(19, 14), 0.5f / 625);
+  const PhotoFrame frame(Pinhole{40, 30, 50, 50, 20, 15});
+  const BrightSpot spot = frame.Spot(39, 29, 7);
+  EXPECT_EQ(spot.brightness, 7);
+  EXPECT_FLOAT_EQ(spot.squared_radius, (19.5f * 19.5f + 14.5f * 14.5f) / 625);
+  EXPECT_FLOAT_EQ(spot.u, 39.5f / 40);
+  EXPECT_FLOAT_EQ(spot.v, 29.5f / 30);
+  EXPECT_FLOAT_EQ(frame.Spot(0, 0, 0).squared_radius, spot.squared_radius);
+  EXPECT_FLOAT_EQ(frame.Spot(19, 14, 0).squared_radius, 0.5f / 625);
 }
 
 TEST(RelativeExposure, FindsGainAndBothFalloffs) {

@@ -1,0 +1,211 @@
+#include "phi/inference/photo_tones.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+#include <Eigen/Cholesky>
+
+#include "phi/base/median.h"
+
+namespace phi {
+namespace {
+
+constexpr int kTerms = ToneField::kNumTerms;
+constexpr int kOwnUnknowns = 2 + kTerms;  // of a source: gain, exponent, field
+constexpr int kUnknowns = kTerms + kOwnUnknowns;
+constexpr int kRounds = 6;
+// Residuals of the logarithm of brightness: the least median, so many medians weigh half, and none is more exact than this.
+constexpr float kLeastMedian = 0.01f, kFarMedians = 3, kLeastError = 0.02f;
+constexpr float kMiddleGrey = 100;  // at which an exponent changes nothing; grey levels
+constexpr int kTableSide = 33;
+// Of so many parts of the reference's width and height every fourth is left out, to be foretold.
+constexpr int kParts = 8, kHeldOut = 4;
+// Of what is unexplained without tones: where more is left, they are gloss and mistaken spots.
+constexpr float kMaxLeft = 0.9f;
+constexpr double kGainPrior = 1e-3;  // so that all can be solved for
+
+bool IsHeldOut(const BrightSpot& reference) {
+  const auto part = [](float share) { return std::clamp(static_cast<int>(share * kParts), 0, kParts - 1); };
+  return (part(reference.u) + 2 * part(reference.v)) % kHeldOut == 0;
+}
+
+// One source's spots, a row of the equation each: terms of the reference's field, and of the source's own unknowns.
+class SourceRows {
+ public:
+  SourceRows(const SharedTones& tones, bool leaves_out)
+      : rows_(static_cast<Eigen::Index>(tones.pairs.size()), kUnknowns),
+        unexplained_(Eigen::Map<const Eigen::VectorXf>(tones.unexplained.data(), rows_.rows())),
+        is_fitted_(tones.pairs.size(), true) {
+    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
+      const auto& [reference, source] = tones.pairs[static_cast<std::size_t>(i)];
+      rows_.row(i) << -ToneField::TermsAt(reference.u, reference.v).transpose(), 1, std::log(source.brightness / kMiddleGrey),
+          ToneField::TermsAt(source.u, source.v).transpose();
+      is_fitted_[static_cast<std::size_t>(i)] = !leaves_out || !IsHeldOut(reference);
+    }
+  }
+
+  struct Normal {
+    Eigen::Matrix<double, kUnknowns, kUnknowns> matrix;
+    Eigen::Matrix<double, kUnknowns, 1> right;
+    double weight;  // of all rows
+  };
+  Normal Linearize(const Eigen::VectorXf& solution) const {
+    const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
+    const float median = std::max(MedianOfFitted(residuals), kLeastMedian), error = std::max(median, kLeastError);
+    Eigen::VectorXf weights(residuals.size());
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+      const float off = residuals[i] / (kFarMedians * median);
+      weights[i] = is_fitted_[static_cast<std::size_t>(i)] ? 1 / ((1 + off * off) * error * error) : 0;
+    }
+    const Eigen::MatrixXf weighted = weights.asDiagonal() * rows_;
+    return {(rows_.transpose() * weighted).cast<double>(), (weighted.transpose() * unexplained_).cast<double>(), weights.sum()};
+  }
+
+  // Adds what the solution leaves of the rows that were left out, and what they are without tones.
+  void Foretell(const Eigen::VectorXf& solution, std::vector<float>* with, std::vector<float>* without) const {
+    const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+      if (is_fitted_[static_cast<std::size_t>(i)]) continue;
+      with->push_back(std::abs(residuals[i]));
+      without->push_back(std::abs(unexplained_[i]));
+    }
+  }
+
+ private:
+  float MedianOfFitted(const Eigen::VectorXf& residuals) const {
+    std::vector<float> sizes;
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+      if (is_fitted_[static_cast<std::size_t>(i)]) sizes.push_back(std::abs(residuals[i]));
+    }
+    return sizes.empty() ? 0 : Median(&sizes);
+  }
+
+  Eigen::Matrix<float, Eigen::Dynamic, kUnknowns> rows_;
+  Eigen::VectorXf unexplained_;
+  std::vector<bool> is_fitted_;
+};
+
+// All sources' unknowns: the reference's field, then each source's own.
+class ToneFit {
+ public:
+  ToneFit(std::span<const SharedTones> sources, double prior, bool leaves_out) : prior_(prior) {
+    for (const SharedTones& source : sources) rows_.emplace_back(source, leaves_out);
+    solution_.setZero(kTerms + kOwnUnknowns * static_cast<Eigen::Index>(sources.size()));
+    for (int round = 0; round < kRounds; ++round) Step();
+  }
+
+  Eigen::VectorXf Of(std::size_t source) const {
+    Eigen::VectorXf of(kUnknowns);
+    of << solution_.head<kTerms>().cast<float>(), solution_.segment<kOwnUnknowns>(First(source)).cast<float>();
+    return of;
+  }
+
+  bool ForetellsBetter() const {
+    std::vector<float> with, without;
+    for (std::size_t j = 0; j < rows_.size(); ++j) rows_[j].Foretell(Of(j), &with, &without);
+    return !with.empty() && Median(&with) < kMaxLeft * Median(&without);
+  }
+
+ private:
+  static Eigen::Index First(std::size_t source) { return kTerms + kOwnUnknowns * static_cast<Eigen::Index>(source); }
+
+  void Step() {
+    std::vector<SourceRows::Normal> normals(rows_.size());
+    tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t j) { normals[j] = rows_[j].Linearize(Of(j)); });
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(solution_.size(), solution_.size());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(solution_.size());
+    const Eigen::VectorXd orders = ToneField::OrderOfTerms().cast<double>();
+    for (std::size_t j = 0; j < rows_.size(); ++j) {
+      const auto& [of_source, right_of_source, weight] = normals[j];
+      const Eigen::Index first = First(j);
+      matrix.topLeftCorner<kTerms, kTerms>() += of_source.topLeftCorner<kTerms, kTerms>();
+      matrix.block<kTerms, kOwnUnknowns>(0, first) = of_source.topRightCorner<kTerms, kOwnUnknowns>();
+      matrix.block<kOwnUnknowns, kTerms>(first, 0) = of_source.bottomLeftCorner<kOwnUnknowns, kTerms>();
+      matrix.block<kOwnUnknowns, kOwnUnknowns>(first, first) = of_source.bottomRightCorner<kOwnUnknowns, kOwnUnknowns>();
+      right.head<kTerms>() += right_of_source.head<kTerms>();
+      right.segment<kOwnUnknowns>(first) = right_of_source.tail<kOwnUnknowns>();
+      const double prior = prior_ * weight;
+      matrix.diagonal().head<kTerms>() += prior / static_cast<double>(rows_.size()) * orders;
+      matrix(first, first) += kGainPrior;
+      matrix(first + 1, first + 1) += prior;
+      matrix.diagonal().segment<kTerms>(first + 2) += prior * orders;
+    }
+    solution_ = matrix.ldlt().solve(right);
+  }
+
+  double prior_;
+  std::vector<SourceRows> rows_;
+  Eigen::VectorXd solution_;
+};
+
+}  // namespace
+
+ToneField::Terms ToneField::TermsAt(float u, float v) {
+  const auto half_waves = [](int count, float share) { return std::cos(std::numbers::pi_v<float> * static_cast<float>(count) * share); };
+  Terms terms;
+  int i = 0;
+  for (int k = 0; k <= kOrder; ++k) {
+    for (int l = k == 0 ? 1 : 0; k + l <= kOrder; ++l) terms[i++] = half_waves(k, u) * half_waves(l, v);
+  }
+  return terms;
+}
+
+ToneField::Terms ToneField::OrderOfTerms() {
+  Terms orders;
+  int i = 0;
+  for (int k = 0; k <= kOrder; ++k) {
+    for (int l = k == 0 ? 1 : 0; k + l <= kOrder; ++l) orders[i++] = static_cast<float>(k + l);
+  }
+  return orders;
+}
+
+ToneField::ToneField(const Terms& factors) : table_(kTableSide, kTableSide) {
+  const auto share = [](int i) { return static_cast<float>(i) / (kTableSide - 1); };
+  for (int y = 0; y < kTableSide; ++y) {
+    for (int x = 0; x < kTableSide; ++x) table_(x, y) = std::exp(factors.dot(TermsAt(share(x), share(y))));
+  }
+}
+
+float ToneField::At(float u, float v) const {
+  const float x = std::clamp(u, 0.0f, 1.0f) * (kTableSide - 1), y = std::clamp(v, 0.0f, 1.0f) * (kTableSide - 1);
+  const int left = std::min(static_cast<int>(x), kTableSide - 2), top = std::min(static_cast<int>(y), kTableSide - 2);
+  const float dx = x - static_cast<float>(left), dy = y - static_cast<float>(top);
+  const float above = std::lerp(table_(left, top), table_(left + 1, top), dx);
+  return std::lerp(above, std::lerp(table_(left, top + 1), table_(left + 1, top + 1), dx), dy);
+}
+
+std::vector<std::shared_ptr<const PhotoTones>> PhotoTones::Fit(std::span<const SharedTones> sources, double prior) {
+  if (sources.empty() || !ToneFit(sources, prior, true).ForetellsBetter()) return {};
+  const ToneFit fit(sources, prior, false);
+  const auto reference = std::make_shared<const ToneField>(ToneField::Terms(fit.Of(0).head<kTerms>()));
+  std::vector<std::shared_ptr<const PhotoTones>> tones;
+  for (std::size_t j = 0; j < sources.size(); ++j) {
+    const Eigen::VectorXf of = fit.Of(j);
+    auto source = std::make_shared<const ToneField>(ToneField::Terms(of.tail<kTerms>()));
+    tones.push_back(std::shared_ptr<const PhotoTones>(new PhotoTones(reference, std::move(source), of[kTerms], of[kTerms + 1])));
+  }
+  return tones;
+}
+
+PhotoTones::PhotoTones(std::shared_ptr<const ToneField> reference, std::shared_ptr<const ToneField> source, float gain, float exponent)
+    : reference_(std::move(reference)), source_(std::move(source)), exponent_(exponent) {
+  for (int level = 0; level < 256; ++level) {
+    // Black has no logarithm.
+    factors_.push_back(std::exp(gain + exponent * std::log(static_cast<float>(std::max(level, 1)) / kMiddleGrey)));
+  }
+}
+
+std::shared_ptr<const PhotoTones> PhotoTones::OfReference() const {
+  return std::shared_ptr<const PhotoTones>(new PhotoTones(reference_, reference_, 0, 0));
+}
+
+float PhotoTones::Factor(const BrightSpot& reference, const BrightSpot& source) const {
+  const auto level = static_cast<std::size_t>(std::clamp(source.brightness + 0.5f, 0.0f, 255.0f));
+  return factors_[level] * source_->At(source.u, source.v) / reference_->At(reference.u, reference.v);
+}
+
+}  // namespace phi
