@@ -1,6 +1,7 @@
 // phimvs dense: from an undistorted workspace to a cloud and a report, in one command.
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -117,13 +118,15 @@ int RunDense(int argc, char** argv) {
   CheckReportPlace(report.output);
 
   // Tried before long work; not where there is no workspace, whose folder that would make.
+  std::unique_ptr<CloudLock> lock;
   if (std::filesystem::is_directory(workspace)) {
     for (const auto& path : {output.path, report.output}) AtomicFile(path, Durability::kProcess);
+    lock = std::make_unique<CloudLock>(output.path);
   }
   HandedMaps handed;
   const int stereo_code = EstimateMaps(stereo, parser.EffectiveValues(), {}, &handed);
   if (!IsDone(stereo_code)) return stereo_code;
-  const int fusion_code = FuseMaps(fusion, output, std::move(handed));
+  const int fusion_code = FuseMaps(fusion, output, std::move(handed), std::move(lock));
   if (!IsDone(fusion_code)) return fusion_code;
   WriteReport(report);
   phi::LogInfo("report: " + report.output.string());

@@ -1,6 +1,7 @@
 // phimvs stereo_fusion: fuses the maps of a workspace into a coloured point cloud. COLMAP's options and files.
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "colmap_ext/atomic_file.h"
@@ -13,6 +14,7 @@
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/stale_maps.h"
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/rig_frames.h"
 #include "phi/base/error.h"
@@ -47,6 +49,13 @@ void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
                         " holds the workspace's own model, which the cloud would replace; choose another folder");
 }
 
+// Of two clouds with other options: each would leave its maps of some images. Null: none are written.
+std::unique_ptr<WorkspaceLock> LockConfidenceMaps(const Workspace& workspace, const SceneFusionOptions& options,
+                                                  WorkspaceLock::Sharing sharing) {
+  if (!options.write_confidence_maps) return nullptr;
+  return std::make_unique<WorkspaceLock>(workspace.ConfidenceMapsFolder(), sharing);
+}
+
 // Else an empty cloud would replace an earlier one, and parts that shards have made would be removed.
 void RequireAFusedImage(const SceneFusionReport& report) {
   if (report.num_images > 0 || report.failures.empty()) return;
@@ -70,7 +79,7 @@ void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& pat
 
 }  // namespace
 
-int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed) {
+int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps handed, std::unique_ptr<CloudLock> lock) {
   const auto begin = std::chrono::steady_clock::now();
   options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
   Workspace workspace(options.workspace);
@@ -79,10 +88,12 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }
-  const std::filesystem::path parts = PartsFolder(output.path);
-  const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.method.formulas != phi::Formulas::kPaper;
   RequireAnImage(workspace);  // parts, too, are made anew without the photos
   RefuseItsOwnModel(workspace, output);
+  if (lock == nullptr) lock = std::make_unique<CloudLock>(output.path);
+  const auto confidence_lock = LockConfidenceMaps(workspace, options.fusion, WorkspaceLock::Sharing::kAlone);
+  const std::filesystem::path parts = PartsFolder(output.path);
+  const bool has_parts = std::filesystem::is_directory(parts) && options.fusion.rule.method.formulas != phi::Formulas::kPaper;
   const std::unique_ptr<CloudWriter> writer = MakeCloudWriter(workspace, output);
   SceneFusionReport report = has_parts ? JoinParts(workspace, options.fusion, parts, writer.get())
                                        : FuseScene(workspace, &handed, options.fusion, writer.get());
@@ -115,6 +126,7 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   workspace.DropObservations();
   RefuseItsOwnModel(workspace, output);  // not only when all parts are made
   std::filesystem::create_directories(parts);
+  const auto confidence_lock = LockConfidenceMaps(workspace, options.fusion, WorkspaceLock::Sharing::kWithShards);
   const ShardFusionReport report = FuseShard(workspace, options.fusion, parts, shard);
   phi::LogInfo("shard " + shard.Name() + ": " + std::to_string(report.num_made) + " of " +
                std::to_string(report.num_parts) + " parts made, with " + std::to_string(report.num_points) +

@@ -7,16 +7,19 @@
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/workspace_lock.h"
 #include "tests/support/exact_scenes.h"
 #include "tests/support/map_workspace.h"
 #include "tests/support/noise_workspace.h"
 #include "tests/support/run_program.h"
 #include "tests/support/small_workspace.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/watched_program.h"
 
 namespace {
 
@@ -119,6 +122,52 @@ TEST_F(HostileFusion, RemovesWhatAKilledOneLeftAndNothingThatIsBeingWritten) {
   EXPECT_FALSE(fs::exists(left));
   EXPECT_TRUE(fs::exists(busy));
   ::close(file);
+}
+
+bool HasTemporaryFile(const fs::path& folder) {
+  std::error_code missing;
+  for (fs::directory_iterator it(folder, missing), end; !missing && it != end; it.increment(missing)) {
+    if (it->path().filename().string().starts_with(".phimvs-")) return true;
+  }
+  return false;
+}
+
+// Their files would mix: the cloud of one, the views of the other.
+TEST_F(HostileFusion, TwoWithOtherOptionsDoNotMakeOneCloud) {
+  const std::string expected = CleanCloud(), expected_views = ReadBytes(folder_ / "clean/fused.ply.vis");
+  const fs::path path = folder_ / "out/fused.ply";
+  std::vector<std::string> others_arguments = Arguments(folder_ / "out/../out/fused.ply");
+  others_arguments.insert(others_arguments.end(), {"--StereoFusion.min_num_pixels", "1"});
+  ProgramResult other;
+  // The first is held while it works. It may be done before it is caught.
+  for (int run = 0; run < 50 && other.exit_code < 0; ++run) {
+    const auto hold = [&](pid_t pid) {
+      if (other.exit_code >= 0 || !HasTemporaryFile(path.parent_path())) return;
+      ::kill(pid, SIGSTOP);
+      if (HasTemporaryFile(path.parent_path())) other = RunInShell("", others_arguments);
+      ::kill(pid, SIGCONT);
+    };
+    EXPECT_EQ(test_support::RunWatchedProgram(PHIMVS_BINARY, Arguments(path), {.while_running = hold}).exit_code, 0);
+  }
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("fused.ply"), HasSubstr("another phimvs is making this cloud; wait for it")));
+  EXPECT_EQ(ReadBytes(path), expected);
+  EXPECT_EQ(ReadBytes(path.string() + ".vis"), expected_views);
+  EXPECT_FALSE(HasTemporaryFile(path.parent_path()));
+  EXPECT_EQ(RunInShell("", others_arguments).exit_code, 0) << "the lock was kept";
+}
+
+TEST_F(HostileFusion, TwoWithOtherOptionsDoNotWriteOneSetOfConfidenceMaps) {
+  std::vector<std::string> arguments = Arguments(folder_ / "out/fused.ply");
+  arguments.insert(arguments.end(), {"--PhiFusion.write_confidence_maps", "true"});
+  {
+    const colmap_ext::WorkspaceLock other(folder_ / "stereo/confidence_maps");
+    const ProgramResult result = RunInShell("", arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("confidence_maps"), HasSubstr("another phimvs is at work")));
+    EXPECT_EQ(RunInShell("", Arguments(folder_ / "out/fused.ply")).exit_code, 0);
+  }
+  EXPECT_EQ(RunInShell("", arguments).exit_code, 0);
 }
 
 TEST_F(HostileFusion, ABadMaskIsMadeAgainByTheStereoThatMadeIt) {
