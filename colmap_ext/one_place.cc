@@ -18,6 +18,8 @@ constexpr double kOutliers = 0.01;
 constexpr std::size_t kFewestPoints = 10;
 // Of the cameras' extent: poses in files are rounded, and so are the centres that follow from them.
 constexpr double kRounding = 1e-6;
+// A tenth of the cameras, but one at least, may lie so many times farther out than the others reach, and count no farther.
+constexpr double kFarOut = 10;
 
 // The near depth among the points of each view; 0: not known.
 std::vector<double> NearDepths(const Workspace& workspace) {
@@ -45,15 +47,41 @@ std::vector<double> NearDepths(const Workspace& workspace) {
   return near;
 }
 
+Eigen::Vector3d MiddleOf(const std::vector<Eigen::Vector3d>& centers) {
+  Eigen::Vector3d middle;
+  std::vector<double> values(centers.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::transform(centers.begin(), centers.end(), values.begin(), [axis](const Eigen::Vector3d& c) { return c[axis]; });
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), place, values.end());
+    middle[axis] = *place;
+  }
+  return middle;
+}
+
+// With one pose that a program threw out of the scene, all other cameras would stand together.
+double ExtentOf(std::vector<Eigen::Vector3d> centers) {
+  if (centers.empty()) return 0;
+  const Eigen::Vector3d middle = MiddleOf(centers);
+  std::sort(centers.begin(), centers.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return (a - middle).squaredNorm() < (b - middle).squaredNorm();
+  });
+  const std::size_t num_inner = centers.size() - std::max<std::size_t>(1, centers.size() / 10);
+  Eigen::AlignedBox3d box;
+  double inner = 0;
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    box.extend(centers[i]);
+    if (i + 1 == num_inner) inner = box.diagonal().norm();
+  }
+  const double whole = box.diagonal().norm();
+  return inner > 0 ? std::min(whole, kFarOut * inner) : whole;
+}
+
 }  // namespace
 
 OnePlace::OnePlace(const Workspace& workspace) : reach_(NearDepths(workspace)) {
-  Eigen::AlignedBox3d extent;
-  for (const phi::SceneView& view : workspace.views()) {
-    centers_.push_back(view.camera.pose.Center());
-    extent.extend(centers_.back());
-  }
-  const double rounding = centers_.empty() ? 0 : kRounding * extent.diagonal().norm();
+  for (const phi::SceneView& view : workspace.views()) centers_.push_back(view.camera.pose.Center());
+  const double rounding = kRounding * ExtentOf(centers_);
   for (double& reach : reach_) reach = std::max(kLeastTangent * reach, rounding);
 }
 

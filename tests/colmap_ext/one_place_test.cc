@@ -68,6 +68,14 @@ TEST_F(OnePlaceTest, WithoutPointsIsWhereOnlyRoundingTellsCentresApart) {
   }
 }
 
+// At 1e7 it would make 10 units a rounding.
+TEST_F(OnePlaceTest, ACameraThatWasThrownFarOutTellsNothing) {
+  const Workspace workspace = Open(ModelAt({0, 5, 2, 2.000004, 1e7}));
+  const OnePlace one_place(workspace);
+  EXPECT_FALSE(one_place.StandTogether(0, 1));
+  EXPECT_TRUE(one_place.StandTogether(2, 3));
+}
+
 TEST_F(OnePlaceTest, NamedSourcesThereAreLeftOutWithAWarning) {
   const Workspace workspace = Open(ModelAt({0, 0, 0.5, 1}));
   const phi::SparseScene scene = MakeSparseScene(workspace.model());
