@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "colmap_ext/format_text.h"
+
 namespace colmap_ext {
 namespace {
 
@@ -19,6 +21,15 @@ constexpr PinholeModel kPinholeModels[] = {{0, 1},   // SIMPLE_PINHOLE
                                            {4, 2},   // OPENCV
                                            {6, 2}};  // FULL_OPENCV
 constexpr double kNoDistortion = 1e-8;  // as COLMAP, which then copies the photo and keeps the camera
+
+// Tangents from the axis: no lens that is a pinhole sees beyond 89.4 degrees, and no telescope an image within a fifth of a second.
+constexpr double kSteepestRay = 100, kNarrowestView = 1e-6;
+
+// Of one axis, all in pixels.
+bool IsPossible(double size, double focal_length, double principal_point) {
+  const double first = -principal_point / focal_length, last = (size - principal_point) / focal_length;
+  return std::max(std::abs(first), std::abs(last)) <= kSteepestRay && size / focal_length >= kNarrowestView;
+}
 
 // 1: f; 2: fx and fy; 0: the camera is no pinhole.
 int NumFocalLengths(const SparseCamera& camera) {
@@ -41,6 +52,12 @@ std::string PinholeProblem(const SparseCamera& camera) {
   }
   const double fx = camera.params[0], fy = camera.params[num_focal_lengths - 1];
   if (!(fx > 0) || !(fy > 0)) return who + " has a focal length that is not positive; correct it, or calibrate the camera again";
+  const double cx = camera.params[num_focal_lengths], cy = camera.params[num_focal_lengths + 1];
+  if (!IsPossible(static_cast<double>(camera.width), fx, cx) || !IsPossible(static_cast<double>(camera.height), fy, cy)) {
+    return who + FormatText(" has an impossible focal length or principal point for its image of %s pixels: f %.6g, %.6g, c %.6g, %.6g; "
+                            "correct them, or calibrate the camera again",
+                            SizeText(camera.width, camera.height).c_str(), fx, fy, cx, cy);
+  }
   return "";
 }
 

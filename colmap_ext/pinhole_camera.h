@@ -8,7 +8,7 @@
 
 namespace colmap_ext {
 
-// Empty, or why the camera cannot be used: it is no pinhole, or its distortion is not 0.
+// Empty, or why the camera cannot be used: it is no pinhole, its distortion is not 0, or no lens has such numbers.
 std::string PinholeProblem(const SparseCamera& camera);
 
 // The intrinsics at its full size of a camera without a problem.

@@ -42,6 +42,8 @@ constexpr CameraModel kCameraModels[] = {
     {17, "EQUIRECTANGULAR", 2},
 };
 
+// In world units: the Earth's radius is 6.4e9 millimetres. Where one pose is, the middle of all follows, and coordinates lose digits.
+constexpr double kFarthestCamera = 1e12;
 constexpr std::uint64_t kMaxImageSide = 1 << 20;  // pixels; more is damage
 
 const CameraModel* FindCameraModel(int model_id) {
@@ -148,6 +150,7 @@ std::string SparseModelBuilder::ImageProblem(const SparseImage& image) const {
   const double norm = image.rotation.norm();
   if (!std::isfinite(norm) || norm < 1e-6) return "has a rotation that is no quaternion";
   if (!image.translation.allFinite()) return "has a translation that is not finite";
+  if (image.translation.norm() > kFarthestCamera) return "has an impossible translation, farther than any scene reaches";
   return "";
 }
 
@@ -201,6 +204,8 @@ SparseModel SparseModelBuilder::Finish() {
   }
   return std::move(model_);
 }
+
+fs::path CamerasFile(const fs::path& folder) { return folder / (HasAllFiles(folder, ".bin") ? "cameras.bin" : "cameras.txt"); }
 
 SparseModel ReadSparseModel(const fs::path& folder, ProblemList* problems) {
   if (HasAllFiles(folder, ".bin")) return ReadSparseModelBinary(folder, problems);

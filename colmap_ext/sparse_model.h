@@ -65,6 +65,9 @@ std::string CameraModelName(int model_id);
 // listed instead.
 SparseModel ReadSparseModel(const std::filesystem::path& folder, ProblemList* problems = nullptr);
 
+// Of the model in the folder, the file that holds the cameras.
+std::filesystem::path CamerasFile(const std::filesystem::path& folder);
+
 // Both make three files. COLMAP's rigs and frames of another model in their place go, since COLMAP would take its poses from
 // those. Throw phi::Error when they cannot be written, and then an earlier model is whole.
 void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);

@@ -127,13 +127,13 @@ Workspace::Workspace(const WorkspaceOptions& options, ProblemList* problems)
   model_ = ReadSparseModel(sparse, problems);
   if (model_.images.empty())
     ReportProblem(problems, phi::AboutFile(sparse) + ": the sparse model has no images; export or undistort it again");
-  MakeViews(phi::AboutFile(sparse), options.max_image_size, problems);
+  MakeViews({phi::AboutFile(sparse), phi::AboutFile(CamerasFile(sparse))}, options.max_image_size, problems);
 }
 
 Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max_image_size)
     : path_(kNoFolder), memory_images_(std::move(images)), model_(std::move(model)) {
   if (model_.images.empty()) throw phi::InputError("there are no images");
-  MakeViews("the scene", max_image_size, nullptr);
+  MakeViews({"the scene", "the scene"}, max_image_size, nullptr);
   for (std::size_t i = 0; i < memory_images_.size(); ++i) {
     views_[i].camera.pose = memory_images_[i].pose;
     const SparseCamera& camera = model_.cameras.at(model_.images[i].camera_id);
@@ -152,8 +152,9 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
   }
 }
 
-void Workspace::MakeViews(const phi::Message& origin, int max_image_size, ProblemList* problems) {
-  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, origin, problems);
+void Workspace::MakeViews(const Origin& whence, int max_image_size, ProblemList* problems) {
+  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, whence.cameras, problems);
+  const phi::Message& origin = whence.model;
   views_.reserve(model_.images.size());
   std::unordered_map<std::string, std::string> name_of_file;
   for (const SparseImage& image : model_.images) {

@@ -111,8 +111,12 @@ class Workspace {
 
   std::shared_ptr<const phi::GrayImage> ReadUnmovedGray(int image, const PhotoFile* photo) const;
 
-  // Fills views_ from model_. Names the model's `origin` in errors.
-  void MakeViews(const phi::Message& origin, int max_image_size, ProblemList* problems);
+  // What errors name.
+  struct Origin {
+    phi::Message model, cameras;
+  };
+  // Fills views_ from model_.
+  void MakeViews(const Origin& whence, int max_image_size, ProblemList* problems);
 
   std::filesystem::path path_, mask_path_;
   std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images

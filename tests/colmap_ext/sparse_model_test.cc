@@ -238,6 +238,7 @@ TEST_F(SparseModelTest, SaysWhatIsWrongAndWhere) {
       {"images.txt", "7 1 0 0 0", "7 0 0 0 0", "line 3", "rotation"},
       {"images.txt", "7 1 0 0 0", "7 1 0 zero 0", "line 3", "'zero'"},
       {"images.txt", "0.5 -0.25 2 1 a", "nan -0.25 2 1 a", "line 3", "translation"},
+      {"images.txt", "0.5 -0.25 2 1 a", "1e30 -0.25 2 1 a", "line 3", "impossible translation"},
       {"images.txt", "9 0 1 0 0", "7 0 1 0 0", "line 7", "id that another image has"},
       {"images.txt", "5.5 6.5 12\n", "5.5 6.5\n", "line 4", "line ends before an observation's point id"},
       {"images.txt", "a.png", "", "line 3", "has no name"},

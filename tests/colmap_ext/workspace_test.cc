@@ -154,6 +154,25 @@ TEST_F(WorkspaceTest, RefusesDistortedCamerasByName) {
   EXPECT_THAT(OpenError(), HasSubstr("camera 4 has a focal length that is not positive; correct it"));
 }
 
+// f, cx and cy of a camera of 20x10 pixels. Its maps were empty, without a word of the camera.
+TEST_F(WorkspaceTest, RefusesCamerasThatNoLensIs) {
+  SparseModel model = SmallModel();
+  const std::vector<double> impossible[] = {{1e12, 10, 5}, {1e300, 10, 5}, {1e-9, 10, 5}, {25, 1e6, 5}, {25, 10, -1e300}};
+  for (const std::vector<double>& params : impossible) {
+    model.cameras[4].params = params;
+    WriteModel(model);
+    EXPECT_THAT(OpenError(), AllOf(HasSubstr("cameras.bin: camera 4 has an impossible focal length or principal point"),
+                                   HasSubstr("20x10"), HasSubstr("correct them")));
+  }
+  // A satellite's, a fisheye's that was undistorted to 170 degrees, and a part of a larger photo.
+  const std::vector<double> possible[] = {{1e6, 10, 5}, {0.9, 10, 5}, {25, 2000, 5}};
+  for (const std::vector<double>& params : possible) {
+    model.cameras[4].params = params;
+    WriteModel(model);
+    EXPECT_EQ(Workspace(options_).views().size(), 3u);
+  }
+}
+
 TEST_F(WorkspaceTest, CamerasThatNoImageUsesMayBeAnything) {
   SparseModel model = SmallModel();
   model.cameras[9] = {9, 4, 40, 30, {25, 25, 10, 5, 0, 0, 0, 0.1}};
