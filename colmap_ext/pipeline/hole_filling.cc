@@ -64,7 +64,7 @@ void HoleFilling::FindMeasuredMaps() {
               "inferred depths already; give the --PatchMatchStereo.max_image_size that "
               "patch_match_stereo ran with, or run that, which makes both again");
     } else {
-      LeaveOut("image " + NameOf(job) + " has no depth and normal maps of its size: left out");
+      LeaveOut("image " + NameOf(job) + " is left out, it has no maps to fill: " + ProblemOfMaps(job));
     }
   }
   if (const phi::Message problem = DescribeImpossible(jobs_, std::string(kMeasured)); !problem.empty()) throw phi::InputError(problem);
@@ -101,6 +101,14 @@ bool HoleFilling::MapsAreOurs(int job, std::string_view kind) const {
 bool HoleFilling::GeometricMapIsOurs(int job) const {
   const bool is_recorded = runner_.record().Find(NameOf(job), std::string(kGeometric)).has_value();
   return is_recorded ? MapsAreOurs(job, kGeometric) : fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
+}
+
+// Of those that are there, if only in part.
+phi::Message HoleFilling::ProblemOfMaps(int job) const {
+  const int image = jobs_[job].image;
+  std::error_code unreachable;
+  const bool has_measured = fs::exists(workspace_.DepthMapPath(image, kMeasured), unreachable);
+  return runner_.store().MapsProblem(image, std::string(has_measured ? kMeasured : kGeometric));
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.

@@ -32,6 +32,7 @@ class HoleFilling {
   bool MapsAreOurs(int job, std::string_view kind) const;
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
+  phi::Message ProblemOfMaps(int job) const;
   void SaveNoMarks(int job) const;
   std::vector<StagePlan> Plan() const;
   const std::string& NameOf(int job) const { return runner_.NameOf(job); }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "colmap_ext/compact_map.h"
+#include "colmap_ext/format_text.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
@@ -36,12 +37,18 @@ std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
 constexpr char kPhoto[] = "photo";
 std::string CostKey(const std::string& kind) { return kind + " cost"; }
 
-bool HasSize(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
+// Empty where the map is whole and of the size; else why not.
+phi::Message SizeProblem(const fs::path& path, const phi::Pinhole& pinhole, int channels) {
+  std::error_code unreachable;
+  if (!fs::exists(path, unreachable)) return phi::AboutFile(path) + " is missing";
   try {
     const MapSize size = path.extension() == ".map" ? ReadCompactMapSize(path) : ReadMapSize(path);
-    return size.width == pinhole.width && size.height == pinhole.height && size.channels == channels;
-  } catch (const phi::InputError&) {
-    return false;
+    if (size.width == pinhole.width && size.height == pinhole.height && size.channels == channels) return "";
+    return phi::AboutFile(path) + " has " + SizeText(size.width, size.height) + " pixels and " + std::to_string(size.channels) +
+           " channel(s), not " + SizeText(pinhole.width, pinhole.height) + " and " + std::to_string(channels) +
+           "; give the --PatchMatchStereo.max_image_size that it was made with";
+  } catch (const phi::InputError& error) {
+    return error.message();
   }
 }
 
@@ -288,12 +295,14 @@ void MapStore::RemoveOthers(int image, const std::string& kind, const CompleteFi
   }
 }
 
-bool MapStore::MapsAreWhole(int image, const std::string& kind) const {
+phi::Message MapStore::MapsProblem(int image, const std::string& kind) const {
   const phi::Pinhole& pinhole = workspace_.views()[image].camera.pinhole;
-  if (IsCompact(image, kind)) return HasSize(CompactMapPath(workspace_, image, kind), pinhole, 1);
-  return HasSize(workspace_.DepthMapPath(image, kind), pinhole, 1) &&
-         HasSize(workspace_.NormalMapPath(image, kind), pinhole, 3);
+  if (IsCompact(image, kind)) return SizeProblem(CompactMapPath(workspace_, image, kind), pinhole, 1);
+  const phi::Message problem = SizeProblem(workspace_.DepthMapPath(image, kind), pinhole, 1);
+  return problem.empty() ? SizeProblem(workspace_.NormalMapPath(image, kind), pinhole, 3) : problem;
 }
+
+bool MapStore::MapsAreWhole(int image, const std::string& kind) const { return MapsProblem(image, kind).empty(); }
 
 bool MapStore::HasMask(int image, const std::string& kind) const {
   std::error_code unreachable;

@@ -19,6 +19,7 @@
 #include "colmap_ext/pipeline/writer_pool.h"
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
+#include "phi/base/message.h"
 #include "phi/inference/image_regions.h"
 
 namespace colmap_ext {
@@ -94,6 +95,8 @@ class MapStore {
   bool HasMask(int image, const std::string& kind) const;
   // Whether the maps of a result are there and have the size of the image, whoever made them.
   bool MapsAreWhole(int image, const std::string& kind) const;
+  // Empty where they are, else which file is not and what to do.
+  phi::Message MapsProblem(int image, const std::string& kind) const;
   void RemoveFiles(int image, const std::string& kind);
 
   // Waits until everything is written, and puts the names of the new files on the disk, a folder at a time.

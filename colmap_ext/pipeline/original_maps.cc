@@ -1,6 +1,7 @@
 #include "colmap_ext/pipeline/original_maps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -42,6 +43,11 @@ bool IsFilledForeign(const Workspace& workspace, const RunRecord& record, int im
          IsOneOf(workspace.DepthMapPath(image, kGeometric), geometric->files);
 }
 
+bool IsNoPlane(const phi::PlaneHypothesis& h) {
+  const float normal = h.normal.x + h.normal.y + h.normal.z;
+  return h.depth < 0 || !std::isfinite(h.depth) || !std::isfinite(normal);
+}
+
 void RemoveMaps(const Workspace& workspace, int image, std::string_view kind) {
   fs::remove(workspace.DepthMapPath(image, kind));
   fs::remove(workspace.NormalMapPath(image, kind));
@@ -73,15 +79,14 @@ void KeepOriginalMaps(const Workspace& workspace, int image) {
   fs::remove(CompactMapPath(workspace, image, kMeasured));  // of maps that these replaced
   phi::PlaneMap map =
       ReadPlaneMap(workspace.DepthMapPath(image, kGeometric), workspace.NormalMapPath(image, kGeometric));
-  const auto is_negative = [](const phi::PlaneHypothesis& h) { return h.depth < 0; };
-  if (std::none_of(map.begin(), map.end(), is_negative)) {
+  if (std::none_of(map.begin(), map.end(), IsNoPlane)) {
     GiveSecondName(workspace, image, kMeasured);
     RemoveMaps(workspace, image, kOriginal);  // of maps that these replaced
     return;
   }
-  // A negative depth is none there; in ours it would be an earlier version's clue.
+  // A negative depth is none there; in ours it would be an earlier version's clue. Numbers that are not finite would be published.
   GiveSecondName(workspace, image, kOriginal);
-  std::replace_if(map.begin(), map.end(), is_negative, phi::PlaneHypothesis{});
+  std::replace_if(map.begin(), map.end(), IsNoPlane, phi::PlaneHypothesis{});
   WritePlaneMap(workspace.DepthMapPath(image, kMeasured), workspace.NormalMapPath(image, kMeasured), map);
 }
 

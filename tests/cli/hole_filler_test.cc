@@ -179,6 +179,23 @@ TEST(HoleFillerCommand, ANegativeDepthOfAnotherProgramIsNone) {
   }
 }
 
+// They were published, with depth beside them. What is left out is filled as a hole.
+TEST(HoleFillerCommand, NormalsOfAnotherProgramThatAreNotFiniteAreNone) {
+  const ForeignWorkspace workspace;
+  const auto path = [&](const std::string& kind) { return workspace.path() / "stereo/normal_maps" / MapName(0, kind); };
+  phi::Array2D<phi::Vec3f> normals = colmap_ext::ReadNormalMap(path("geometric"));
+  const float nan = std::nanf(""), infinite = HUGE_VALF;
+  for (int x = 60; x < 100; ++x) normals(x, 30) = x % 2 == 0 ? phi::Vec3f{nan, nan, nan} : phi::Vec3f{0, infinite, -infinite};
+  colmap_ext::WriteNormalMap(path("geometric"), normals);
+  ASSERT_EQ(workspace.Fill("mrf").exit_code, 0);
+  for (const std::string kind : {"measured", "geometric"}) {
+    for (const phi::Vec3f& n : colmap_ext::ReadNormalMap(path(kind))) ASSERT_TRUE(std::isfinite(n.x + n.y + n.z)) << kind;
+  }
+  int num_filled = 0;
+  for (int x = 60; x < 100; ++x) num_filled += workspace.Depth(0, "geometric")(x, 30) > 0;
+  EXPECT_GT(num_filled, 30);
+}
+
 // Some measured pixels of the first image become clues: by the mask beside the map, or as earlier versions wrote them, by
 // negative depths. Returns what filling made of the map.
 std::string FilledWithClues(const std::string& mode, bool as_earlier_versions) {
@@ -404,6 +421,19 @@ TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
     EXPECT_EQ(fs::file_size(measured), 1000u);
     EXPECT_EQ(ReadBytes(workspace.path() / "stereo/depth_maps/view1.png.geometric.bin"), geometric);
   }
+}
+
+TEST(HoleFillerCommand, SaysOfEachImageWhyItsMapsCannotBeFilled) {
+  const ForeignWorkspace workspace;
+  const fs::path depths = workspace.path() / "stereo/depth_maps", normals = workspace.path() / "stereo/normal_maps";
+  fs::remove(normals / MapName(0, "geometric"));
+  fs::resize_file(depths / MapName(1, "geometric"), 1000);
+  colmap_ext::WriteDepthMap(depths / MapName(2, "geometric"), phi::Array2D<float>(7, 5, 4));
+  const std::string errors = workspace.Fill("mrf").errors, left_out = ".png is left out, it has no maps to fill: ";
+  EXPECT_THAT(errors, HasSubstr("view0" + left_out + (normals / MapName(0, "geometric")).string() + " is missing"));
+  EXPECT_THAT(errors, HasSubstr("view1" + left_out + (depths / MapName(1, "geometric")).string() + ": the file has 1000 bytes"));
+  EXPECT_THAT(errors, HasSubstr("view2" + left_out + (depths / MapName(2, "geometric")).string() + " has 7x5 pixels"));
+  EXPECT_THAT(errors, HasSubstr("give the --PatchMatchStereo.max_image_size"));
 }
 
 TEST(HoleFillerCommand, SaysWhatIsMissing) {
