@@ -86,13 +86,16 @@ def test_what_makes_wrong_maps_is_told(scene, caplog):
     assert warnings_of(caplog, **{**few, "points": seen.xyz}) == []
     for change, told in (
         ({"cameras": few["cameras"] * 2, "points": None}, "2 of 2 images, .* have their principal point or many observations"),
-        ({"cameras": few["cameras"] / 120, "points": None}, "2 of 2 images, .*, or a tiny focal length"),
+        ({"cameras": few["cameras"] / 20, "points": None}, "2 of 2 images, .*, or a tiny focal length"),
         ({"cameras": few["cameras"] * 1.5, "points": twice}, "2 of 2 images, .* have their principal point or many observ"),
         ({"poses": inverse}, "2 of 2 images, .* have most of their sparse points behind the camera"),
         ({"points": seen.xyz + 1e6}, "2 of 2 images, .* see none of the points"),
     ):
         told_of = warnings_of(caplog, **{**few, **change})
         assert any(re.search(told, warning) for warning in told_of), (told, told_of)
+    # In shares of the image, not in pixels.
+    with pytest.raises(phimvs.InputError, match="camera 1 has an impossible focal length or principal point"):
+        phimvs.estimate(**{**few, "cameras": few["cameras"] / 120, "points": None}, options=SMALL)
 
 
 def test_values_of_twelve_bits_are_told_of(scene, caplog):
