@@ -1,6 +1,7 @@
 #include "phi/inference/photo_tones.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -33,18 +34,21 @@ bool IsHeldOut(const BrightSpot& reference) {
   return (part(reference.u) + 2 * part(reference.v)) % kHeldOut == 0;
 }
 
+// What a solution is fitted to: all spots, or those of the parts that are not held out.
+enum class Fitted : bool { kAll, kNotHeldOut };
+
 // One source's spots, a row of the equation each: terms of the reference's field, and of the source's own unknowns.
 class SourceRows {
  public:
-  SourceRows(const SharedTones& tones, bool leaves_out)
+  explicit SourceRows(const SharedTones& tones)
       : rows_(static_cast<Eigen::Index>(tones.pairs.size()), kUnknowns),
         unexplained_(Eigen::Map<const Eigen::VectorXf>(tones.unexplained.data(), rows_.rows())),
-        is_fitted_(tones.pairs.size(), true) {
+        is_held_out_(tones.pairs.size()) {
     for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
       const auto& [reference, source] = tones.pairs[static_cast<std::size_t>(i)];
       rows_.row(i) << -ToneField::TermsAt(reference.u, reference.v).transpose(), 1, std::log(source.brightness / kMiddleGrey),
           ToneField::TermsAt(source.u, source.v).transpose();
-      is_fitted_[static_cast<std::size_t>(i)] = !leaves_out || !IsHeldOut(reference);
+      is_held_out_[static_cast<std::size_t>(i)] = IsHeldOut(reference);
     }
   }
 
@@ -53,49 +57,56 @@ class SourceRows {
     Eigen::Matrix<double, kUnknowns, 1> right;
     double weight;  // of all rows
   };
-  Normal Linearize(const Eigen::VectorXf& solution) const {
+  Normal Linearize(const Eigen::VectorXf& solution, Fitted fitted) const {
     const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
-    const float median = std::max(MedianOfFitted(residuals), kLeastMedian), error = std::max(median, kLeastError);
+    const float median = std::max(MedianSize(residuals, fitted), kLeastMedian), error = std::max(median, kLeastError);
     Eigen::VectorXf weights(residuals.size());
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
       const float off = residuals[i] / (kFarMedians * median);
-      weights[i] = is_fitted_[static_cast<std::size_t>(i)] ? 1 / ((1 + off * off) * error * error) : 0;
+      weights[i] = Takes(fitted, i) ? 1 / ((1 + off * off) * error * error) : 0;
     }
     const Eigen::MatrixXf weighted = weights.asDiagonal() * rows_;
     return {(rows_.transpose() * weighted).cast<double>(), (weighted.transpose() * unexplained_).cast<double>(), weights.sum()};
   }
 
-  // Adds what the solution leaves of the rows that were left out, and what they are without tones.
+  // Adds what the solution leaves of the rows that are held out, and what they are without tones.
   void Foretell(const Eigen::VectorXf& solution, std::vector<float>* with, std::vector<float>* without) const {
     const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-      if (is_fitted_[static_cast<std::size_t>(i)]) continue;
+      if (Takes(Fitted::kNotHeldOut, i)) continue;
       with->push_back(std::abs(residuals[i]));
       without->push_back(std::abs(unexplained_[i]));
     }
   }
 
  private:
-  float MedianOfFitted(const Eigen::VectorXf& residuals) const {
+  bool Takes(Fitted fitted, Eigen::Index row) const {
+    return fitted == Fitted::kAll || !is_held_out_[static_cast<std::size_t>(row)];
+  }
+
+  float MedianSize(const Eigen::VectorXf& residuals, Fitted fitted) const {
     std::vector<float> sizes;
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
-      if (is_fitted_[static_cast<std::size_t>(i)]) sizes.push_back(std::abs(residuals[i]));
+      if (Takes(fitted, i)) sizes.push_back(std::abs(residuals[i]));
     }
     return sizes.empty() ? 0 : Median(&sizes);
   }
 
   Eigen::Matrix<float, Eigen::Dynamic, kUnknowns> rows_;
   Eigen::VectorXf unexplained_;
-  std::vector<bool> is_fitted_;
+  std::vector<bool> is_held_out_;
 };
 
 // All sources' unknowns: the reference's field, then each source's own.
 class ToneFit {
  public:
-  ToneFit(std::span<const SharedTones> sources, double prior, bool leaves_out) : prior_(prior) {
-    for (const SharedTones& source : sources) rows_.emplace_back(source, leaves_out);
-    solution_.setZero(kTerms + kOwnUnknowns * static_cast<Eigen::Index>(sources.size()));
-    for (int round = 0; round < kRounds; ++round) Step();
+  ToneFit(std::span<const SharedTones> sources, double prior) : prior_(prior) {
+    for (const SharedTones& source : sources) rows_.emplace_back(source);
+  }
+
+  void Solve(Fitted fitted) {
+    solution_.setZero(First(rows_.size()));
+    for (int round = 0; round < kRounds; ++round) Step(fitted);
   }
 
   Eigen::VectorXf Of(std::size_t source) const {
@@ -104,6 +115,7 @@ class ToneFit {
     return of;
   }
 
+  // Solved for what is not held out.
   bool ForetellsBetter() const {
     std::vector<float> with, without;
     for (std::size_t j = 0; j < rows_.size(); ++j) rows_[j].Foretell(Of(j), &with, &without);
@@ -113,9 +125,9 @@ class ToneFit {
  private:
   static Eigen::Index First(std::size_t source) { return kTerms + kOwnUnknowns * static_cast<Eigen::Index>(source); }
 
-  void Step() {
+  void Step(Fitted fitted) {
     std::vector<SourceRows::Normal> normals(rows_.size());
-    tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t j) { normals[j] = rows_[j].Linearize(Of(j)); });
+    tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t j) { normals[j] = rows_[j].Linearize(Of(j), fitted); });
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(solution_.size(), solution_.size());
     Eigen::VectorXd right = Eigen::VectorXd::Zero(solution_.size());
     const Eigen::VectorXd orders = ToneField::OrderOfTerms().cast<double>();
@@ -145,11 +157,16 @@ class ToneFit {
 }  // namespace
 
 ToneField::Terms ToneField::TermsAt(float u, float v) {
-  const auto half_waves = [](int count, float share) { return std::cos(std::numbers::pi_v<float> * static_cast<float>(count) * share); };
+  std::array<float, kOrder + 1> along, down;  // of so many half waves
+  for (std::size_t k = 0; k <= kOrder; ++k) {
+    const float angle = std::numbers::pi_v<float> * static_cast<float>(k);
+    along[k] = std::cos(angle * u);
+    down[k] = std::cos(angle * v);
+  }
   Terms terms;
   int i = 0;
-  for (int k = 0; k <= kOrder; ++k) {
-    for (int l = k == 0 ? 1 : 0; k + l <= kOrder; ++l) terms[i++] = half_waves(k, u) * half_waves(l, v);
+  for (std::size_t k = 0; k <= kOrder; ++k) {
+    for (std::size_t l = k == 0 ? 1 : 0; k + l <= kOrder; ++l) terms[i++] = along[k] * down[l];
   }
   return terms;
 }
@@ -179,8 +196,10 @@ float ToneField::At(float u, float v) const {
 }
 
 std::vector<std::shared_ptr<const PhotoTones>> PhotoTones::Fit(std::span<const SharedTones> sources, double prior) {
-  if (sources.empty() || !ToneFit(sources, prior, true).ForetellsBetter()) return {};
-  const ToneFit fit(sources, prior, false);
+  ToneFit fit(sources, prior);
+  fit.Solve(Fitted::kNotHeldOut);
+  if (!fit.ForetellsBetter()) return {};
+  fit.Solve(Fitted::kAll);
   const auto reference = std::make_shared<const ToneField>(ToneField::Terms(fit.Of(0).head<kTerms>()));
   std::vector<std::shared_ptr<const PhotoTones>> tones;
   for (std::size_t j = 0; j < sources.size(); ++j) {

@@ -17,7 +17,7 @@ namespace phi {
 // have at most kOrder half waves.
 class ToneField {
  public:
-  static constexpr int kOrder = 4, kNumTerms = 14;
+  static constexpr int kOrder = 4, kNumTerms = kOrder * (kOrder + 3) / 2;
   using Terms = Eigen::Matrix<float, kNumTerms, 1>;
 
   // Of the logarithm, for a factor of 1 each; (u, v): BrightSpot.

@@ -141,10 +141,9 @@ std::vector<PooledAnchor> PoolAnchors(const InferenceInput& input, const Rules& 
   }
   std::vector<std::vector<SpotPair>> spots(sources.size());
   tbb::parallel_for(std::size_t{0}, sources.size(), [&](std::size_t j) { spots[j] = sources[j].SharedSpots(); });
-  const auto min_num_pairs = static_cast<std::size_t>(rules.Count(Rule::kPooledAnchors, kMinGainSamples));
-  std::vector<RelativeExposure> fitted = RelativeExposure::Fit(spots, min_num_pairs);
-  if (rules.IsOn(Rule::kPhotoTones))
-    RelativeExposure::FitTones(spots, min_num_pairs, kTonePrior * rules.Factor(Rule::kPhotoTones), &fitted);
+  const std::vector<RelativeExposure> fitted =
+      RelativeExposure::Fit(spots, static_cast<std::size_t>(rules.Count(Rule::kPooledAnchors, kMinGainSamples)),
+                            kTonePrior * rules.Factor(Rule::kPhotoTones));
   for (std::size_t j = 0; j < sources.size(); ++j) {
     sources[j].SetExposure(fitted[j]);
     if (exposures != nullptr) (*exposures)[views[j]] = fitted[j];

@@ -78,17 +78,14 @@ class SourceFit {
   Eigen::Vector3d right_;
 };
 
-// Of sources with few spots nothing is known.
-bool HasEnough(const std::vector<SpotPair>& pairs, std::size_t min_num_pairs) { return !pairs.empty() && pairs.size() >= min_num_pairs; }
-
 }  // namespace
 
 std::vector<RelativeExposure> RelativeExposure::Fit(std::span<const std::vector<SpotPair>> pairs_of_sources,
-                                                    std::size_t min_num_pairs) {
+                                                    std::size_t min_num_pairs, double tone_prior) {
   std::vector<SourceFit> fits;
   std::vector<std::size_t> sources;
   for (std::size_t j = 0; j < pairs_of_sources.size(); ++j) {
-    if (!HasEnough(pairs_of_sources[j], min_num_pairs)) continue;
+    if (pairs_of_sources[j].empty() || pairs_of_sources[j].size() < min_num_pairs) continue;
     fits.emplace_back(pairs_of_sources[j]);
     sources.push_back(j);
   }
@@ -108,24 +105,19 @@ std::vector<RelativeExposure> RelativeExposure::Fit(std::span<const std::vector<
     exposure.source_falloff_ = static_cast<float>(fits[k].falloff());
     exposure.reference_falloff_ = static_cast<float>(falloff);
   }
+  if (!(tone_prior > 0) || fits.empty()) return exposures;
+  std::vector<SharedTones> shared;
+  for (const std::size_t source : sources) shared.push_back(exposures[source].Unexplained(pairs_of_sources[source]));
+  const std::vector<std::shared_ptr<const PhotoTones>> tones = PhotoTones::Fit(shared, tone_prior);
+  for (std::size_t k = 0; k < tones.size(); ++k) exposures[sources[k]].tones_ = tones[k];
   return exposures;
 }
 
-void RelativeExposure::FitTones(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs, double prior,
-                                std::vector<RelativeExposure>* exposures) {
-  std::vector<SharedTones> shared;
-  std::vector<std::size_t> sources;
-  for (std::size_t j = 0; j < pairs_of_sources.size(); ++j) {
-    if (!HasEnough(pairs_of_sources[j], min_num_pairs)) continue;
-    SharedTones& of_source = shared.emplace_back(SharedTones{pairs_of_sources[j], {}});
-    for (const auto& [reference, source] : of_source.pairs) {
-      const float ratio = (*exposures)[j].RatioOfExposures(reference, source);
-      of_source.unexplained.push_back(std::log(reference.brightness / (ratio * source.brightness)));
-    }
-    sources.push_back(j);
-  }
-  const std::vector<std::shared_ptr<const PhotoTones>> tones = PhotoTones::Fit(shared, prior);
-  for (std::size_t k = 0; k < tones.size(); ++k) (*exposures)[sources[k]].tones_ = tones[k];
+SharedTones RelativeExposure::Unexplained(std::span<const SpotPair> pairs) const {
+  SharedTones tones{pairs, {}};
+  for (const auto& [reference, source] : pairs)
+    tones.unexplained.push_back(std::log(reference.brightness / (RatioOfExposures(reference, source) * source.brightness)));
+  return tones;
 }
 
 RelativeExposure RelativeExposure::OfOneImage(std::span<const RelativeExposure> exposures) {

@@ -21,11 +21,9 @@ class RelativeExposure {
 
   // Of each source, from spots that it and the reference show: its gain and falloff, and the reference's falloff, which all tell of
   // together. A gain of 1 where spots are few. Glossy and mistaken ones do not matter, falloff is found as far as many spots tell of it.
-  static std::vector<RelativeExposure> Fit(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs);
-
-  // Tones of all, by the same spots; `prior`: of PhotoTones::Fit.
-  static void FitTones(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs, double prior,
-                       std::vector<RelativeExposure>* exposures);
+  // Then tones, by the same spots; `tone_prior`: of PhotoTones::Fit, 0 for no tones.
+  static std::vector<RelativeExposure> Fit(std::span<const std::vector<SpotPair>> pairs_of_sources, std::size_t min_num_pairs,
+                                           double tone_prior = 0);
 
   // Of the reference against itself, by what its sources tell of its falloff and tones.
   static RelativeExposure OfOneImage(std::span<const RelativeExposure> exposures);
@@ -47,6 +45,8 @@ class RelativeExposure {
   float gain() const { return gain_; }
 
  private:
+  SharedTones Unexplained(std::span<const SpotPair> pairs) const;
+
   // Without tones.
   float RatioOfExposures(const BrightSpot& reference, const BrightSpot& source) const {
     const float over =
