@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "colmap_ext/dead_link.h"
+#include "colmap_ext/file_locks.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -182,9 +183,8 @@ void AtomicFile::Create() {
     if (descriptor_ < 0 && (errno == EEXIST || errno == EINTR)) continue;
     if (descriptor_ < 0) ThrowWriteError(path_, "create the file", errno);
     // Another process may have taken it for a left-over before it was locked.
-    struct stat status = {};
     const bool is_taken = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-    if (!is_taken && (::fstat(descriptor_, &status) != 0 || status.st_nlink > 0)) return;
+    if (!is_taken && !IsUnlinked(descriptor_)) return;
     ::close(descriptor_);
   }
 }

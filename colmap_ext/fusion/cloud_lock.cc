@@ -2,16 +2,13 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <chrono>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <utility>
 
+#include "colmap_ext/file_locks.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -31,40 +28,26 @@ fs::path LockFile(const fs::path& output) {
   return whole.parent_path() / (".phimvs-lock-" + whole.filename().string().substr(0, kMostOfName) + ".tmp");
 }
 
-// Its holder removes it before it gives the lock up.
-bool IsStillThere(int descriptor, const fs::path& path) {
-  struct stat held = {}, found = {};
-  return ::fstat(descriptor, &held) == 0 && ::stat(path.c_str(), &found) == 0 && held.st_dev == found.st_dev &&
-         held.st_ino == found.st_ino;
-}
-
 }  // namespace
 
 CloudLock::CloudLock(const fs::path& output) : path_(LockFile(output)) {
-  constexpr int kTries = 5;  // who removes left-overs holds the lock for a moment
-  constexpr auto kPause = std::chrono::milliseconds(20);
   std::error_code ignored;  // the cloud's own files tell what is wrong
   fs::create_directories(path_.parent_path(), ignored);
-  bool is_refused = false;
-  for (int i = 0; i < kTries; ++i) {
-    if (is_refused) std::this_thread::sleep_for(kPause);
+  for (;;) {
     descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0) return;
-    is_refused = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-    if (!is_refused && IsStillThere(descriptor_, path_)) return;
+    if (IsLockRefused(descriptor_, LOCK_EX)) break;
+    if (!IsUnlinked(descriptor_)) return;  // its holder removes it before it gives the lock up
     ::close(std::exchange(descriptor_, -1));
   }
-  if (!is_refused) return;
+  ::close(std::exchange(descriptor_, -1));
   throw phi::InputError(phi::AboutFile(output) +
                         ": another phimvs is making this cloud; wait for it or stop it, or give another --output_path");
 }
 
-// Closing alone would leave the lock with processes that were forked meanwhile.
 CloudLock::~CloudLock() {
-  if (descriptor_ < 0) return;
-  ::unlink(path_.c_str());
-  ::flock(descriptor_, LOCK_UN);
-  ::close(descriptor_);
+  if (descriptor_ >= 0) ::unlink(path_.c_str());
+  ReleaseLock(descriptor_);
 }
 
 }  // namespace colmap_ext

@@ -5,12 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <system_error>
-#include <thread>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/dead_link.h"
+#include "colmap_ext/file_locks.h"
 #include "colmap_ext/folder_files.h"
 #include "phi/base/error.h"
 
@@ -20,25 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Refused for as long as FindLockUse may hold it, and then some.
-bool IsRefused(int folder, int kind) {
-  constexpr int kTries = 5;
-  constexpr auto kPause = std::chrono::milliseconds(20);
-  for (int i = 0; i < kTries; ++i) {
-    if (i > 0) std::this_thread::sleep_for(kPause);
-    if (flock(folder, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK) return false;
-  }
-  return true;
-}
-
 int OpenFolder(const fs::path& folder) { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }
-
-// Closing alone would leave the lock with processes that were forked meanwhile, of Python's multiprocessing for example.
-void Release(int folder) {
-  if (folder < 0) return;
-  flock(folder, LOCK_UN);
-  close(folder);
-}
 
 }  // namespace
 
@@ -51,21 +32,21 @@ WorkspaceLock::WorkspaceLock(const fs::path& stereo_folder, Sharing sharing) {
   descriptor_ = OpenFolder(stereo_folder);
   // Some network file systems have no locks: then the user is trusted.
   const int kind = sharing == Sharing::kAlone ? LOCK_EX : LOCK_SH;
-  if (descriptor_ >= 0 && IsRefused(descriptor_, kind)) {
+  if (descriptor_ >= 0 && IsLockRefused(descriptor_, kind)) {
     close(descriptor_);
     throw phi::InputError(phi::AboutFile(stereo_folder) +
                           ": another phimvs is at work in this workspace; wait for it or stop it");
   }
 }
 
-WorkspaceLock::~WorkspaceLock() { Release(descriptor_); }
+WorkspaceLock::~WorkspaceLock() { ReleaseLock(descriptor_); }
 
 LockUse FindLockUse(const fs::path& stereo_folder) {
   const int folder = OpenFolder(stereo_folder);
   if (folder < 0) return LockUse::kUnknown;
   const bool is_free = flock(folder, LOCK_EX | LOCK_NB) == 0;
   const bool is_held = !is_free && errno == EWOULDBLOCK;
-  Release(folder);
+  ReleaseLock(folder);
   return is_free ? LockUse::kFree : is_held ? LockUse::kHeld : LockUse::kUnknown;
 }
 
