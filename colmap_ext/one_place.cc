@@ -7,6 +7,8 @@
 
 #include <Eigen/Geometry>
 
+#include "phi/base/median.h"
+
 namespace colmap_ext {
 namespace {
 
@@ -52,9 +54,7 @@ Eigen::Vector3d MiddleOf(const std::vector<Eigen::Vector3d>& centers) {
   std::vector<double> values(centers.size());
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::transform(centers.begin(), centers.end(), values.begin(), [axis](const Eigen::Vector3d& c) { return c[axis]; });
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), place, values.end());
-    middle[axis] = *place;
+    middle[axis] = phi::Median(&values);
   }
   return middle;
 }

@@ -152,23 +152,22 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
   }
 }
 
-void Workspace::MakeViews(const Origin& whence, int max_image_size, ProblemList* problems) {
-  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, whence.cameras, problems);
-  const phi::Message& origin = whence.model;
+void Workspace::MakeViews(const Origin& origin, int max_image_size, ProblemList* problems) {
+  const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, origin.cameras, problems);
   views_.reserve(model_.images.size());
   std::unordered_map<std::string, std::string> name_of_file;
   for (const SparseImage& image : model_.images) {
     if (const std::string problem = NameProblem(image.name); !problem.empty()) {
-      ReportProblem(problems, origin + ": the image name '" + phi::AboutImage(image.name.c_str()) + "' " + problem +
+      ReportProblem(problems, origin.model + ": the image name '" + phi::AboutImage(image.name.c_str()) + "' " + problem +
                                   "; rename it");
     }
     if (!index_by_name_.emplace(image.name, static_cast<int>(views_.size())).second) {
-      ReportProblem(problems, origin + ": two images are named '" + phi::AboutImage(image.name) +
+      ReportProblem(problems, origin.model + ": two images are named '" + phi::AboutImage(image.name) +
                                   "'; take one of them out of the model");
     } else if (const auto [same, is_new] =
                    name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
                !is_new) {
-      ReportProblem(problems, origin + ": the images '" + same->second + "' and '" + image.name +
+      ReportProblem(problems, origin.model + ": the images '" + same->second + "' and '" + image.name +
                                   "' have the same file; take one of them out of the model");
     }
     phi::SceneView view;

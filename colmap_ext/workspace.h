@@ -116,7 +116,7 @@ class Workspace {
     phi::Message model, cameras;
   };
   // Fills views_ from model_.
-  void MakeViews(const Origin& whence, int max_image_size, ProblemList* problems);
+  void MakeViews(const Origin& origin, int max_image_size, ProblemList* problems);
 
   std::filesystem::path path_, mask_path_;
   std::vector<MemoryImage> memory_images_;  // empty, or parallel to model_.images
