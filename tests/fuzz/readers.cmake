@@ -1,7 +1,7 @@
 # The sources that the readers of files need, for the fuzzer and for the test of the readers. Both compile these alone: a change
 # of one is soon under test again, and a source that is missing here fails the build of the tests.
 set(reader_sources
-  atomic_file compact_codes compact_map config_lines dead_link fusion_config image_file input_file json_file map_file mask_file moved_image
+  atomic_file compact_codes compact_map config_lines dead_link file_locks fusion_config image_file input_file json_file map_file mask_file moved_image
   patch_match_config pinhole_camera plane_channels ply_writer rig_frames sparse_model sparse_model_binary sparse_model_text terminal
   tiff_orientation workspace
   cli/option_help cli/option_parser cli/project_file cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows
