@@ -18,6 +18,12 @@ phi::Message LineText(const std::filesystem::path& path, int number) {
   return phi::AboutFile(path) + ": line " + std::to_string(number) + ": ";
 }
 
+void RequireUtf8(const std::filesystem::path& path, std::string_view text) {
+  const bool has_other_mark = text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");
+  if (!has_other_mark && text.find('\0') == std::string_view::npos) return;
+  throw phi::InputError(phi::AboutFile(path) + ": this text is in UTF-16, or no text; save it as UTF-8");
+}
+
 std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
   std::ifstream file = OpenRegularFile(path);
   if (!file) {
@@ -27,6 +33,7 @@ std::vector<ConfigLine> ReadConfigLines(const std::filesystem::path& path) {
   std::vector<ConfigLine> lines;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
+    RequireUtf8(path, line);
     std::string_view text = line;
     if (number == 1 && text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     text = Trim(text);

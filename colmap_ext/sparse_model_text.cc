@@ -92,7 +92,10 @@ class TextReader {
 
   bool NextLine() {
     if (!std::getline(file_, line_)) return false;
-    if (++line_number_ == 1 && line_.starts_with(kByteOrderMark)) line_.erase(0, kByteOrderMark.size());
+    if (++line_number_ == 1) {
+      RequireUtf8(path_, line_);
+      if (line_.starts_with(kByteOrderMark)) line_.erase(0, kByteOrderMark.size());
+    }
     ends_with_newline_ = !file_.eof();
     return true;
   }

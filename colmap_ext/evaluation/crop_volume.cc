@@ -6,12 +6,17 @@
 
 #include <Eigen/LU>
 
+#include "colmap_ext/config_lines.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
+#include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
 namespace {
+
+// Of sixteen numbers, whatever stands between them.
+constexpr std::size_t kMostText = 1 << 16;
 
 Eigen::Vector2d Across(const Eigen::Vector3d& point, int axis) {
   return {point[axis == 0 ? 1 : 0], point[axis == 2 ? 1 : 2]};
@@ -58,7 +63,12 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
 }
 
 Eigen::Matrix4d ReadSimilarity(const std::filesystem::path& path) {
-  std::ifstream stream = OpenNeededFile(path);
+  std::ifstream file = OpenNeededFile(path);
+  std::string content(kMostText, '\0');
+  file.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(file.gcount()));
+  RequireUtf8(path, content);
+  TextInput stream(content.starts_with(kByteOrderMark) ? content.substr(kByteOrderMark.size()) : content);
   Eigen::Matrix4d m;
   for (int row = 0; row < 4; ++row) {
     for (int column = 0; column < 4; ++column) stream >> m(row, column);

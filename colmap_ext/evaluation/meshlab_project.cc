@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "colmap_ext/config_lines.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/text_stream.h"
 #include "phi/base/error.h"
@@ -72,6 +73,7 @@ void ReadMatrix(std::string_view part, const std::filesystem::path& project, Mes
 std::vector<MeshLabLayer> ReadMeshLabProject(const std::filesystem::path& path) {
   std::ifstream stream = OpenNeededFile(path);
   const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  RequireUtf8(path, text);
 
   std::vector<MeshLabLayer> layers;
   for (std::size_t begin = FindMesh(text, 0); begin != std::string::npos;) {

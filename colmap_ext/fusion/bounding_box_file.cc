@@ -14,6 +14,7 @@ namespace colmap_ext {
 phi::BoundingBox ReadBoundingBox(const std::filesystem::path& path) {
   std::ifstream file = OpenNeededFile(path);
   const std::string content(std::istreambuf_iterator<char>(file), {});
+  RequireUtf8(path, content);
   TextInput numbers(content.starts_with(kByteOrderMark) ? content.substr(kByteOrderMark.size()) : content);
   const phi::InputError other_content(
       phi::AboutFile(path) + ": a bounding box is six numbers with decimal points and no more, min_x min_y min_z max_x max_y max_z");

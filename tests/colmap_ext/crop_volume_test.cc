@@ -39,6 +39,8 @@ TEST(Similarity, IsFourRowsWithAScale) {
   WriteBytes(folder / "good.txt", "0 -2 0 1\n2 0 0 2\n0 0 2 3\n0 0 0 1\n");
   const Eigen::Matrix4d m = ReadSimilarity(folder / "good.txt");
   EXPECT_EQ((m * Eigen::Vector4d(1, 0, 0, 1)).head<3>(), Eigen::Vector3d(1, 4, 3));
+  WriteBytes(folder / "marked.txt", "\xEF\xBB\xBF" "0 -2 0 1\r\n2 0 0 2\r\n0 0 2 3\r\n0 0 0 1\r\n");  // as Windows' editor saves it
+  EXPECT_EQ(ReadSimilarity(folder / "marked.txt"), m);
   WriteBytes(folder / "shear.txt", "1 1 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
   EXPECT_THAT(InputErrorOf([&] { ReadSimilarity(folder / "shear.txt"); }), HasSubstr("shear.txt"));
   WriteBytes(folder / "short.txt", "1 0 0 0\n");

@@ -109,6 +109,38 @@ TEST(FileErrors, OfAFileThatMustBeThereSayWhatToDo) {
             (folder / "cloud.ply").string() + " is not a PLY file that can be read: its header is incomplete; copy or write it again");
 }
 
+// As Windows' editor and shell may save it: little-endian, with a mark and without, and big-endian.
+std::vector<std::string> InUtf16(const std::string& text) {
+  std::string little, big;
+  for (const char c : text) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  return {"\xFF\xFE" + little, little, "\xFE\xFF" + big};
+}
+
+TEST(FileErrors, OfATextInUtf16SaySo) {
+  const std::vector<FileAction> readers = {
+      {"configuration", [](const fs::path& file) { ReadConfigLines(file); }},
+      {"bounding box", [](const fs::path& file) { ReadBoundingBox(file); }},
+      {"project file", [](const fs::path& file) { ReadProjectFile(file); }},
+      {"similarity", [](const fs::path& file) { ReadSimilarity(file); }},
+      {"scans", [](const fs::path& file) { ReadMeshLabProject(file); }},
+      {"model", [](const fs::path& file) { ReadSparseModel(file.parent_path()); }},
+  };
+  const TemporaryFolder folder;
+  for (const char* other : {"images.txt", "points3D.txt"}) WriteBytes(folder / other, "");
+  const fs::path file = folder / "cameras.txt";
+  for (const std::string& text : InUtf16("a.png\r\n0 = 1\r\n")) {
+    WriteBytes(file, text);
+    for (const FileAction& reader : readers) {
+      EXPECT_EQ(test_support::MessageOf<phi::InputError>([&] { reader.run(file); }),
+                file.string() + ": this text is in UTF-16, or no text; save it as UTF-8")
+          << reader.name;
+    }
+  }
+}
+
 TEST(FileErrors, OfAFileThatCannotBeWrittenCarryItsPath) {
   const std::vector<FileAction> writers = {
       {"any file", [](const fs::path& file) { WriteFileAtomically(file, "text"); }},
