@@ -80,6 +80,27 @@ std::string NameProblem(const std::string& name) {
   return "";
 }
 
+using NameOfFile = std::unordered_map<std::string, std::string>;
+
+std::string FileOf(const std::string& name) { return fs::path(name).lexically_normal().string(); }
+
+// The mask that goes with a kind of map has the kind in its name, the mask of the geometric map none: that of the image
+// a.measured is where a's measured mask is, and each stage would take the other image's.
+void ReportSharedMasks(const SparseModel& model, const NameOfFile& name_of_file, const phi::Message& origin,
+                       ProblemList* problems) {
+  for (const SparseImage& image : model.images) {
+    const std::string file = FileOf(image.name);
+    for (const std::string_view kind : {kPhotometric, kMeasured, kRaw, kShared, kInferred}) {
+      const std::string suffix = "." + std::string(kind);
+      if (!file.ends_with(suffix)) continue;
+      const auto other = name_of_file.find(file.substr(0, file.size() - suffix.size()));
+      if (other == name_of_file.end()) continue;
+      ReportProblem(problems, origin + ": the images '" + other->second + "' and '" + image.name +
+                                  "' would have the same mask in stereo/filled_masks, '" + file + ".png'; rename one of them");
+    }
+  }
+}
+
 // Those that no image uses may be anything.
 std::set<std::uint32_t> ReportCameras(const SparseModel& model, const phi::Message& origin,
                                       ProblemList* problems) {
@@ -155,7 +176,7 @@ Workspace::Workspace(SparseModel model, std::vector<MemoryImage> images, int max
 void Workspace::MakeViews(const Origin& origin, int max_image_size, ProblemList* problems) {
   const std::set<std::uint32_t> refused_cameras = ReportCameras(model_, origin.cameras, problems);
   views_.reserve(model_.images.size());
-  std::unordered_map<std::string, std::string> name_of_file;
+  NameOfFile name_of_file;
   for (const SparseImage& image : model_.images) {
     if (const std::string problem = NameProblem(image.name); !problem.empty()) {
       ReportProblem(problems, origin.model + ": the image name '" + phi::AboutImage(image.name.c_str()) + "' " + problem +
@@ -165,7 +186,7 @@ void Workspace::MakeViews(const Origin& origin, int max_image_size, ProblemList*
       ReportProblem(problems, origin.model + ": two images are named '" + phi::AboutImage(image.name) +
                                   "'; take one of them out of the model");
     } else if (const auto [same, is_new] =
-                   name_of_file.emplace(fs::path(image.name).lexically_normal().string(), image.name);
+                   name_of_file.emplace(FileOf(image.name), image.name);
                !is_new) {
       ReportProblem(problems, origin.model + ": the images '" + same->second + "' and '" + image.name +
                                   "' have the same file; take one of them out of the model");
@@ -181,6 +202,7 @@ void Workspace::MakeViews(const Origin& origin, int max_image_size, ProblemList*
     view.camera.pose.translation = image.translation;
     views_.push_back(std::move(view));
   }
+  if (!IsInMemory()) ReportSharedMasks(model_, name_of_file, origin.model, problems);
 }
 
 void Workspace::DropObservations() {

@@ -234,6 +234,18 @@ TEST_F(WorkspaceTest, RefusesTwoImagesOfOneNameAndModelsWithoutImages) {
   EXPECT_THAT(OpenError(), HasSubstr("no images"));
 }
 
+// The filled mask of one would be the measured mask of the other, and each stage would take or remove the wrong one's.
+TEST_F(WorkspaceTest, RefusesImagesWhoseMasksHaveOneName) {
+  SparseModel model = SmallModel();
+  model.images[2].name = "./a.png.measured";
+  WriteModel(model);
+  EXPECT_THAT(OpenError(), AllOf(HasSubstr("the images 'a.png' and './a.png.measured' would have the same mask"),
+                                 HasSubstr("'a.png.measured.png'"), HasSubstr("rename one of them")));
+  model.images[2].name = "a.measured.png";
+  WriteModel(model);
+  EXPECT_EQ(Workspace(options_).views().size(), 3u) << "its masks have other names";
+}
+
 TEST_F(WorkspaceTest, RefusesPmvsInOneSentence) {
   options_.format = "pmvs";
   const std::string message =
