@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "colmap_ext/compact_map.h"
@@ -84,6 +85,12 @@ fs::path MaskBeside(const fs::path& depth_path) {
 
 phi::Mask MaskOfStates(const phi::StateMap& states) {
   return phi::Transformed(states, [](phi::PixelState s) { return ValueOf(s); });
+}
+
+bool HasMap(const Workspace& workspace, int image, std::string_view kind) {
+  std::error_code unreachable;
+  return fs::exists(workspace.DepthMapPath(image, kind), unreachable) ||
+         fs::exists(CompactMapPath(workspace, image, kind), unreachable);
 }
 
 phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std::string_view kind) {

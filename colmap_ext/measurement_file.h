@@ -19,6 +19,9 @@ namespace colmap_ext {
 // The mask that goes with a map.
 phi::Mask MaskOfStates(const phi::StateMap& states);
 
+// In its own files or a compact one, whole or not.
+bool HasMap(const Workspace& workspace, int image, std::string_view kind);
+
 // A map of kind `kind`; without states where it is an estimate, which has no mask. Throws phi::InputError naming the file that is
 // missing, damaged or not of the others' size.
 phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std::string_view kind);

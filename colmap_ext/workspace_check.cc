@@ -18,8 +18,10 @@
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/fusion_config.h"
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/map_scale.h"
 #include "colmap_ext/mask_check.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/measurement_file.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/patch_match_config.h"
 #include "colmap_ext/pinhole_camera.h"
@@ -220,10 +222,6 @@ void WarnOfLeftovers(const Workspace& workspace, ProblemList* warnings) {
   }
 }
 
-bool HasMap(const Workspace& workspace, int image, std::string_view kind) {
-  return fs::exists(workspace.DepthMapPath(image, kind)) || fs::exists(CompactMapPath(workspace, image, kind));
-}
-
 // Of the kinds that the last run made; of all where none is known.
 bool HasMapsToMake(const Workspace& workspace, const std::vector<PatchMatchProblem>& problems) {
   ProblemList unreadable;  // told with the maps
@@ -301,6 +299,9 @@ WorkspaceReport CheckWorkspace(const WorkspaceOptions& options, const fs::path& 
   CheckFusionMasks(*workspace, fusion_mask_path, &report.errors, &report.warnings);
   CheckConfigs(*workspace, config_path, &report);
   CheckMaps(*workspace, &report.errors);
+  if (const phi::Message warning = MapScaleWarning(*workspace, {kGeometric, kMeasured, kPhotometric}); !warning.empty()) {
+    report.warnings.push_back(warning);
+  }
   WarnOfLeftovers(*workspace, &report.warnings);
   return report;
 }

@@ -6,6 +6,7 @@
 
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/stereo_options.h"
+#include "colmap_ext/map_scale.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/given_depths.h"
 #include "colmap_ext/pipeline/hole_filling.h"
@@ -51,6 +52,7 @@ int RunHoleFiller(int argc, char** argv) {
   workspace.DropObservations();
   RemoveTemporaryFiles(workspace.StereoFolder());
   if (!restore) {
+    WarnOfMapScale(workspace, {kGeometric, kMeasured});
     WarnOfGivenDepths(scene, workspace.views(), options.pipeline);
     return Fill(options, parser.EffectiveValues(), workspace, std::move(jobs));
   }

@@ -12,6 +12,7 @@
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
 #include "colmap_ext/fusion/tile_list.h"
+#include "colmap_ext/map_scale.h"
 #include "colmap_ext/missing_images.h"
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
@@ -84,7 +85,10 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   options.fusion.scratch_folder = output.IsFile() ? output.path.parent_path() : output.path;
   Workspace workspace(options.workspace);
   if (output.IsFile()) workspace.DropObservations();  // a sparse model has them again
-  if (handed.kind().empty()) WarnOfFrames(workspace);  // of dense, the stereo has told
+  if (handed.kind().empty()) {  // of dense, the stereo has told, and made the maps
+    WarnOfFrames(workspace);
+    WarnOfMapScale(workspace, {options.fusion.input.kind});
+  }
   for (const std::string& sentence : DescribeStaleMaps(workspace, options.fusion.input.kind)) {
     phi::LogWarning(sentence);
   }
@@ -124,6 +128,7 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   Workspace workspace(options.workspace);
   RequireAnImage(workspace);
   workspace.DropObservations();
+  WarnOfMapScale(workspace, {options.fusion.input.kind});
   RefuseItsOwnModel(workspace, output);  // not only when all parts are made
   std::filesystem::create_directories(parts);
   const auto confidence_lock = LockConfidenceMaps(workspace, options.fusion, WorkspaceLock::Sharing::kWithShards);
