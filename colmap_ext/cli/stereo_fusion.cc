@@ -64,6 +64,13 @@ void RequireAFusedImage(const SceneFusionReport& report) {
                         " images can be fused: " + report.failures.front());
 }
 
+bool HasEarlierCloud(const CloudOutput& output) {
+  std::error_code unreachable;
+  const auto exists = [&](const std::filesystem::path& path) { return std::filesystem::exists(path, unreachable); };
+  if (output.IsFile()) return exists(output.path) || exists(TileListPath(output.path));
+  return exists(output.path / "points3D.bin") || exists(output.path / "points3D.txt");
+}
+
 // Throws phi::InputError where nothing is left.
 void SubtractLeftOut(const CloudWriter& writer, const std::filesystem::path& path, SceneFusionReport* report) {
   const auto num_left_out = static_cast<std::int64_t>(writer.num_left_out());
@@ -104,12 +111,16 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   RequireAFusedImage(report);
   RequirePointsInBox(report, workspace, options.fusion, options.bbox_path);
   SubtractLeftOut(*writer, output.path, &report);
+  const bool has_earlier = HasEarlierCloud(output);
   writer->Commit();
   RemoveOtherForm(output);
   if (has_parts) RemoveParts(parts);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (output.IsFile()) WriteFileAtomically(output.path.string() + ".json", FusionJson(report, elapsed.count()));
   LogReport(report, output, writer->num_files(), elapsed.count());
+  // The file is written as COLMAP writes it: who calls the next program finds what these options give.
+  if (report.num_points == 0 && has_earlier)
+    phi::LogWarning(phi::AboutFile(output.path) + ": this cloud has no point, and has replaced the earlier one");
   if (options.fusion.write_confidence_maps)
     phi::LogInfo(workspace.ConfidenceMapsFolder().string() + ": how probably each pixel's depth is right");
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/sparse_model.h"
@@ -37,6 +38,19 @@ class StereoFusionCommand : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+// It is written, as COLMAP does; but the earlier one is lost.
+TEST_F(StereoFusionCommand, AnEmptyCloudOverAnEarlierOneIsToldOf) {
+  for (const auto& [type, name] : {std::pair("PLY", "fused.ply"), std::pair("BIN", "model")}) {
+    const std::vector<std::string> too_strict = {"--output_type", type, "--StereoFusion.min_num_pixels", "90"};
+    const auto says_so = HasSubstr((folder_ / name).string() + ": this cloud has no point, and has replaced the earlier one");
+    const ProgramResult first = Fuse(too_strict, name);
+    EXPECT_EQ(first.exit_code, 0) << first.errors;
+    EXPECT_THAT(first.errors, testing::Not(says_so)) << "there was none";
+    EXPECT_THAT(Fuse({"--output_type", type}, name).errors, testing::Not(says_so));
+    EXPECT_THAT(Fuse(too_strict, name).errors, says_so);
+  }
+}
 
 TEST_F(StereoFusionCommand, TakesColmapsOptions) {
   const ProgramResult result = Fuse({"--workspace_format",
