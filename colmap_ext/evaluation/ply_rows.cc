@@ -139,6 +139,12 @@ void PlyRows::EndsEarly() const {
   throw phi::InputError(phi::AboutFile(path_) + " ends before its header says it should; copy or write it again");
 }
 
+void PlyRows::HoldsNoNumber(const std::string& word) const {
+  constexpr std::size_t kShown = 40;
+  throw phi::InputError(phi::AboutFile(path_) + " holds '" + word.substr(0, kShown) +
+                        "' where a number is expected; copy or write it again");
+}
+
 // Where an element's rows lie in a binary file.
 struct PlyRows::RowLayout {
   std::uint64_t first_byte;
@@ -157,7 +163,10 @@ class PlyRows::Source {
       std::string word;
       if (!(stream_ >> word)) rows_.EndsEarly();
       if (++num_words_ % kWordsBetweenChecks == 0) phi::ThrowIfCancelled();
-      return phi::ParseDouble(word);  // unlike streams, knows nan and inf
+      char* end = nullptr;
+      const double value = phi::ParseDouble(word, &end);  // unlike streams, knows nan and inf
+      if (end != word.c_str() + word.size()) rows_.HoldsNoNumber(word);
+      return value;
     }
     std::array<char, 8> bytes;
     Take(bytes.data(), kTypes[type].bytes);

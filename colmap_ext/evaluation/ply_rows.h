@@ -58,6 +58,7 @@ class PlyRows {
   struct RowLayout;
 
   [[noreturn]] void EndsEarly() const;
+  [[noreturn]] void HoldsNoNumber(const std::string& word) const;
   // None where its rows differ in size, or those before them do.
   std::optional<RowLayout> LayoutOf(const std::string& element) const;
 

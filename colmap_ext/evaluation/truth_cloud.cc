@@ -24,8 +24,12 @@ using phi::Vec3f;
 // first point.
 constexpr double kFarFromOrigin = 1000;
 
+// Farther out, squares of distances and sums over points leave single precision, and the search for neighbours would end in a
+// crash. No scene reaches so far: such a point is as wrong there as where it is.
+constexpr double kFarthest = 1e15;
+
 Vec3f Relative(const Vector3d& world, const Vector3d& origin) {
-  const Vector3d r = world - origin;
+  const Vector3d r = (world - origin).cwiseMax(-kFarthest).cwiseMin(kFarthest);
   return {static_cast<float>(r.x()), static_cast<float>(r.y()), static_cast<float>(r.z())};
 }
 
@@ -36,7 +40,11 @@ Vector3d ChooseOrigin(const Vector3d& point, double voxel_size) {
 
 void CheckVertices(const PlyRows& rows, const std::filesystem::path& path) {
   const PlyElement* vertex = rows.Find("vertex");
-  if (!vertex || !vertex->Has("x") || !vertex->Has("y") || !vertex->Has("z")) {
+  const auto has_number = [&](const char* name) {
+    return std::any_of(vertex->properties.begin(), vertex->properties.end(),
+                       [&](const PlyProperty& p) { return p.name == name && p.count_type < 0; });
+  };
+  if (!vertex || !has_number("x") || !has_number("y") || !has_number("z")) {
     throw phi::InputError(phi::AboutFile(path) + " has no vertices with x, y and z");
   }
 }

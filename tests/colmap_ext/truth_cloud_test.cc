@@ -9,8 +9,10 @@
 #include <cstdint>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "colmap_ext/evaluation/meshlab_project.h"
+#include "colmap_ext/evaluation/nearest_class.h"
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "phi/base/error.h"
 #include "tests/support/golden_bytes.h"
@@ -147,6 +149,26 @@ TEST(PlyRows, NamesTheFileThatEndsEarlyOrIsNoPly) {
   EXPECT_THAT(ErrorOf([&] { PlyRows(folder / "absent.ply"); }), HasSubstr("absent.ply"));
 }
 
+// They counted as 0, and 1,5 as 1.
+TEST(PlyRows, NamesTheFileWhoseTextHoldsNoNumber) {
+  const TemporaryFolder folder;
+  for (const char* word : {"abc", "1,5", "9x"}) {
+    WriteBytes(folder / "a.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n-nan\n" + std::string(word) + "\n");
+    EXPECT_EQ(ErrorOf([&] { PlyRows(folder / "a.ply").ForEachRow("vertex", {"x"}, [](const double*) {}); }),
+              (folder / "a.ply").string() + " holds '" + word + "' where a number is expected; copy or write it again");
+  }
+}
+
+TEST(LoadClouds, CoordinatesThatAreListsAreNone) {
+  const TemporaryFolder folder;
+  WriteBytes(folder / "t.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty list uchar float y\nproperty float z\n"
+             "end_header\n1 1 2 3\n");
+  TruthOptions truth;
+  truth.path = folder / "t.ply";
+  EXPECT_EQ(ErrorOf([&] { LoadClouds(truth.path, truth, 0.01); }), truth.path.string() + " has no vertices with x, y and z");
+}
+
 TEST(LoadClouds, LeavesOutPointsThatFewViewsSee) {
   const TemporaryFolder folder;
   WriteBytes(folder / "t.ply", kTwoPoints);
@@ -172,6 +194,31 @@ TEST(LoadClouds, KeepsMillimetresInGeoRegisteredScenes) {
   const LoadedClouds loaded = LoadClouds(folder / "c.ply", truth, 0.01);
   EXPECT_NEAR(loaded.clouds.points[0].x - loaded.clouds.truth[0].x, 0.001, 1e-6);
   EXPECT_NEAR(std::remainder(loaded.origin.x(), 0.01), 0, 1e-6);  // the voxel grid did not move
+}
+
+// As a program leaves them that divides by nothing. They ended in a crash.
+TEST(LoadClouds, PointsThatNoSceneReachesAreWrong) {
+  const TemporaryFolder folder;
+  const auto ply = [](int power) {
+    std::string text = "ply\nformat ascii 1.0\nelement vertex 1000\n"
+                       "property double x\nproperty double y\nproperty double z\nend_header\n";
+    for (int i = 1; i <= 1000; ++i) {
+      for (const int step : {7, 11, 13}) text += std::to_string(i * step % 1009) + "e" + std::to_string(power) + " ";
+    }
+    return text;
+  };
+  WriteBytes(folder / "t.ply", ply(-3));
+  TruthOptions truth;
+  truth.path = folder / "t.ply";
+  for (const int power : {35, 300}) {
+    WriteBytes(folder / "c.ply", ply(power));
+    const LoadedClouds loaded = LoadClouds(folder / "c.ply", truth, 0.01);
+    ASSERT_EQ(loaded.clouds.points.size(), 1000u);
+    for (const auto& [queries, references] : {std::pair(&loaded.clouds.points, &loaded.clouds.truth),
+                                              std::pair(&loaded.clouds.truth, &loaded.clouds.points)}) {
+      EXPECT_THAT(ClassifyByNearest(*queries, *references, {0.01}, std::size_t{1} << 20), testing::Each(1)) << power;
+    }
+  }
 }
 
 // stereo_fusion writes clouds that lie far from the origin in single precision from an offset.
