@@ -159,6 +159,8 @@ CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
         [&] { views = ReadViews(ply.string() + ".vis", sample.num_points, chosen); });
   });
   for (std::size_t i = 0; i < sample.points.size(); ++i) sample.points[i].views = std::move(views[i]);
+  // Another program's: they have no place in order, and the cube around the others would have none either.
+  std::erase_if(sample.points, [](const CloudSample::Point& p) { return !std::isfinite(p.xyz[0] + p.xyz[1] + p.xyz[2]); });
   return sample;
 }
 

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -276,6 +278,23 @@ TEST(SampleCloud, FindsAFewPointsOfManyWithTheirViews) {
     EXPECT_EQ(point.views, ViewsOf(i)) << i;
   }
   EXPECT_GT(sample.points.back().xyz[0], 300000);
+}
+
+// Another program's. The cube around the points was none, and the page showed no point.
+TEST(SampleCloud, PointsThatAreNowhereAreLeftOut) {
+  const TemporaryFolder folder;
+  WriteCloud(folder / "a.ply", 100);
+  std::string bytes = ReadBytes(folder / "a.ply");
+  for (const int i : {3, 50, 99}) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(bytes.data() + bytes.find("end_header\n") + 11 + 14 * i, &nan, sizeof(nan));
+  }
+  WriteBytes(folder / "a.ply", bytes);
+  const colmap_ext::CloudSample sample = colmap_ext::SampleCloud(folder / "a.ply", 100);
+  ASSERT_EQ(sample.points.size(), 97u);
+  EXPECT_EQ(sample.points[3].xyz[0], 4);
+  EXPECT_EQ(sample.points[3].views, ViewsOf(4));
+  EXPECT_GT(colmap_ext::PackCloud(sample).num_shown, 90u);
 }
 
 // The points before the place where the file ends keep their views.
