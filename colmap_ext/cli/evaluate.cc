@@ -116,6 +116,10 @@ void Complete(EvaluateOptions& o) {
   Require(o.truth.min_views >= 0, "--min_truth_views must not be negative");
   const std::string error = o.scoring.Check();
   Require(error.empty(), error);
+  Require(o.truth.beams.start_radius >= 0, "--beam_start_radius must not be negative");
+  constexpr double kWidestBeam = 90;
+  Require(o.truth.beams.divergence_half_angle >= 0 && o.truth.beams.divergence_half_angle < kWidestBeam,
+          "--beam_divergence_half_angle must be 0 or more, and less than 90");
   Require(o.truth.mesh_spacing >= 0, "--mesh_sample_spacing must not be negative");
   Require(o.depth.values_per_unit > 0, "--truth_depth_scale must be positive");
   if (o.truth.mesh_spacing == 0) o.truth.mesh_spacing = o.scoring.tolerances.front() / 5;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 #include <Eigen/LU>
 
@@ -46,7 +47,10 @@ CropVolume ReadCropVolume(const std::filesystem::path& path) {
   try {
     const auto json = ParseJson(stream);
     const std::string axis = json.at("orthogonal_axis");
-    volume.axis = axis == "X" || axis == "x" ? 0 : axis == "Y" || axis == "y" ? 1 : 2;
+    constexpr std::string_view kAxes = "XYZxyz";
+    const std::size_t at = axis.size() == 1 ? kAxes.find(axis) : std::string::npos;
+    if (at == std::string::npos) throw phi::InputError("its orthogonal_axis must be X, Y or Z");  // told with the path
+    volume.axis = static_cast<int>(at % 3);
     volume.min = json.at("axis_min");
     volume.max = json.at("axis_max");
     for (const auto& corner : json.at("bounding_polygon")) {

@@ -147,7 +147,8 @@ class Loader {
       }
     }
     if (result_.clouds.truth.empty())
-      throw phi::InputError(phi::AboutFile(truth_.path) + " holds no point to compare with");
+      throw phi::InputError(phi::AboutFile(truth_.path) + " holds no point to compare with" +
+                            (preparation_.crop ? " in the volume of --crop_volume_path" : ""));
     for (const Vector3d& scanner : truth_.scanners) AddScan(result_.clouds.truth, scanner);
     const Eigen::Affine3d truth_from_cloud(
         preparation_.truth_from_cloud.value_or(Eigen::Matrix4d::Identity()));

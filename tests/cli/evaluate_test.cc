@@ -207,6 +207,16 @@ TEST(EvaluateCommand, SaysWhatIsMissing) {
   EXPECT_THAT(words.errors, HasSubstr("--tolerances"));
 }
 
+// A negative beam left nothing observed, or nothing free: scores of 0 in silence.
+TEST(EvaluateCommand, RefusesBeamsThatAreNone) {
+  for (const char* option : {"--beam_start_radius", "--beam_divergence_half_angle"}) {
+    const ProgramResult result = Evaluate({"--cloud_path", "a.ply", "--truth_path", "b.ply", option, "-1"});
+    EXPECT_EQ(result.exit_code, 1) << option;
+    EXPECT_THAT(result.errors, HasSubstr(option));
+  }
+  EXPECT_EQ(Evaluate({"--cloud_path", "a.ply", "--truth_path", "b.ply", "--beam_divergence_half_angle", "90"}).exit_code, 1);
+}
+
 // A scene's truth, disturbed: every third point, noise of up to 4 cm along each axis.
 void WriteNoisyTruth(const std::filesystem::path& truth, const std::filesystem::path& cloud) {
   std::string body;

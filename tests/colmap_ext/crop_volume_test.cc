@@ -30,6 +30,8 @@ TEST(CropVolume, IsAPolygonAlongAnAxis) {
   EXPECT_FALSE(volume.Contains({0.5, 2.1, 2.5}));
   EXPECT_FALSE(volume.Contains({0.5, -0.1, 2.5}));
   EXPECT_FALSE(volume.Contains({-0.1, 1, 0.5}));
+  WriteBytes(folder / "axis.json", R"({"orthogonal_axis": "W", "axis_min": 0, "axis_max": 3, "bounding_polygon": []})");
+  EXPECT_THAT(InputErrorOf([&] { ReadCropVolume(folder / "axis.json"); }), HasSubstr("orthogonal_axis must be X, Y or Z"));
   WriteBytes(folder / "no.json", R"({"axis_min": 0})");
   EXPECT_THAT(InputErrorOf([&] { ReadCropVolume(folder / "no.json"); }), HasSubstr("no.json"));
 }
