@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <mutex>
+#include <system_error>
 #include <utility>
 
 #include "colmap_ext/fusion/fusion_map_reader.h"
@@ -185,7 +186,10 @@ SceneCloud FuseSceneMaps(const Workspace& workspace, const std::vector<SceneMaps
     throw phi::UsageError(
         "--PhiFusion.write_confidence_maps writes files beside maps in files, and has no effect on those in memory; leave it out");
   }
-  options.scratch_folder = std::filesystem::temp_directory_path();  // for flags of scenes that do not fit in memory
+  // For flags of scenes that do not fit in memory: others do without the folder, and TMPDIR may name one that is not there.
+  std::error_code not_there;
+  options.scratch_folder = std::filesystem::temp_directory_path(not_there);
+  if (not_there) options.scratch_folder = "/tmp";
   SceneCloud cloud;
   MemoryCloud writer(&cloud);
   cloud.report = FuseScene(workspace, MemoryMaps(workspace, maps), options, &writer);

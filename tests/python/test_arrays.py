@@ -45,6 +45,11 @@ def test_fuse_gives_the_commands_cloud(done, maps, scene, tmp_path):
     assert (tmp_path / "cloud.ply.vis").read_bytes() == (done / "fused.ply.vis").read_bytes()
 
 
+def test_scenes_that_fit_in_memory_need_no_temporary_folder(maps, monkeypatch):
+    monkeypatch.setenv("TMPDIR", "/no such/folder")
+    assert len(phimvs.fuse(maps).xyz) > 1000
+
+
 def test_depths_are_right(room, maps):
     for m in maps:
         truth = phimvs.read_map(room / f"truth/depth_maps/{m.name}.bin")
