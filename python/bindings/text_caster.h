@@ -22,7 +22,7 @@ struct type_caster<std::string> {
     }
     value.assign(PyBytes_AsString(bytes), static_cast<std::size_t>(PyBytes_Size(bytes)));
     Py_DECREF(bytes);
-    return true;
+    return value.find('\0') == std::string::npos;  // the system would take what stands before it for the file's name
   }
 
   static handle from_cpp(const std::string& text, rv_policy, cleanup_list*) noexcept {

@@ -137,6 +137,12 @@ class Cloud:
         for name in _WHOLE_NUMBERS:
             if arrays[name].size and arrays[name].dtype.kind not in "biu":
                 raise UsageError(f"cloud.{name} has dtype {arrays[name].dtype}, but must hold whole numbers")
+            taken = np.dtype(_PER_POINT[name][0] if name in _PER_POINT else np.uint32)
+            if not arrays[name].size or arrays[name].dtype in (taken, bool):
+                continue
+            low, high = int(arrays[name].min()), int(arrays[name].max())
+            if low < 0 or high > np.iinfo(taken).max:  # what is left of them in fewer bits would be written
+                raise UsageError(f"cloud.{name} holds {low} to {high}, but may hold 0 to {np.iinfo(taken).max}")
         arrays = {
             name: np.ascontiguousarray(a, _PER_POINT[name][0] if name in _PER_POINT else np.uint32) for name, a in arrays.items()
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import tempfile
@@ -128,11 +129,13 @@ def dense(
 def evaluate(options: Any, *, progress: ProgressCallable | None = None) -> dict[str, Any]:
     """Scores a cloud or maps against the truth, in percent by tolerance. options: phimvs.EvaluateOptions, or a dict
     such as {"cloud_path": ..., "truth_path": ...}. Returns the scores, and as `table` what the command prints."""
-    with tempfile.TemporaryDirectory() as folder:
-        words = dict(options.changed() if hasattr(options, "changed") else options or {})
-        scores = _values("evaluate", {}, words)["output_path"]
+    words_of(options)  # says what options must be
+    words = dict(options.changed() if hasattr(options, "changed") else options or {})
+    scores = _values("evaluate", {}, words)["output_path"]
+    # A temporary folder, which may not be had, is for those alone who name no file.
+    with contextlib.nullcontext() if scores else tempfile.TemporaryDirectory() as folder:
         if not scores:
-            scores = words["output_path"] = str(Path(folder) / "scores.json")
+            scores = words["output_path"] = os.path.join(folder, "scores.json")
         _, printed = _call("evaluate", {}, words, progress)
         return {**json.loads(Path(scores).read_text("utf-8")), "table": printed}
 

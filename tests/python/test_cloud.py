@@ -44,6 +44,16 @@ def read_cloud(path):
     return np.stack([rows[axis] for axis in "xyz"], axis=1), rows, np.array(offset, float), visibility
 
 
+@pytest.mark.parametrize("name, largest", [("colors", 255), ("confidence", 255), ("num_views", 2**32 - 1), ("views", 2**32 - 1)])
+def test_numbers_that_do_not_fit_are_refused(name, largest, tmp_path):
+    for value in (-1, largest + 1):
+        cloud = make_cloud(FIVE)
+        setattr(cloud, name, getattr(cloud, name).astype(np.int64))
+        getattr(cloud, name).flat[0] = value
+        with pytest.raises(phimvs.UsageError, match=f"cloud.{name} holds .* but may hold 0 to {largest}"):
+            cloud.write(tmp_path / "a.ply")
+
+
 @pytest.mark.parametrize(
     "which, places",
     [
@@ -97,7 +107,7 @@ def test_arrays_that_do_not_belong_together(tmp_path):
         ("inferred=np.zeros(4, bool)", "cloud.inferred has shape (4,), but must be (5,)"),
         ("num_views=np.full(6, 2)", "cloud.num_views has shape (6,), but must be (5,)"),
         ("num_views=np.full(5, 9000000)", "cloud.views has shape (10,), but must be (45000000,), the sum of cloud.num_views"),
-        ("num_views=np.array([-1, 3, 3, 3, 2])", "cloud.views has shape (10,), but must be ("),
+        ("num_views=np.array([-1, 3, 3, 3, 2])", "cloud.num_views holds -1 to 3, but may hold 0 to 4294967295"),
         ("confidence=np.zeros(4, int)", "cloud.confidence has shape (4,), but must be (5,)"),
         ("views=np.zeros(11, int)", "cloud.views has shape (11,), but must be (10,)"),
     ):

@@ -8,9 +8,11 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
+import numpy as np
 import pytest
 from conftest import CPU, map_files
 
@@ -74,10 +76,24 @@ def test_evaluate_and_report(done, room, tmp_path):
     assert (tmp_path / "page.html").stat().st_size > 10000
 
 
+def test_no_temporary_folder_is_asked_for_where_none_is_needed(done, room, tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError("no usable temporary directory")
+
+    monkeypatch.setattr(tempfile, "TemporaryDirectory", refuse)
+    maps = {"depth_maps": done / "stereo/depth_maps", "truth_depth_maps": room / "truth/depth_maps"}
+    assert phimvs.evaluate({**maps, "output_path": tmp_path / "scores.json"})["depth_maps"]
+    with pytest.raises(OSError, match="no usable"):
+        phimvs.evaluate(maps)
+
+
 def test_errors_name_their_cause(workspace, tmp_path):
     with pytest.raises(phimvs.InputError, match="must be an existing folder") as caught:
         phimvs.dense(tmp_path / "nowhere")
     assert caught.value.file == str(tmp_path / "nowhere")
+    for wrong in (3, ["cloud_path"]):
+        with pytest.raises(phimvs.UsageError, match="must be a phimvs options object or a dict"):
+            phimvs.evaluate(wrong)
     with pytest.raises(phimvs.UsageError, match="did you mean.*window_radius"):
         phimvs.patch_match_stereo(workspace, {"PatchMatchStereo.window_radis": 3})
     with pytest.raises(phimvs.UsageError, match="num_iterations is 0, but must be") as caught:
@@ -394,6 +410,12 @@ def test_what_is_no_path_is_refused_where_a_path_belongs(workspace, options, tmp
     with pytest.raises(phimvs.UsageError, match="output_path is a .*, but must be a path"):
         phimvs.dense(workspace, options)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_names_that_the_system_would_cut_off_are_refused(tmp_path):
+    with pytest.raises(TypeError):
+        phimvs.write_map(f"{tmp_path}/a\0.bin", np.ones((2, 2)))
+    assert not list(tmp_path.iterdir())
 
 
 def test_names_need_not_be_utf_8(workspace):
