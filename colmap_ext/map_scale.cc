@@ -89,6 +89,12 @@ void AddRatios(const Workspace& workspace, const SampledImage& sampled, std::vec
   }
 }
 
+// To two digits: what is measured tells no more.
+double Rounded(double value) {
+  const double step = std::pow(10.0, std::floor(std::log10(value)) - 1);
+  return std::round(value / step) * step;
+}
+
 phi::Message DescribeScale(const fs::path& first, std::size_t num_images, const std::vector<double>& sorted) {
   const double middle = sorted[sorted.size() / 2];
   const double low = sorted[sorted.size() / 4], high = sorted[sorted.size() - 1 - sorted.size() / 4];
@@ -98,7 +104,8 @@ phi::Message DescribeScale(const fs::path& first, std::size_t num_images, const 
   if (high > kSpreadOfUnits * low)
     return phi::AboutFile(first) + what + "; take the model that the maps were made with, and maps of depth along the camera's axis";
   return phi::AboutFile(first) + what +
-         FormatText("; they are in another unit, or the model was scaled: multiply the maps by %.4g, or make them again", 1 / middle);
+         FormatText("; they are in another unit, or the model was scaled: multiply the maps by about %.6g, or make them again",
+                    Rounded(1 / middle));
 }
 
 }  // namespace

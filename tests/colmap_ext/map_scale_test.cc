@@ -73,7 +73,7 @@ TEST_F(MapScaleTest, MapsOfTheModelAreNotToldOf) {
 TEST_F(MapScaleTest, MillimetresForMetresAreToldWithTheirFactor) {
   ScaleMaps(1000);
   EXPECT_THAT(Warning(), AllOf(HasSubstr("view 0.png.geometric.bin"), HasSubstr("they are 1000 times the points' depths"),
-                               HasSubstr("multiply the maps by 0.001")));
+                               HasSubstr("multiply the maps by about 0.001,")));
   ScaleMaps(0.001f * 0.79f);
   EXPECT_THAT(Warning(), HasSubstr("0.79 times"));
   EXPECT_THAT(MapScaleWarning(Open(), {kMeasured, kGeometric}).text, HasSubstr("0.79 times"));
