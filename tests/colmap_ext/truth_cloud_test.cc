@@ -153,7 +153,8 @@ TEST(PlyRows, NamesTheFileThatEndsEarlyOrIsNoPly) {
 TEST(PlyRows, NamesTheFileWhoseTextHoldsNoNumber) {
   const TemporaryFolder folder;
   for (const char* word : {"abc", "1,5", "9x"}) {
-    WriteBytes(folder / "a.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n-nan\n" + std::string(word) + "\n");
+    WriteBytes(folder / "a.ply",
+               "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n-nan\n" + std::string(word) + "\n");
     EXPECT_EQ(ErrorOf([&] { PlyRows(folder / "a.ply").ForEachRow("vertex", {"x"}, [](const double*) {}); }),
               (folder / "a.ply").string() + " holds '" + word + "' where a number is expected; copy or write it again");
   }
