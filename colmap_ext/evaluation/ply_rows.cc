@@ -199,6 +199,62 @@ class PlyRows::Source {
   std::size_t position_ = 0, end_ = 0;
 };
 
+// Rows of an element whose layout is known, read in blocks.
+class PlyRows::RowBlocks {
+ public:
+  RowBlocks(const PlyRows& rows, const PlyElement& element, const std::vector<std::string>& properties)
+      : rows_(rows),
+        layout_(*rows.LayoutOf(element.name)),
+        num_rows_(element.count),
+        rows_per_block_(std::max<std::uint64_t>(1, kBlockBytes / layout_.row_bytes)),
+        stream_(OpenRegularFile(rows.path_)),
+        values_(properties.size(), std::numeric_limits<double>::quiet_NaN()) {
+    const std::vector<int> slots = Slots(element, properties);
+    std::size_t first_byte = 0;
+    for (std::size_t p = 0; p < slots.size(); ++p) {
+      const int type = element.properties[p].type;
+      if (slots[p] >= 0) wanted_.push_back({type, first_byte, static_cast<std::size_t>(slots[p])});
+      first_byte += static_cast<std::size_t>(kTypes[type].bytes);
+    }
+  }
+
+  // Until the next call. Positions ascend.
+  const double* Row(std::uint64_t position) {
+    if (position >= end_) ReadBlock(position);
+    const char* row = block_.data() + (position - begin_) * layout_.row_bytes;
+    const bool is_reversed = rows_.encoding_ == Encoding::kBigEndian;
+    for (const Wanted& w : wanted_) {
+      values_[w.slot] = is_reversed ? DecodeBigEndian(w.type, row + w.first_byte) : Decode(w.type, row + w.first_byte);
+    }
+    return values_.data();
+  }
+
+ private:
+  struct Wanted {
+    int type;
+    std::size_t first_byte;  // in the row
+    std::size_t slot;
+  };
+
+  void ReadBlock(std::uint64_t position) {
+    phi::ThrowIfCancelled();
+    begin_ = position / rows_per_block_ * rows_per_block_;
+    end_ = std::min(begin_ + rows_per_block_, num_rows_);
+    block_.resize((end_ - begin_) * layout_.row_bytes);
+    stream_.seekg(static_cast<std::streamoff>(layout_.first_byte + begin_ * layout_.row_bytes));
+    if (!stream_.read(block_.data(), static_cast<std::streamsize>(block_.size()))) rows_.EndsEarly();
+  }
+
+  const PlyRows& rows_;
+  RowLayout layout_;
+  std::uint64_t num_rows_, rows_per_block_;
+  std::ifstream stream_;
+  std::vector<double> values_;
+  std::vector<Wanted> wanted_;
+  std::vector<char> block_;
+  std::uint64_t begin_ = 0, end_ = 0;  // rows in `block_`
+};
+
 PlyRows::PlyRows(const std::filesystem::path& path) : path_(path) {
   std::ifstream stream = OpenNeededFile(path);
   const auto refuse = [&](const std::string& why) {
@@ -275,6 +331,11 @@ void PlyRows::ForEachRow(const std::string& element, const std::vector<std::stri
                          const std::function<void(const double*)>& row) const {
   const PlyElement* found = Find(element);
   if (!found) return;
+  if (LayoutOf(element)) {
+    RowBlocks blocks(*this, *found, properties);
+    for (std::uint64_t position = 0; position < found->count; ++position) row(blocks.Row(position));
+    return;
+  }
   std::vector<double> values(properties.size(), std::numeric_limits<double>::quiet_NaN());
   const std::vector<int> slot = Slots(*found, properties);
   Visit(
@@ -303,8 +364,7 @@ std::optional<PlyRows::RowLayout> PlyRows::LayoutOf(const std::string& element) 
 void PlyRows::ForChosenRows(const std::string& element, const std::vector<std::string>& properties,
                             const std::vector<std::uint64_t>& positions,
                             const std::function<void(const double*)>& row) const {
-  const std::optional<RowLayout> layout = LayoutOf(element);
-  if (!layout) {
+  if (!LayoutOf(element)) {
     std::uint64_t position = 0;
     auto next = positions.begin();
     ForEachRow(element, properties, [&](const double* values) {
@@ -314,30 +374,8 @@ void PlyRows::ForChosenRows(const std::string& element, const std::vector<std::s
     });
     return;
   }
-  const PlyElement& found = *Find(element);
-  const std::vector<int> slots = Slots(found, properties);
-  const std::uint64_t rows_per_block = std::max<std::uint64_t>(1, kBlockBytes / layout->row_bytes);
-  std::ifstream stream = OpenRegularFile(path_);
-  std::vector<double> values(properties.size(), std::numeric_limits<double>::quiet_NaN());
-  std::vector<char> block;
-  std::uint64_t begin = 0, end = 0;  // rows in `block`
-  for (const std::uint64_t position : positions) {
-    if (position >= end) {
-      phi::ThrowIfCancelled();
-      begin = position / rows_per_block * rows_per_block;
-      end = std::min(begin + rows_per_block, found.count);
-      block.resize((end - begin) * layout->row_bytes);
-      stream.seekg(static_cast<std::streamoff>(layout->first_byte + begin * layout->row_bytes));
-      if (!stream.read(block.data(), static_cast<std::streamsize>(block.size()))) EndsEarly();
-    }
-    const char* bytes = block.data() + (position - begin) * layout->row_bytes;
-    for (std::size_t p = 0; p < slots.size(); bytes += kTypes[found.properties[p++].type].bytes) {
-      const int type = found.properties[p].type;
-      if (slots[p] < 0) continue;
-      values[slots[p]] = encoding_ == Encoding::kBigEndian ? DecodeBigEndian(type, bytes) : Decode(type, bytes);
-    }
-    row(values.data());
-  }
+  RowBlocks blocks(*this, *Find(element), properties);
+  for (const std::uint64_t position : positions) row(blocks.Row(position));
 }
 
 void PlyRows::ForEachList(const std::string& element, const std::string& property,

@@ -55,6 +55,7 @@ class PlyRows {
  private:
   enum class Encoding { kAscii, kLittleEndian, kBigEndian };
   class Source;
+  class RowBlocks;
   struct RowLayout;
 
   [[noreturn]] void EndsEarly() const;
