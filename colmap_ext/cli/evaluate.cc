@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iostream>
 #include <thread>
+#include <utility>
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/byte_count.h"
@@ -175,7 +176,7 @@ CloudScores EvaluateClouds(const EvaluateOptions& o) {
     }
   }
   const ProgressLine::Task task(&progress, 1);
-  return EvaluateCloud(loaded.clouds, o.scoring);
+  return EvaluateCloud(std::move(loaded.clouds), o.scoring);
 }
 
 }  // namespace

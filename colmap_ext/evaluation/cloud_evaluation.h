@@ -61,6 +61,6 @@ struct CloudScores {
 };
 
 // Throws phi::ResourceError when the clouds alone exceed the memory.
-CloudScores EvaluateCloud(const CloudPair& clouds, const CloudEvaluationOptions& options);
+CloudScores EvaluateCloud(CloudPair clouds, const CloudEvaluationOptions& options);
 
 }  // namespace colmap_ext

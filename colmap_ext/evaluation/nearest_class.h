@@ -9,12 +9,11 @@
 
 namespace colmap_ext {
 
-// For every query: the first tolerance (world units, ascending) not below the distance to its nearest
-// reference point; the number of tolerances when there is none. `working_memory`: bytes for search trees,
-// over all threads.
-std::vector<ToleranceClass> ClassifyByNearest(const std::vector<phi::Vec3f>& queries,
-                                              const std::vector<phi::Vec3f>& references,
-                                              const std::vector<double>& tolerances,
-                                              std::size_t working_memory);
+// Lowers each query's class to the first tolerance (world units, ascending) that is not below the distance to its nearest reference
+// point, where there is one. Classes begin with the number of tolerances, or with what other references gave; those with kNotCounted
+// stay. Both clouds in the order of one curve (curve_order.h), or this takes long. `working_memory`: bytes for search trees.
+void LowerToNearest(const std::vector<phi::Vec3f>& queries, const std::vector<phi::Vec3f>& references,
+                    const std::vector<double>& tolerances, std::size_t working_memory,
+                    std::vector<ToleranceClass>& classes);
 
 }  // namespace colmap_ext

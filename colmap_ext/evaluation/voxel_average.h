@@ -18,9 +18,10 @@ struct VoxelAverageOptions {
   bool shifted_grid = true;
 };
 
-// Indexed by tolerance, in [0, 1]; 0 where no point counts.
-std::vector<double> AverageOverVoxels(const std::vector<phi::Vec3f>& points,
-                                      const std::vector<ToleranceClass>& classes, std::size_t num_tolerances,
-                                      const VoxelAverageOptions& options);
+// For each of several verdicts on the same points, indexed by tolerance: in [0, 1]; 0 where no point counts. Fastest where the points of
+// a voxel follow one another (curve_order.h).
+std::vector<std::vector<double>> AverageOverVoxels(const std::vector<phi::Vec3f>& points,
+                                                   const std::vector<std::vector<ToleranceClass>>& verdicts,
+                                                   std::size_t num_tolerances, const VoxelAverageOptions& options);
 
 }  // namespace colmap_ext

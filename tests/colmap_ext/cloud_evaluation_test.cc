@@ -3,10 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 
+#include "colmap_ext/evaluation/curve_order.h"
 #include "colmap_ext/evaluation/nearest_class.h"
-#include "colmap_ext/evaluation/space_blocks.h"
+#include "colmap_ext/evaluation/voxel.h"
 #include "colmap_ext/evaluation/voxel_average.h"
 #include "phi/base/error.h"
 #include "phi/base/random.h"
@@ -128,53 +132,135 @@ std::vector<Vec3f> RandomPoints(std::uint32_t seed, int count, float size) {
   return points;
 }
 
+constexpr std::size_t kTreeMemory = std::size_t{1} << 30;
+
+std::vector<Vec3f> Ordered(std::vector<Vec3f> points) {
+  Reorder(OrderAlong(SpaceCurve(points, 0.01), points, 0, points.size()), 0, points);
+  return points;
+}
+
+std::vector<ToleranceClass> ClassesByEveryPair(const std::vector<Vec3f>& queries, const std::vector<Vec3f>& references,
+                                               const std::vector<double>& tolerances) {
+  std::vector<ToleranceClass> classes;
+  for (const Vec3f& q : queries) {
+    float nearest = 1e9f;
+    for (const Vec3f& r : references) nearest = std::min(nearest, phi::Norm(q - r));
+    ToleranceClass c = 0;
+    while (c < tolerances.size() && nearest > tolerances[c]) ++c;
+    classes.push_back(c);
+  }
+  return classes;
+}
+
 TEST(NearestClass, AgreesWithEveryPairLookedAt) {
-  // 60000 points are more than a block's least number, so several blocks and their margins take part.
-  const std::vector<Vec3f> references = RandomPoints(1, 60000, 1.0f);
-  const std::vector<Vec3f> queries = RandomPoints(2, 60000, 1.2f);
   const std::vector<double> tolerances{0.01, 0.02, 0.05};
-  const std::vector<ToleranceClass> classes = ClassifyByNearest(queries, references, tolerances, 1 << 20);
-  for (std::size_t i = 0; i < queries.size(); i += 101) {
-    float nearest = 10;
-    for (const Vec3f& r : references) nearest = std::min(nearest, phi::Norm(queries[i] - r));
-    ToleranceClass expected = 0;
-    while (expected < 3 && nearest > tolerances[expected]) ++expected;
-    EXPECT_EQ(classes[i], expected) << "query " << i << ", distance " << nearest;
+  for (const int num_references : {0, 1, 24, 25, 20000}) {
+    const std::vector<Vec3f> references = Ordered(RandomPoints(1, num_references, 1.0f));
+    const std::vector<Vec3f> queries = Ordered(RandomPoints(2, 2000, 1.2f));
+    std::vector<ToleranceClass> classes(queries.size(), 3);
+    LowerToNearest(queries, references, tolerances, kTreeMemory, classes);
+    EXPECT_EQ(classes, ClassesByEveryPair(queries, references, tolerances)) << num_references << " references";
   }
 }
 
-TEST(SpaceBlocks, EveryPointIsInOneBlockOfAtMostTheGivenSize) {
-  const std::vector<Vec3f> references = RandomPoints(1, 5000, 1.0f);
-  const std::vector<Vec3f> queries = RandomPoints(2, 3000, 1.0f);
-  const SpaceBlocks blocks = SplitIntoBlocks(queries, references, {500, 0.01f});
-  std::size_t num_queries = 0, num_references = 0;
-  for (const SpaceBlock& block : blocks.blocks) {
-    const std::size_t q = block.query_end - block.query_begin,
-                      r = block.reference_end - block.reference_begin;
-    EXPECT_LE(q + r, 500u);
-    num_queries += q;
-    num_references += r;
+// More references than a tree of one of several threads, and than so little memory holds trees of.
+TEST(NearestClass, SearchesAllPiecesOfManyReferences) {
+  const std::vector<Vec3f> references = Ordered(RandomPoints(1, 200000, 1.0f));
+  const std::vector<Vec3f> queries = Ordered(RandomPoints(2, 500, 1.2f));
+  const std::vector<double> tolerances{0.005, 0.01, 0.02};
+  const std::vector<ToleranceClass> expected = ClassesByEveryPair(queries, references, tolerances);
+  for (const std::size_t memory : {std::size_t{1}, kTreeMemory}) {
+    std::vector<ToleranceClass> classes(queries.size(), 3);
+    LowerToNearest(queries, references, tolerances, memory, classes);
+    EXPECT_EQ(classes, expected) << memory << " bytes";
   }
-  EXPECT_EQ(num_queries, 3000u);
-  EXPECT_EQ(num_references, 5000u);
-  EXPECT_GE(blocks.blocks.size(), 16u);
+}
+
+TEST(NearestClass, DoesNotDependOnTheOrderOfPoints) {
+  const std::vector<Vec3f> references = RandomPoints(1, 3000, 1.0f), queries = RandomPoints(2, 1000, 1.2f);
+  std::vector<ToleranceClass> classes(queries.size(), 2);
+  LowerToNearest(queries, references, {0.02, 0.05}, kTreeMemory, classes);
+  EXPECT_EQ(classes, ClassesByEveryPair(queries, references, {0.02, 0.05}));
+}
+
+TEST(NearestClass, LowersOnlyWhatIsHigherAndCounts) {
+  const std::vector<Vec3f> queries(5, Vec3f{0, 0, 0});
+  std::vector<ToleranceClass> classes{0, 1, 2, 3, kNotCounted};
+  LowerToNearest(queries, {{0.015f, 0, 0}}, {0.01, 0.02, 0.05}, kTreeMemory, classes);
+  EXPECT_THAT(classes, ElementsAre(0, 1, 1, 1, kNotCounted));
+}
+
+TEST(NearestClass, ADistanceOfATolerancesSizeIsWithinIt) {
+  std::vector<ToleranceClass> classes(3, 2);
+  LowerToNearest({{0.25f, 0, 0}, {0, 0.5f, 0}, {0, 0, 0.5000001f}}, {{0, 0, 0}}, {0.25, 0.5}, kTreeMemory, classes);
+  EXPECT_THAT(classes, ElementsAre(0, 1, 2));
+}
+
+TEST(SpaceCurve, PassesEachVoxelOnce) {
+  const std::vector<Vec3f> points = Ordered(RandomPoints(1, 5000, 0.1f));  // 1000 voxels of 0.01
+  std::set<Voxel> seen;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Voxel voxel = VoxelOf(points[i], 0.01, 0);
+    const bool is_entered = i == 0 || voxel != VoxelOf(points[i - 1], 0.01, 0);
+    EXPECT_EQ(seen.insert(voxel).second, is_entered) << "point " << i;
+  }
+  EXPECT_GT(seen.size(), 900u);
+}
+
+TEST(SpaceCurve, PlacesPointsFarOutside) {
+  const SpaceCurve curve({{0, 0, 0}, {1, 1, 1}}, 0.01);
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(curve.PlaceOf({-1e30f, -infinity, -5}), curve.PlaceOf({0, 0, 0}));
+  EXPECT_GT(curve.PlaceOf({1e30f, infinity, 5}), curve.PlaceOf({1, 1, 1}));
+}
+
+// What belongs to a point stays with it.
+TEST(CloudEvaluation, DoesNotDependOnTheOrderOfPoints) {
+  CloudPair clouds;
+  clouds.truth = RandomPoints(1, 3000, 0.5f);
+  clouds.points = RandomPoints(2, 2000, 0.5f);
+  clouds.truth_left_out = RandomPoints(3, 1000, 0.5f);
+  for (std::size_t i = 0; i < clouds.truth.size(); ++i) clouds.truth_views.push_back(clouds.truth[i].x < 0.1f ? 2 : 3);
+  for (std::size_t i = 0; i < clouds.points.size(); ++i) {
+    clouds.counted.push_back(clouds.points[i].y < 0.3f);
+    clouds.inferred.push_back(clouds.points[i].z < 0.2f);
+  }
+  const CloudEvaluationOptions options{{0.01, 0.03}};
+  const CloudScores scores = EvaluateCloud(clouds, options);
+  CloudPair reversed = clouds;
+  const auto reverse = [](auto&... of) { (std::reverse(of.begin(), of.end()), ...); };
+  reverse(reversed.points, reversed.counted, reversed.inferred, reversed.truth, reversed.truth_views, reversed.truth_left_out);
+  const CloudScores other = EvaluateCloud(reversed, options);
+  EXPECT_EQ(other.accuracy, scores.accuracy);
+  EXPECT_EQ(other.accuracy_of_all, scores.accuracy_of_all);
+  EXPECT_EQ(other.inferred->accuracy, scores.inferred->accuracy);
+  EXPECT_EQ(other.measured->num_counted, scores.measured->num_counted);
+  ASSERT_EQ(other.by_views.size(), 2u);
+  EXPECT_EQ(other.by_views[0].completeness, scores.by_views[0].completeness);
 }
 
 TEST(VoxelAverage, ShiftedGridCountsItsVoxelsToo) {
   // Grid 1: two voxels, shares 1 and 0. Shifted by half a voxel: one voxel with both points, share 1/2.
   const std::vector<Vec3f> points{{0.9f, 0.25f, 0.25f}, {1.1f, 0.25f, 0.25f}};
-  EXPECT_THAT(AverageOverVoxels(points, {0, 1}, 1, {1.0}), ElementsAre(0.5));
+  EXPECT_THAT(AverageOverVoxels(points, {{0, 1}}, 1, {1.0}), ElementsAre(ElementsAre(0.5)));
   // A third point, wrong, in the second voxel: shares 1 and 0, then 1/3: their mean is 4/9.
-  EXPECT_THAT(AverageOverVoxels({points[0], points[1], points[1]}, {0, 1, 1}, 1, {1.0}),
-              ElementsAre(DoubleNear(4.0 / 9, 1e-12)));
+  EXPECT_THAT(AverageOverVoxels({points[0], points[1], points[1]}, {{0, 1, 1}}, 1, {1.0}),
+              ElementsAre(ElementsAre(DoubleNear(4.0 / 9, 1e-12))));
+}
+
+TEST(VoxelAverage, EachVerdictHasItsOwnMean) {
+  // Points of a voxel that do not follow one another; in the second verdict one of them does not count.
+  const std::vector<Vec3f> points{{0.5f, 0.5f, 0.5f}, {3.5f, 0.5f, 0.5f}, {0.6f, 0.5f, 0.5f}};
+  EXPECT_THAT(AverageOverVoxels(points, {{0, 1, 1}, {0, 1, kNotCounted}}, 1, {1.0, 1 << 30, false}),
+              ElementsAre(ElementsAre(0.25), ElementsAre(0.5)));
 }
 
 TEST(VoxelAverage, DoesNotDependOnTheNumberOfPasses) {
   const std::vector<Vec3f> points = RandomPoints(3, 200000, 1.0f);
   std::vector<ToleranceClass> classes;
   for (const Vec3f& p : points) classes.push_back(p.x < 0.3f ? 0 : p.y < 0.5f ? 1 : 2);
-  const std::vector<double> whole = AverageOverVoxels(points, classes, 2, {0.05, std::size_t{1} << 30});
-  const std::vector<double> parts = AverageOverVoxels(points, classes, 2, {0.05, std::size_t{1} << 20});
+  const std::vector<double> whole = AverageOverVoxels(points, {classes}, 2, {0.05, std::size_t{1} << 30})[0];
+  const std::vector<double> parts = AverageOverVoxels(points, {classes}, 2, {0.05, std::size_t{1} << 20})[0];
   EXPECT_NEAR(whole[0], parts[0], 1e-12);
   EXPECT_NEAR(whole[1], parts[1], 1e-12);
   EXPECT_NEAR(whole[0], 0.3, 0.01);
