@@ -80,10 +80,10 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
-  const bool has_bounds = options.method.FormulasOf(Rule::kDepthBounds) == Formulas::kRobust;
-  const bool is_free = !has_bounds && !input.depth_range_is_given;
-  p.nearest = is_free ? std::numeric_limits<float>::min() : p.depth_min;
-  p.farthest = is_free ? std::numeric_limits<float>::max() : p.depth_max;
+  const bool is_bounded = input.depth_range_is_given || options.method.FormulasOf(Rule::kDepthBounds) == Formulas::kRobust;
+  // Sparse points tell how far surfaces reach. Nearer ones may have none: the lawn before a house, a table's top.
+  p.nearest = input.depth_range_is_given ? p.depth_min : std::numeric_limits<float>::min();
+  p.farthest = is_bounded ? p.depth_max : std::numeric_limits<float>::max();
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;
