@@ -14,7 +14,7 @@ constexpr double kDefaultCacheShare = 0.5, kMaxDefaultCacheGigabytes = 32;
 
 phi::OptionList PipelineOptions::EstimationList() {
   phi::OptionList list;
-  list.Add("PatchMatchStereo.depth_min", &depth_min, "Nearest depth; -1 = from the sparse points")
+  list.Add("PatchMatchStereo.depth_min", &depth_min, "Nearest depth; -1 = none")
       .Unit("world units")
       .ColmapDefault("-1");
   list.Add("PatchMatchStereo.depth_max", &depth_max, "Farthest depth; -1 = from the sparse points")

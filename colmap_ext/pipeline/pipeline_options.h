@@ -16,8 +16,8 @@ struct PipelineOptions {
 
   bool geom_consistency = true;  // false ends with (filtered) photometric maps
   bool filter_maps = true;
-  double depth_min = -1;  // world units; < 0: from the sparse points
-  double depth_max = -1;  // likewise
+  double depth_min = -1;  // world units; < 0: none
+  double depth_max = -1;  // likewise; < 0: from the sparse points
   bool write_cost_maps = false;
   bool compact_maps = false;  // of what later stages alone read: compact_map.h
   bool overwrite = false;            // replaces maps that another program made
