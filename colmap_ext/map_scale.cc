@@ -25,7 +25,7 @@ constexpr double kLargest = 1.25, kSmallest = 0.8;
 constexpr std::size_t kFewestRatios = 50;
 constexpr std::size_t kMostImages = 8, kMostPoints = 1000;  // of an image
 constexpr int kSide = 256;                                  // of a map, thinned: a few megabytes are read of a large one
-// The middle half of the ratios of right maps in another unit lies closer together.
+// The middle half of the ratios of right maps in another unit lies closer together; of maps that are noise it does not.
 constexpr double kSpreadOfUnits = 1.25;
 
 struct SampledImage {
@@ -95,17 +95,12 @@ double Rounded(double value) {
   return std::round(value / step) * step;
 }
 
-phi::Message DescribeScale(const fs::path& first, std::size_t num_images, const std::vector<double>& sorted) {
-  const double middle = sorted[sorted.size() / 2];
-  const double low = sorted[sorted.size() / 4], high = sorted[sorted.size() - 1 - sorted.size() / 4];
-  const std::string what = FormatText(": depths of maps are not those of the sparse model: at %zu of its points, in %zu images looked at, "
-                                      "they are %.4g times the points' depths (half of them %.4g to %.4g times)",
-                                      sorted.size(), num_images, middle, low, high);
-  if (high > kSpreadOfUnits * low)
-    return phi::AboutFile(first) + what + "; take the model that the maps were made with, and maps of depth along the camera's axis";
-  return phi::AboutFile(first) + what +
-         FormatText("; they are in another unit, or the model was scaled: multiply the maps by about %.6g, or make them again",
-                    Rounded(1 / middle));
+phi::Message DescribeScale(const fs::path& first, std::size_t num_images, std::size_t num_points, double ratio) {
+  return phi::AboutFile(first) +
+         FormatText(": depths of maps are not those of the sparse model: at %zu of its points, in %zu images looked at, they are %.4g "
+                    "times the points' depths; they are in another unit, or the model was scaled: multiply the maps by about %.6g, or "
+                    "make them again",
+                    num_points, num_images, ratio, Rounded(1 / ratio));
 }
 
 }  // namespace
@@ -125,8 +120,9 @@ phi::Message MapScaleWarning(const Workspace& workspace, const std::vector<std::
     if (ratios.size() < kFewestRatios) return "";
     std::sort(ratios.begin(), ratios.end());
     const double middle = ratios[ratios.size() / 2];
-    if (middle >= kSmallest && middle <= kLargest) return "";
-    return DescribeScale(workspace.DepthMapPath(images.front().image, images.front().kind), images.size(), ratios);
+    const double low = ratios[ratios.size() / 4], high = ratios[ratios.size() - 1 - ratios.size() / 4];
+    if ((middle >= kSmallest && middle <= kLargest) || high > kSpreadOfUnits * low) return "";
+    return DescribeScale(workspace.DepthMapPath(images.front().image, images.front().kind), images.size(), ratios.size(), middle);
   } catch (const std::exception&) {
     return "";
   }
