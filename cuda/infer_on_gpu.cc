@@ -104,8 +104,10 @@ struct RegionBuffers {
 };
 
 void UploadLineLimits(const RegionPlanes& planes, Scratch* scratch, const InferenceLaunch& launch, const Task& task) {
-  const Mask limits = planes.LineLimits(launch.parameters.method.rules);
-  std::uint8_t* host = RegionBuffers(scratch, static_cast<std::int64_t>(limits.size())).line_limits;
+  const RegionBuffers buffers(scratch, launch.carrying.size());
+  const ArrayView2D<const float> anchors = {buffers.anchors, launch.carrying.width, launch.carrying.height};
+  const Mask limits = planes.LineLimits(anchors, launch.parameters.method.rules);
+  std::uint8_t* host = buffers.line_limits;
   CopyAll(limits.data(), limits.size(), host);
   CopyToDevice(launch.line_limits.data, host, launch.line_limits.size(), scratch->stream.get(), task);
 }

@@ -52,6 +52,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \
   X(kSky, "sky", kInference, kOffAndScale)                          \
   X(kLightSources, "light_sources", kInference, kOffAndScale)       \
+  X(kMirrors, "mirrors", kInference, kOffAndScale)                  \
   X(kSkyRims, "sky_rims", kInference, kOffAndScale)                 \
   X(kEdgeDepths, "edge_depths", kInference, kOff)                   \
   X(kOverexposed, "overexposed", kInference, kOff)                  \

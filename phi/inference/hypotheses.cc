@@ -38,7 +38,7 @@ Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const
     : evidence_(InverseDepth(measured, EvidenceAt)) {
   Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
   region_planes_.emplace(std::move(regions), std::as_const(anchors).view(), image_id, evidence, rules);
-  const Mask limits = region_planes_->LineLimits(rules);
+  const Mask limits = region_planes_->LineLimits(std::as_const(anchors).view(), rules);
   ForParts(anchors.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       anchors.data()[i] = LineAnchor(anchors.data()[i], evidence_.data()[i], limits.data()[i]);

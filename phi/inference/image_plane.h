@@ -20,6 +20,12 @@ bool IsOn(const Surface& surface, const Anchor& anchor) {
   return std::abs(surface.InverseDepth(anchor.x, anchor.y) - anchor.w) < anchor.tolerance;
 }
 
+// Whether the anchor lies behind the plane by more than `apart`, relative.
+template <typename Anchor>
+bool IsBehind(const ImagePlane& plane, const Anchor& anchor, double apart) {
+  return anchor.w < (1 - apart) * plane.InverseDepth(anchor.x, anchor.y);
+}
+
 // False: twice the area of their triangle is less than `min_area`, square pixels.
 template <typename Anchor>
 bool PlaneThrough(const Anchor& p, const Anchor& q, const Anchor& r, double min_area, ImagePlane* plane) {

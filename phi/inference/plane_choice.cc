@@ -9,6 +9,8 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/inference/aligned_planes.h"
+#include "phi/inference/convex_hull.h"
+#include "phi/inference/mirror.h"
 #include "phi/inference/second_surface.h"
 
 namespace phi {
@@ -24,12 +26,14 @@ constexpr std::size_t kFewRefitted = 6;
 // view shows on the plane are shown alike there, and so many times as many. What cameras make of brightness leaves a wall that much.
 constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 2;
 
+constexpr double kMinMirror = 1;  // reflected share, from which on what lies behind a region's plane is nothing else
+
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 
-// What a view's region says of a plane.
+// What a view's region says of a plane, from -1 to 1: on - behind.
 struct Verdict {
-  double score = 0;   // of one view from -1 to 1
-  double num_on = 0;  // cells
+  double on = 0, behind = 0;          // shares of one view's cells, by weight
+  double num_on = 0, num_behind = 0;  // cells
 };
 
 struct Candidate {
@@ -37,38 +41,14 @@ struct Candidate {
   Verdict others{};  // of the other views' regions together
 };
 
-struct Place {
-  double x, y;
+// A candidate by the cells of all views.
+struct Judged {
+  const RegionPlane* plane;
+  double on, behind;  // `on`: and what is likely beforehand
+  double num_behind;
+
+  double Score(double reflected) const { return on - (1 - reflected) * behind; }
 };
-
-// Twice the area of a, b, c; positive where they turn to the left.
-double Turn(const Place& a, const Place& b, const Place& c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-}
-
-// Corners in order (Andrew's monotone chain).
-std::vector<Place> ConvexHull(std::vector<Place> places) {
-  std::sort(places.begin(), places.end(),
-            [](const Place& a, const Place& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
-  std::vector<Place> hull;
-  const auto add = [&](const Place& place, std::size_t kept) {
-    while (hull.size() >= kept + 2 && Turn(hull[hull.size() - 2], hull.back(), place) <= 0) hull.pop_back();
-    hull.push_back(place);
-  };
-  for (const Place& place : places) add(place, 0);
-  if (hull.empty()) return hull;
-  const std::size_t lower = hull.size() - 1;
-  for (std::size_t i = places.size(); i-- > 0;) add(places[i], lower);
-  hull.pop_back();
-  return hull;
-}
-
-bool IsInside(const std::vector<Place>& hull, const Place& place) {
-  for (std::size_t i = 0; i < hull.size(); ++i) {
-    if (Turn(hull[i], hull[(i + 1) % hull.size()], place) < 0) return false;
-  }
-  return hull.size() > 2;
-}
 
 // Of spots, how many are something.
 struct SpotShare {
@@ -118,15 +98,17 @@ class PlaneChoice {
     const RegionPlane* best = nullptr;
     Sky left_for = Sky::kNot;
     double best_score = 0;
-    for (const auto& [plane, others] : candidates) {
-      const Verdict own = Judge(plane, region_.cells);
-      if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
-      double score = own.score + limits_.source_weight * others.score + limits_.aligned_weight * Alignedness(plane);
-      if (best != nullptr && score <= best_score) continue;
+    const auto is_beaten = [&](double score) { return best != nullptr && score <= best_score; };
+    for (const Judged& judged : JudgeAll(candidates, is_first)) {
+      const RegionPlane& plane = *judged.plane;
+      if (is_beaten(judged.Score(1))) break;
+      double score = judged.Score(0);
+      if (judged.num_behind >= kFewTold) score = judged.Score(Reflected(plane));
+      if (is_beaten(score)) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
-      if (best != nullptr && score <= best_score) continue;
-      if (const Sky judged = is_first ? JudgeSky(plane) : Sky::kNot; judged != Sky::kNot) {
-        left_for = std::max(left_for, judged);
+      if (is_beaten(score)) continue;
+      if (const Sky beyond = is_first ? JudgeSky(plane) : Sky::kNot; beyond != Sky::kNot) {
+        left_for = std::max(left_for, beyond);
         continue;
       }
       best = &plane;
@@ -159,12 +141,16 @@ class PlaneChoice {
     plane->SetReach(places.Mean(), places.Covariance() + own_size, limits_.reach_deviations);
   }
 
-  // What the plane explains is no matter of the next one's.
-  void TakeAway(const ImagePlane& plane) {
+  bool IsMirror(const ImagePlane& plane) const { return Reflected(plane) >= kMinMirror; }
+
+  // What the plane explains is no matter of the next one's; nor is what it reflects.
+  void TakeAway(const ImagePlane& plane, bool is_mirror) {
     if (AsksBrightness()) {
       for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = Unlike(plane, region_.spots[i]);
     }
-    std::erase_if(region_.cells, [&](const AnchorCell& cell) { return IsOn(plane, cell); });
+    std::erase_if(region_.cells, [&](const AnchorCell& cell) {
+      return IsOn(plane, cell) || (is_mirror && IsBehind(plane, cell, limits_.min_apart));
+    });
   }
 
  private:
@@ -191,12 +177,14 @@ class PlaneChoice {
       if (IsOn(plane, cell)) {
         const double off = cell.Off(plane);
         ++verdict.num_on;
-        verdict.score += cell.weight * (1 - off * off);
-      } else if (cell.w < (1 - limits_.min_apart) * plane.InverseDepth(cell.x, cell.y)) {
-        verdict.score -= cell.weight;
+        verdict.on += cell.weight * (1 - off * off);
+      } else if (IsBehind(plane, cell, limits_.min_apart)) {
+        ++verdict.num_behind;
+        verdict.behind += cell.weight;
       }
     }
-    verdict.score /= std::max(kFewCells, all);
+    verdict.on /= std::max(kFewCells, all);
+    verdict.behind /= std::max(kFewCells, all);
     return verdict;
   }
 
@@ -208,11 +196,32 @@ class PlaneChoice {
       if (!source.ToSource(plane, &there)) continue;
       for (const auto& [region, share] : source.OverlapsUnder(plane, region_.spots)) {
         const Verdict verdict = Judge(there, source.regions()[static_cast<std::size_t>(region)].cells);
-        sum.score += share * verdict.score;
+        sum.on += share * verdict.on;
+        sum.behind += share * verdict.behind;
         sum.num_on += share * verdict.num_on;
+        sum.num_behind += verdict.num_behind;
       }
     }
     return sum;
+  }
+
+  // Of what lies behind the plane, in whichever view.
+  double Reflected(const ImagePlane& plane) const {
+    if (region_.views == nullptr || !(limits_.full_reflected > 0)) return 0;
+    return ReflectedShare(CellsUnder(plane), region_.spots, plane, limits_.min_apart, limits_.full_reflected, *region_.views);
+  }
+
+  // Those that enough cells lie on; first what is best if all that lies behind it is its reflection.
+  std::vector<Judged> JudgeAll(const std::vector<Candidate>& candidates, bool is_first) const {
+    std::vector<Judged> all;
+    for (const auto& [plane, others] : candidates) {
+      const Verdict own = Judge(plane, region_.cells);
+      if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
+      all.push_back({&plane, own.on + limits_.source_weight * others.on + limits_.aligned_weight * Alignedness(plane),
+                     own.behind + limits_.source_weight * others.behind, own.num_behind + others.num_behind});
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Judged& a, const Judged& b) { return a.Score(1) > b.Score(1); });
+    return all;
   }
 
   // From 0 to 1: how nearly the plane stands along a direction of the scene.
@@ -247,7 +256,7 @@ class PlaneChoice {
     for (const AnchorCell& cell : on) {
       if (cell.is_measured) places.push_back({cell.x, cell.y});
     }
-    const std::vector<Place> hull = ConvexHull(std::move(places));
+    const ConvexHull hull(std::move(places));
     double unlike_sky = 0, all = 0;
     SpotShare far_away, on_plane;  // of the spots beside the cells
     bool is_seen = false;          // any of them
@@ -256,7 +265,7 @@ class PlaneChoice {
       if (!(w > 0)) return Sky::kSeen;  // it goes on without end
       const double area = 1 / (w * w * w);  // but for a factor that all spots share
       all += area;
-      if (region_.views == nullptr || IsInside(hull, {static_cast<double>(spot.x), static_cast<double>(spot.y)})) {
+      if (region_.views == nullptr || hull.Contains({static_cast<double>(spot.x), static_cast<double>(spot.y)})) {
         unlike_sky += area;
         continue;
       }
@@ -287,11 +296,17 @@ class PlaneChoice {
     return sum / static_cast<double>(open_.size());
   }
 
-  std::vector<AnchorCell> CellsOn(const ImagePlane& plane) const {
-    std::vector<AnchorCell> on = region_.cells;
+  // The region's, and those of the other views' regions that its spots fall in if they lie on the plane.
+  std::vector<AnchorCell> CellsUnder(const ImagePlane& plane) const {
+    std::vector<AnchorCell> cells = region_.cells;
     for (const SourceRegions& source : region_.sources) {
-      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) source.AddCells(static_cast<std::size_t>(overlap.region), &on);
+      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) source.AddCells(static_cast<std::size_t>(overlap.region), &cells);
     }
+    return cells;
+  }
+
+  std::vector<AnchorCell> CellsOn(const ImagePlane& plane) const {
+    std::vector<AnchorCell> on = CellsUnder(plane);
     std::erase_if(on, [&](const AnchorCell& cell) { return !IsOn(plane, cell); });
     return on;
   }
@@ -318,7 +333,9 @@ ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, k
     plane = *best;
     if (choice.AsksSources()) choice.Refit(&plane);
     if (!plane.IsThere()) choice.SetReach(&plane);
-    choice.TakeAway(plane);
+    const bool is_mirror = choice.IsMirror(plane);
+    if (k == 0) chosen.is_mirror = is_mirror;
+    choice.TakeAway(plane, is_mirror);
   }
   return chosen;
 }

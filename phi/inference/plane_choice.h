@@ -30,6 +30,7 @@ struct PlaneChoiceLimits {
   // looks there.
   double min_unlike_sky = 0;
   double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
+  double full_reflected = 0;  // share of mirrored cells (mirror.h); 0: no plane is a mirror
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
 };
 
@@ -52,10 +53,11 @@ enum class Sky : std::uint8_t {
 struct ChosenPlanes {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
   Sky sky = Sky::kNot;
+  bool is_mirror = false;  // the first plane: what lies behind it is its reflection
 };
 
-// A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it: surfaces
-// before a wall are no reason against the wall. Cells count by their weights. To this comes the same of the other views' regions
+// A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it, but for what it
+// reflects: surfaces before a wall are no reason against the wall. Cells count by their weights. To this comes the same of the other views' regions
 // that the spots fall in if they lie on the plane, from each view the share of the spots that do; less the share of the spots that
 // other views show unlike. What stands along a direction of the scene is likelier beforehand, by a constant; such planes are sought
 // through the cells of all views that offer a plane, for one view's may lie off a wall by what hangs on it. `own`: the region's

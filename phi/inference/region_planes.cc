@@ -31,6 +31,7 @@ constexpr std::size_t kMinShadedSpots = 60;  // of a region whose shade is asked
 constexpr double kAlignedWeight = 0.3;  // of standing along a direction of the scene, where a view's cells weigh 1
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
+constexpr double kFullReflected = 0.4;  // of the cells behind a mirror: the rest is mistaken, or was measured in no view
 
 AnchorTolerance ToleranceOf(const DepthPrecision& precision, const Rules& rules) {
   const float scale = rules.Scale(Rule::kRegionPlanes);
@@ -40,7 +41,7 @@ AnchorTolerance ToleranceOf(const DepthPrecision& precision, const Rules& rules)
 PlaneChoiceLimits ChoiceLimits(const RegionFitLimits& fit, float cell_side, const Rules& rules) {
   return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, fit.min_apart,
           fit.reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-          rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold,
+          rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold, rules.Factor(Rule::kMirrors) * kFullReflected,
           rules.Factor(Rule::kRightAngles) * kAlignedWeight};
 }
 
@@ -155,6 +156,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
                            std::uint32_t image_id, const PlaneEvidence& evidence, const Rules& rules)
     : tolerance_(ToleranceOf(evidence.precision, rules)), regions_(std::move(regions)) {
   const RegionFitLimits limits(rules);
+  min_apart_ = limits.min_apart;
   const float side = CellSide(anchors.width);
   const PlaneChoiceLimits choice = ChoiceLimits(limits, side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
@@ -165,6 +167,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   index_ = own.index();
   planes_.resize(own.size());
   sky_.resize(own.size(), Sky::kNot);
+  are_mirrors_.resize(own.size(), 0);
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
@@ -184,6 +187,8 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], evidence.scene, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
+    are_mirrors_[k] = chosen.is_mirror;
+    if (chosen.is_mirror) return;  // its shade is of what it reflects
     if (const auto bent = SurfaceOf({planes_[k], points, cells_[k], spots[k]}, views, limits.reach_deviations, rules)) {
       planes_[k] = {*bent};
       sky_[k] = Sky::kNot;
@@ -193,13 +198,24 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
 
 bool RegionPlanes::ShowsSky() const { return std::find(sky_.begin(), sky_.end(), Sky::kSeen) != sky_.end(); }
 
-Mask RegionPlanes::LineLimits(const Rules& rules) const {
+Mask RegionPlanes::LineLimits(ArrayView2D<const float> anchors, const Rules& rules) const {
   const std::uint8_t even = rules.IsOn(Rule::kEvenLines) ? kBetweenSidesOnly : 0;
-  return Transformed(regions_->region, [&](std::int32_t region) -> std::uint8_t {
-    if (region < 0) return 0;
-    const std::int32_t own = index_[static_cast<std::size_t>(region)];
-    return own >= 0 ? even | LimitOf(sky_[static_cast<std::size_t>(own)]) : even;
+  auto limits = Mask::Uninitialized(anchors.width, anchors.height);
+  tbb::parallel_for(0, anchors.height, [&](int y) {
+    for (int x = 0; x < anchors.width; ++x) {
+      const std::int32_t own = IndexAt(x, y);
+      limits(x, y) = regions_->region(x, y) < 0 ? 0 : even;
+      if (own < 0) continue;
+      limits(x, y) |= LimitOf(sky_[static_cast<std::size_t>(own)]);
+      if (IsReflected(own, {static_cast<float>(x), static_cast<float>(y), anchors(x, y)})) limits(x, y) |= kReflected;
+    }
   });
+  return limits;
+}
+
+bool RegionPlanes::IsReflected(std::int32_t own, const AnchorPoint& anchor) const {
+  const auto k = static_cast<std::size_t>(own);
+  return are_mirrors_[k] != 0 && anchor.w > 0 && IsBehind(planes_[k][0], anchor, min_apart_);
 }
 
 std::vector<std::vector<Spot>> RegionPlanes::SpotsWithoutAnchor(ArrayView2D<const float> anchors) const {

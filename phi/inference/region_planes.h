@@ -74,8 +74,8 @@ class RegionPlanes {
   // Whether any region is the sky, or shines.
   bool ShowsSky() const;
 
-  // Of each pixel: LineLimit bits.
-  Mask LineLimits(const Rules& rules) const;
+  // Of each pixel: LineLimit bits. anchors: as the constructor's.
+  Mask LineLimits(ArrayView2D<const float> anchors, const Rules& rules) const;
 
   // Whether an anchor of inverse depth w at (x, y) may lie so far, in inverse depth, from its plane.
   bool IsWithinTolerance(int x, int y, float w, double off) const {
@@ -85,6 +85,9 @@ class RegionPlanes {
   ViewRegions Tell() const;
 
  private:
+  // Whether the anchor of a region, by index into planes_, lies behind a mirror.
+  bool IsReflected(std::int32_t own, const AnchorPoint& anchor) const;
+
   // Into planes_; -1: no region, or too few anchors.
   std::int32_t IndexAt(int x, int y) const {
     const std::int32_t region = regions_->region(x, y);
@@ -95,10 +98,12 @@ class RegionPlanes {
   std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const;
 
   AnchorTolerance tolerance_;
+  double min_apart_;  // of two surfaces, relative inverse depth
   std::shared_ptr<const ImageRegions> regions_;
   std::vector<std::int32_t> index_;  // of a region's planes; -1: too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;
   std::vector<Sky> sky_;                        // as planes_
+  std::vector<std::uint8_t> are_mirrors_;       // as planes_
   std::vector<std::vector<AnchorCell>> cells_;  // as planes_
 };
 

@@ -18,6 +18,9 @@ constexpr int kSteadyReach = 2;
 // A surface that is still sought may lie so far from where it is, relative depth; what a view measured farther off is something else.
 constexpr float kOtherSurface = 0.05f;
 
+// Where nothing should be measured but by chance: so much nearer and farther, relative depth.
+constexpr float kBeside = 0.06f;
+
 // A mean that is brighter may have pixels that were cut off at white; grey levels.
 constexpr float kNearWhite = 245;
 
@@ -26,12 +29,16 @@ std::optional<BoxMean> MeanBelowWhite(const GrayImage& image, float u, float v) 
   return mean && mean->value < kNearWhite ? mean : std::nullopt;
 }
 
+// q . p is the inverse depth at the image point p = (u, v, 1): 1 for the point of the plane at p, times its depth.
+Eigen::Vector3d AtImagePoints(const ImagePlane& plane) { return {plane.b, plane.c, plane.a - 0.5 * (plane.b + plane.c)}; }
+
 bool IsUnlike(float change) { return std::abs(change) > kMaxBrightnessChange; }
 
 }  // namespace
 
 SpotViews::SpotViews(const InferenceInput& input, std::span<const RelativeExposure> exposures)
-    : reference_(input.reference.image.get()),
+    : calibration_(CalibrationMatrix(input.reference.view->camera.pinhole)),
+      reference_(input.reference.image.get()),
       measured_(input.measured.get()),
       frame_(input.reference.view->camera.pinhole),
       own_exposure_(RelativeExposure::OfOneImage(exposures)) {
@@ -93,6 +100,51 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
   return foretold;
 }
 
+SpotViews::Mirrored SpotViews::CountMirrored(std::span<const AnchorCell> behind, const ImagePlane& plane) const {
+  // In the reference's camera frame normal . X = 1 on the plane.
+  const Eigen::Vector3d normal = calibration_.transpose() * AtImagePoints(plane);
+  const Eigen::Matrix3d to_ray = calibration_.inverse();
+  Mirrored mirrored;
+  for (const AnchorCell& cell : behind) {
+    const Eigen::Vector3d point = to_ray * Eigen::Vector3d(cell.x + 0.5, cell.y + 0.5, 1) / cell.w;
+    AskMeasured(calibration_ * (point - 2 * (normal.dot(point) - 1) / normal.squaredNorm() * normal), &mirrored);
+  }
+  return mirrored;
+}
+
+void SpotViews::AskMeasured(const Eigen::Vector3d& point, Mirrored* mirrored) const {
+  bool is_measured = false, is_behind = false, is_nearer = false, is_farther = false;
+  // `p`: an image point of a view times its depth.
+  const auto ask = [&](const Vec3f& p, int width, int height, const auto& measured_at) {
+    if (!(p.z > 0)) return;
+    const float u = p.x / p.z, v = p.y / p.z;
+    if (!(u >= 0 && v >= 0 && u < static_cast<float>(width) && v < static_cast<float>(height))) return;
+    const float measured = measured_at(static_cast<int>(u), static_cast<int>(v));
+    if (!(measured > 0)) return;
+    is_measured |= DepthsAgree(measured, p.z, kDepthGap);
+    is_behind |= measured > p.z;
+    is_nearer |= DepthsAgree(measured, p.z / (1 + kBeside), kDepthGap);
+    is_farther |= DepthsAgree(measured, p.z * (1 + kBeside), kDepthGap);
+  };
+  const Vec3f here = {static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z())};
+  if (measured_ != nullptr) {
+    ask(here, reference_->width(), reference_->height(), [&](int x, int y) {
+      return IsMeasured(measured_->states(x, y)) ? measured_->planes(x, y).depth : 0.0f;
+    });
+  }
+  for (const Source& source : sources_) {
+    if (!source.depths.IsKnown()) continue;
+    ask(source.view.a * here + source.view.b, source.image->width(), source.image->height(),
+        [&](int x, int y) { return source.depths.Evidence(x, y); });
+  }
+  if (is_measured) {
+    ++mirrored->num_measured;
+  } else if (is_behind) {
+    ++mirrored->num_seen_past;
+  }
+  mirrored->num_by_chance += 0.5 * (is_nearer + is_farther);
+}
+
 std::optional<BoxMean> SpotViews::MeanHere(const Spot& spot) const {
   return MeanBelowWhite(*reference_, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f);
 }
@@ -139,8 +191,7 @@ bool SpotViews::IsHidden(int x, int y, float depth) const {
 }
 
 bool SpotViews::ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const {
-  // q . p is the inverse depth at the image point p = (u, v, 1): 1 for the point of the plane at p, times its depth.
-  const Eigen::Vector3d q(plane.b, plane.c, plane.a - 0.5 * (plane.b + plane.c));
+  const Eigen::Vector3d q = AtImagePoints(plane);
   const Eigen::Vector3d direction(spot.x + 0.5, spot.y + 0.5, 1);
   const double distance = (1 - q.dot(source.center)) / q.dot(direction);
   const Eigen::Vector3d p = source.center + distance * direction;

@@ -11,6 +11,7 @@
 
 #include "phi/backend.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/inference/anchor_cells.h"
 #include "phi/inference/box_mean.h"
 #include "phi/inference/image_plane.h"
 #include "phi/inference/relative_exposure.h"
@@ -58,6 +59,14 @@ class SpotViews {
   // plane, it hides what the plane foretells.
   Foretold CountForetold(std::span<const Spot> spots, const ImagePlane& plane) const;
 
+  // Of cells behind a plane, mirrored at it.
+  struct Mirrored {
+    std::size_t num_measured = 0;   // a view, the reference among them, measured something there
+    std::size_t num_seen_past = 0;  // none did, and one measured what lies behind
+    double num_by_chance = 0;       // something is measured where nothing should be: somewhat nearer, or farther
+  };
+  Mirrored CountMirrored(std::span<const AnchorCell> behind, const ImagePlane& plane) const;
+
   std::size_t NumSources() const { return sources_.size(); }
 
   // What the reference shows of the spot; nullopt: too near the image's side, or so bright that some of it may be cut off at white.
@@ -95,9 +104,13 @@ class SpotViews {
   bool IsUnlikeAround(const Spot& spot, int x, int y) const;
   BrightSpot InReference(int x, int y) const { return frame_.Spot(x, y, static_cast<float>((*reference_)(x, y))); }
 
+  // `point`: an image point of the reference times its depth, which may lie behind the camera.
+  void AskMeasured(const Eigen::Vector3d& point, Mirrored* mirrored) const;
+
   // Whether the reference measured something before that depth.
   bool IsHidden(int x, int y, float depth) const;
 
+  Eigen::Matrix3d calibration_;  // of the reference
   const GrayImage* reference_;
   const MeasurementMap* measured_;  // of the reference; null: unknown
   PhotoFrame frame_;

@@ -34,6 +34,7 @@ const std::set<std::string> kTestedElsewhere = {
     "overexposed",     // region_planes_test.cc
     "photo_tones",     // pooled_anchors_test.cc: the room's images have one tone
     "light_sources",   // light_sources_test.cc: the room has none
+    "mirrors",         // mirror_test.cc: the same
     "sky_rims",        // sky_rims_test.cc: the same
     "right_angles",    // plane_choice_test.cc: it decides no region of three small views
     "shaded_surfaces",  // shaded_surface_test.cc: a region must be bent

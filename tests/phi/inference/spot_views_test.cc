@@ -253,5 +253,53 @@ TEST(SpotViews, BesideTheImageAndBehindThePlaneNothingIsForetold) {
   EXPECT_EQ(behind.Count({0.26, 0, 0}).num_unlike, 0u) << "the source camera has passed it";
 }
 
+// The plane at 2, (x, y) at 3: the pixel's centre (100.5, 70.5) lies at X = 3 * 20.5 / 150 = 0.41, Y = 3 * 10.5 / 150 = 0.21. Mirrored it
+// is at depth 1: pixel 80 + 150 * 0.41 = 141.5, 60 + 150 * 0.21 = 91.5.
+TEST(SpotViews, AMirroredPointIsSoughtWhereItLies) {
+  const SceneView reference = test_support::CenteredView(1, 160, 120, 150);
+  const auto count = [&](int x, int y, float depth, PixelState state) {
+    PlaneMap planes(160, 120);
+    planes(x, y) = {{0, 0, -1}, depth};
+    MeasurementMap map = AllMeasured(std::move(planes));
+    map.states(x, y) = state;
+    InferenceInput input;
+    input.reference = {&reference, std::make_shared<const GrayImage>(160, 120, 120)};
+    input.measured = std::make_shared<const MeasurementMap>(std::move(map));
+    const std::vector<AnchorCell> behind = {{100, 70, 1 / 3.0, 0.001, 0, 0}};
+    const SpotViews::Mirrored mirrored = SpotViews(input, {}).CountMirrored(behind, {0.5, 0, 0});
+    return std::tuple(mirrored.num_measured, mirrored.num_seen_past, mirrored.num_by_chance);
+  };
+  EXPECT_EQ(count(141, 91, 1, PixelState::kMeasured), std::tuple(1u, 0u, 0.0));
+  for (const auto& [x, y] : {std::pair(140, 91), {142, 91}, {141, 90}, {141, 92}}) {
+    EXPECT_EQ(count(x, y, 1, PixelState::kMeasured), std::tuple(0u, 0u, 0.0)) << x << " " << y;
+  }
+  EXPECT_EQ(count(141, 91, 1, PixelState::kInferredAlone), std::tuple(0u, 0u, 0.0));
+  EXPECT_EQ(count(141, 91, 1.3f, PixelState::kMeasured), std::tuple(0u, 1u, 0.0));
+  EXPECT_EQ(count(141, 91, 0.8f, PixelState::kMeasured), std::tuple(0u, 0u, 0.0));
+  EXPECT_EQ(count(141, 91, 1.06f, PixelState::kMeasured), std::tuple(0u, 1u, 0.5));
+  EXPECT_EQ(count(141, 91, 1 / 1.06f, PixelState::kMeasured), std::tuple(0u, 0u, 0.5));
+}
+
+// The plane Z - X = 2, on which 1 / Z = 0.5 - (u - 80) / 300, swaps X + 2 and Z. The centre of (50, 70) at Z = 2.5 lies at X = -0.49167,
+// Y = 0.175, and mirrored at X = 0.5, Z = 1.50833: pixel 80 + 150 * 0.5 / Z = 129.7, 60 + 150 * 0.175 / Z = 77.4. The source, twice as
+// large and 0.3 to the right, shows it at 160 + 300 * 0.2 / Z = 199.8, 154.8.
+TEST(SpotViews, ASlantedPlaneMirrorsToTheSide) {
+  const ImagePlane plane{0.5 + 79.5 / 300, -1 / 300.0, 0};
+  DarkPixel scene;
+  scene.source.camera.pose.translation = {-0.3, 0, 0};
+  const auto count = [&](int x, int y, float depth) {
+    scene.depths = AllMeasured(DepthMap(320, 240));
+    scene.depths.depths(x, y) = depth;
+    scene.depths.states(x, y) = PixelState::kMeasured;
+    const InferenceInput input = scene.Input();
+    const std::vector<AnchorCell> behind = {{50, 70, 1 / 2.5, 0.001, 0, 0}};
+    return SpotViews(input, std::vector<RelativeExposure>(1)).CountMirrored(behind, plane).num_measured;
+  };
+  EXPECT_EQ(count(199, 154, 1.50833f), 1u);
+  EXPECT_EQ(count(199, 154, 1.47f), 0u) << "2.6 %";
+  EXPECT_EQ(count(198, 154, 1.50833f), 0u);
+  EXPECT_EQ(count(199, 155, 1.50833f), 0u);
+}
+
 }  // namespace
 }  // namespace phi
