@@ -34,7 +34,8 @@ enum LineLimit : std::uint8_t {
   kReflected = 8,         // the pixel's anchor lies behind a mirror
 };
 
-// Inverse depth of what lines rest on at a pixel; 0: nothing, or what a mirror shows. anchor: what else rests on it, clues included; evidence: what was measured.
+// Inverse depth of what lines rest on at a pixel; 0: nothing, or what a mirror shows. anchor: what else rests on it, clues included;
+// evidence: what was measured.
 PHI_HD float LineAnchor(float anchor, float evidence, std::uint8_t limits) {
   if ((limits & kReflected) != 0) return 0;
   return (limits & kMeasuredOnly) != 0 ? evidence : anchor;

@@ -10,7 +10,7 @@
 namespace phi {
 namespace {
 
-constexpr double kMinFramed = 0.9;  // of the spots: between cells on the plane
+constexpr double kMinFramed = 0.9;      // of the spots: between cells on the plane
 constexpr std::size_t kMaxAsked = 256;  // of the cells behind; of more, evenly drawn ones
 
 bool IsFramed(std::vector<Place> on, std::span<const Spot> spots) {

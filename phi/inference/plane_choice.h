@@ -57,11 +57,11 @@ struct ChosenPlanes {
 };
 
 // A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it, but for what it
-// reflects: surfaces before a wall are no reason against the wall. Cells count by their weights. To this comes the same of the other views' regions
-// that the spots fall in if they lie on the plane, from each view the share of the spots that do; less the share of the spots that
-// other views show unlike. What stands along a direction of the scene is likelier beforehand, by a constant; such planes are sought
-// through the cells of all views that offer a plane, for one view's may lie off a wall by what hangs on it. `own`: the region's
-// planes, as far as they are there. The planes that are chosen come first; the rest are not there.
+// reflects: surfaces before a wall are no reason against the wall. Cells count by their weights. To this comes the same of the other
+// views' regions that the spots fall in if they lie on the plane, from each view the share of the spots that do; less the share of
+// the spots that other views show unlike. What stands along a direction of the scene is likelier beforehand, by a constant; such
+// planes are sought through the cells of all views that offer a plane, for one view's may lie off a wall by what hangs on it. `own`:
+// the region's planes, as far as they are there. The planes that are chosen come first; the rest are not there.
 ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
                           std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits);
 
