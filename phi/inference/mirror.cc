@@ -11,6 +11,8 @@ namespace phi {
 namespace {
 
 constexpr double kMinFramed = 0.9;      // of the spots: between cells on the plane
+// Relative inverse depth: what lies less behind is mirrored onto the plane itself, or onto what hangs on it.
+constexpr double kClearlyBehind = 0.1;
 constexpr std::size_t kMaxAsked = 256;  // of the cells behind; of more, evenly drawn ones
 
 bool IsFramed(std::vector<Place> on, std::span<const Spot> spots) {
@@ -41,12 +43,15 @@ double ReflectedShare(std::span<const AnchorCell> cells, std::span<const Spot> s
       behind.push_back(cell);
     }
   }
+  const auto num_behind = static_cast<double>(behind.size());
+  std::erase_if(behind, [&](const AnchorCell& cell) { return !IsBehind(plane, cell, kClearlyBehind); });
   if (behind.size() < kFewTold || !IsFramed(std::move(on), spots)) return 0;
   const SpotViews::Mirrored mirrored = views.CountMirrored(Drawn(behind), plane);
   const std::size_t num_told = mirrored.num_measured + mirrored.num_seen_past;
   if (num_told < kFewTold) return 0;
   const double more_than_chance = static_cast<double>(mirrored.num_measured) - mirrored.num_by_chance;
-  return std::clamp(more_than_chance / (full_share * static_cast<double>(num_told)), 0.0, 1.0);
+  const double share = std::clamp(more_than_chance / (full_share * static_cast<double>(num_told)), 0.0, 1.0);
+  return share * static_cast<double>(behind.size()) / num_behind;
 }
 
 }  // namespace phi

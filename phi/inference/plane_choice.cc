@@ -26,7 +26,7 @@ constexpr std::size_t kFewRefitted = 6;
 // view shows on the plane are shown alike there, and so many times as many. What cameras make of brightness leaves a wall that much.
 constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 2;
 
-constexpr double kMinMirror = 1;  // reflected share, from which on what lies behind a region's plane is nothing else
+constexpr double kMinMirror = 0.5;  // reflected share, from which on a plane is a mirror
 
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
 

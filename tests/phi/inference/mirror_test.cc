@@ -100,6 +100,20 @@ TEST(Mirror, TheShareIsOfCellsThatViewsTellOf) {
   EXPECT_NEAR(BeforeAMirror({1}).Share(cells, 1), 1, 1e-12) << "hidden by the thing itself";
 }
 
+// Where two walls meet, cells of one lie a little behind the other, and mirrored at it a little before: on it, as views measure.
+TEST(Mirror, WhatLiesALittleBehindIsAnotherSurface) {
+  const auto share = [](double w) {
+    std::vector<AnchorCell> cells = FramedCells();
+    for (AnchorCell& cell : cells) {
+      if (cell.w == kSeen) cell.w = w;
+    }
+    return BeforeAMirror({2}).Share(cells);
+  };
+  EXPECT_EQ(share(0.5 * 0.985), 0) << "not behind";
+  EXPECT_EQ(share(0.5 * 0.97), 0);
+  EXPECT_EQ(share(0.5 * 0.91), 0);
+}
+
 TEST(Mirror, ItsFrameIsAllAround) {
   const BeforeAMirror scene({1});
   std::vector<AnchorCell> without_foot;
