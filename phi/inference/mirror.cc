@@ -10,8 +10,8 @@
 namespace phi {
 namespace {
 
-constexpr double kMinFramed = 0.9;      // of the spots: between cells on the plane
-// Relative inverse depth: what lies less behind is mirrored onto the plane itself, or onto what hangs on it.
+constexpr double kMinFramed = 0.9;  // of the spots: between cells on the plane
+// Relative inverse depth. Behind a plane that leans out of its wall lies the wall; its mirror image lies on what hangs before it.
 constexpr double kClearlyBehind = 0.1;
 constexpr std::size_t kMaxAsked = 256;  // of the cells behind; of more, evenly drawn ones
 

@@ -333,9 +333,9 @@ ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, k
     plane = *best;
     if (choice.AsksSources()) choice.Refit(&plane);
     if (!plane.IsThere()) choice.SetReach(&plane);
-    const bool is_mirror = choice.IsMirror(plane);
-    if (k == 0) chosen.is_mirror = is_mirror;
-    choice.TakeAway(plane, is_mirror);
+    if (k > 0) break;  // no third one is chosen
+    chosen.is_mirror = choice.IsMirror(plane);
+    choice.TakeAway(plane, chosen.is_mirror);
   }
   return chosen;
 }

@@ -156,7 +156,6 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
                            std::uint32_t image_id, const PlaneEvidence& evidence, const Rules& rules)
     : tolerance_(ToleranceOf(evidence.precision, rules)), regions_(std::move(regions)) {
   const RegionFitLimits limits(rules);
-  min_apart_ = limits.min_apart;
   const float side = CellSide(anchors.width);
   const PlaneChoiceLimits choice = ChoiceLimits(limits, side, rules);
   const int min_cell_points = rules.Count(Rule::kScenePlanes, kMinCellPoints);
@@ -200,22 +199,20 @@ bool RegionPlanes::ShowsSky() const { return std::find(sky_.begin(), sky_.end(),
 
 Mask RegionPlanes::LineLimits(ArrayView2D<const float> anchors, const Rules& rules) const {
   const std::uint8_t even = rules.IsOn(Rule::kEvenLines) ? kBetweenSidesOnly : 0;
+  const double min_apart = RegionFitLimits(rules).min_apart;
   auto limits = Mask::Uninitialized(anchors.width, anchors.height);
   tbb::parallel_for(0, anchors.height, [&](int y) {
     for (int x = 0; x < anchors.width; ++x) {
       const std::int32_t own = IndexAt(x, y);
       limits(x, y) = regions_->region(x, y) < 0 ? 0 : even;
       if (own < 0) continue;
-      limits(x, y) |= LimitOf(sky_[static_cast<std::size_t>(own)]);
-      if (IsReflected(own, {static_cast<float>(x), static_cast<float>(y), anchors(x, y)})) limits(x, y) |= kReflected;
+      const auto k = static_cast<std::size_t>(own);
+      limits(x, y) |= LimitOf(sky_[k]);
+      const AnchorPoint anchor = {static_cast<float>(x), static_cast<float>(y), anchors(x, y)};
+      if (are_mirrors_[k] != 0 && anchor.w > 0 && IsBehind(planes_[k][0], anchor, min_apart)) limits(x, y) |= kReflected;
     }
   });
   return limits;
-}
-
-bool RegionPlanes::IsReflected(std::int32_t own, const AnchorPoint& anchor) const {
-  const auto k = static_cast<std::size_t>(own);
-  return are_mirrors_[k] != 0 && anchor.w > 0 && IsBehind(planes_[k][0], anchor, min_apart_);
 }
 
 std::vector<std::vector<Spot>> RegionPlanes::SpotsWithoutAnchor(ArrayView2D<const float> anchors) const {

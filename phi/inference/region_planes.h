@@ -85,9 +85,6 @@ class RegionPlanes {
   ViewRegions Tell() const;
 
  private:
-  // Whether the anchor of a region, by index into planes_, lies behind a mirror.
-  bool IsReflected(std::int32_t own, const AnchorPoint& anchor) const;
-
   // Into planes_; -1: no region, or too few anchors.
   std::int32_t IndexAt(int x, int y) const {
     const std::int32_t region = regions_->region(x, y);
@@ -98,7 +95,6 @@ class RegionPlanes {
   std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const;
 
   AnchorTolerance tolerance_;
-  double min_apart_;  // of two surfaces, relative inverse depth
   std::shared_ptr<const ImageRegions> regions_;
   std::vector<std::int32_t> index_;  // of a region's planes; -1: too few anchors
   std::vector<std::array<RegionPlane, kPlanesPerRegion>> planes_;

@@ -100,18 +100,20 @@ TEST(Mirror, TheShareIsOfCellsThatViewsTellOf) {
   EXPECT_NEAR(BeforeAMirror({1}).Share(cells, 1), 1, 1e-12) << "hidden by the thing itself";
 }
 
-// Where two walls meet, cells of one lie a little behind the other, and mirrored at it a little before: on it, as views measure.
-TEST(Mirror, WhatLiesALittleBehindIsAnotherSurface) {
+// Behind a plane through the fronts of frames lies the wall, and mirrored at the plane it lies on what hangs farther out.
+TEST(Mirror, WhatLiesALittleBehindIsNoReflection) {
   const auto share = [](double w) {
+    const auto mirrored = static_cast<float>(2 * 2 - 1 / w);
     std::vector<AnchorCell> cells = FramedCells();
     for (AnchorCell& cell : cells) {
       if (cell.w == kSeen) cell.w = w;
     }
-    return BeforeAMirror({2}).Share(cells);
+    return BeforeAMirror({mirrored}).Share(cells);
   };
   EXPECT_EQ(share(0.5 * 0.985), 0) << "not behind";
   EXPECT_EQ(share(0.5 * 0.97), 0);
   EXPECT_EQ(share(0.5 * 0.91), 0);
+  EXPECT_EQ(share(0.5 * 0.89), 1);
 }
 
 TEST(Mirror, ItsFrameIsAllAround) {
