@@ -13,6 +13,8 @@ namespace {
 constexpr double kMinFramed = 0.9;  // of the spots: between cells on the plane
 // Relative inverse depth. Behind a plane that leans out of its wall lies the wall; its mirror image lies on what hangs before it.
 constexpr double kClearlyBehind = 0.1;
+// Of the cells behind: where so many lie clearly behind, the others are what is reflected near the mirror's foot.
+constexpr double kMinClear = 0.5;
 constexpr std::size_t kMaxAsked = 256;  // of the cells behind; of more, evenly drawn ones
 
 bool IsFramed(std::vector<Place> on, std::span<const Spot> spots) {
@@ -45,13 +47,14 @@ double ReflectedShare(std::span<const AnchorCell> cells, std::span<const Spot> s
   }
   const auto num_behind = static_cast<double>(behind.size());
   std::erase_if(behind, [&](const AnchorCell& cell) { return !IsBehind(plane, cell, kClearlyBehind); });
+  const auto num_clearly = static_cast<double>(behind.size());
   if (behind.size() < kFewTold || !IsFramed(std::move(on), spots)) return 0;
   const SpotViews::Mirrored mirrored = views.CountMirrored(Drawn(behind), plane);
   const std::size_t num_told = mirrored.num_measured + mirrored.num_seen_past;
   if (num_told < kFewTold) return 0;
   const double more_than_chance = static_cast<double>(mirrored.num_measured) - mirrored.num_by_chance;
   const double share = std::clamp(more_than_chance / (full_share * static_cast<double>(num_told)), 0.0, 1.0);
-  return share * static_cast<double>(behind.size()) / num_behind;
+  return share * std::min(1.0, num_clearly / (kMinClear * num_behind));
 }
 
 }  // namespace phi

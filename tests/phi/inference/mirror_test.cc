@@ -116,6 +116,18 @@ TEST(Mirror, WhatLiesALittleBehindIsNoReflection) {
   EXPECT_EQ(share(0.5 * 0.89), 1);
 }
 
+// A carpet begins at the door that it is seen in.
+TEST(Mirror, WhatLiesALittleBehindGoesWithWhatLiesClearlyBehind) {
+  const auto share = [](int num_rows) {  // of five cells a little behind the plane, beside 20 clearly behind it
+    std::vector<AnchorCell> cells = FramedCells();
+    for (const AnchorCell& cell : Cells(60, 110, 40, 40 + 10 * num_rows, 0.5 * 0.95)) cells.push_back(cell);
+    return BeforeAMirror({1}).Share(cells);
+  };
+  EXPECT_EQ(share(4), 1);
+  EXPECT_NEAR(share(6), 0.8, 1e-12);
+  EXPECT_NEAR(share(12), 0.5, 1e-12);
+}
+
 TEST(Mirror, ItsFrameIsAllAround) {
   const BeforeAMirror scene({1});
   std::vector<AnchorCell> without_foot;
