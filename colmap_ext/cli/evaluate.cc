@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <thread>
 #include <utility>
 
 #include "colmap_ext/atomic_file.h"
@@ -13,6 +12,7 @@
 #include "colmap_ext/evaluation/score_tables.h"
 #include "colmap_ext/evaluation/truth_cloud.h"
 #include "colmap_ext/evaluation/truth_coverage.h"
+#include "colmap_ext/processor_limit.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/replaced_file.h"
 #include "colmap_ext/text_stream.h"
@@ -201,8 +201,7 @@ int RunEvaluate(int argc, char** argv) {
     AtomicFile(o.output, Durability::kProcess);  // tries it before long work
   }
 
-  const std::size_t threads =
-      o.num_threads > 0 ? o.num_threads : std::max(1u, std::thread::hardware_concurrency());
+  const auto threads = static_cast<std::size_t>(o.num_threads > 0 ? o.num_threads : NumProcessors());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   Evaluation evaluation;
   if (!o.cloud.empty()) evaluation.cloud = EvaluateClouds(o);

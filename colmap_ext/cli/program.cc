@@ -1,5 +1,7 @@
 // phimvs COMMAND [--option value]...: finds the command, and turns errors and signals into exit codes.
 #include <fcntl.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -18,6 +21,7 @@
 #include "colmap_ext/build_info.h"
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/suggestion.h"
+#include "colmap_ext/processor_limit.h"
 #include "colmap_ext/terminal.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
@@ -178,6 +182,9 @@ int RunProgram(int argc, char** argv) {
     char* words[] = {argv[2], option};
     return RunCommand(*command, 2, words);
   }
+  std::optional<tbb::global_control> limit;  // TBB itself knows of cores, not of a container's share of their time
+  if (const int num_processors = colmap_ext::NumProcessors(); num_processors < tbb::info::default_concurrency())
+    limit.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(num_processors));
   return RunCommand(*command, argc - 1, argv + 1);
 }
 

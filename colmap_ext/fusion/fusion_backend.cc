@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <string>
-#include <thread>
 
 #include "colmap_ext/byte_count.h"
+#include "colmap_ext/processor_limit.h"
 #include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
@@ -46,7 +46,7 @@ FusionGpu FirstGpu(const BackendOptions& stereo) {
 std::unique_ptr<phi::FusionDevice> MakeFusionDevice(FusionBackend backend, const FusionGpu& gpu, std::int64_t num_lookups) {
   if (backend == FusionBackend::kCpu) return nullptr;
   if (backend == FusionBackend::kCuda) return MakeCuda(gpu);
-  const double seconds = static_cast<double>(num_lookups) * kSecondsPerLookup / std::thread::hardware_concurrency();
+  const double seconds = static_cast<double>(num_lookups) * kSecondsPerLookup / NumProcessors();
   if (seconds < kSecondsToStartGpu) return nullptr;
   try {
     return MakeCuda(gpu);

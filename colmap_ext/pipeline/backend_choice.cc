@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "colmap_ext/byte_count.h"
+#include "colmap_ext/processor_limit.h"
 #include "phi/base/device_error.h"
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
@@ -26,7 +27,7 @@ Backends MakeCuda(const std::vector<int>&, double, std::int64_t) {
 
 Backends MakeCpu(const BackendOptions& options) {
   Backends backends;
-  backends.push_back(phi::MakeCpuBackend(options.num_threads));
+  backends.push_back(phi::MakeCpuBackend(options.num_threads > 0 ? options.num_threads : NumProcessors()));
   return backends;
 }
 
