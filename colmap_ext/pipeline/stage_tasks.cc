@@ -80,7 +80,7 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   const bool has_weights = options_.stereo.method.formulas != phi::Formulas::kPaper;
   input.reference = {&workspace_.views()[job.image],
                      has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
-  input.noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
+  input.noise = NoiseOf(job.image);
   input.sources = ReadSources(job, job.NumMatched(), used, warnings);
   if (input.sources.empty()) {
     throw phi::InputError("image " + phi::AboutImage(input.reference.view->name) + ": none of its source images can be read");
@@ -140,8 +140,7 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
   if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
-    const double noise = phi::NoiseDeviation(store_.CutGray(job.image)->view());
-    phi::JudgeMeasurements(*store_.Gray(job.image), noise, PrecisionOf(job), input.reference.map->planes,
+    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), input.reference.map->planes,
                            &filtered, options_.filter.method.rules);
   }
   filtered.testimonies = {};
@@ -159,6 +158,16 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
     result.cost = store_.Cost(job.image, EstimateKind(options_));
   }
   return result;
+}
+
+double StageTasks::NoiseOf(int image) const {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (const auto found = noise_.find(image); found != noise_.end()) return found->second;
+  }
+  const double noise = phi::NoiseDeviation(store_.CutGray(image)->view());
+  std::lock_guard<std::mutex> lock(mutex_);
+  return noise_.emplace(image, noise).first->second;
 }
 
 phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -55,6 +56,8 @@ class StageTasks {
   phi::EstimationInput EstimationInputOf(const ImageJob& job, std::vector<int>* used,
                                          std::vector<std::string>* warnings) const;
   StageResult Filter(const StageTask& task, phi::Backend& backend) const;
+  // NoiseDeviation of the image, which several stages ask for.
+  double NoiseOf(int image) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
   StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const;
   // mask: of the image, may be null.
@@ -83,6 +86,7 @@ class StageTasks {
   MapStore& store_;
   mutable RegionCache regions_;
   mutable std::mutex mutex_;
+  mutable std::map<int, double> noise_;  // by image, of those asked for so far
   mutable InferenceSummary inference_;
 };
 

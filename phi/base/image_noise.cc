@@ -46,18 +46,18 @@ Array2D<std::uint16_t> SumCells(Grey image) {
 
 template <typename Value>
 bool IsWellExposed(ArrayView2D<const Value> values, int values_per_level, int x0, int y0, int side) {
-  std::int64_t sum = 0;
+  std::int32_t sum = 0;
   for (int y = y0; y < y0 + side; ++y) {
     for (int x = x0; x < x0 + side; ++x) sum += values(x, y);
   }
-  const std::int64_t level = std::int64_t{values_per_level} * side * side;
+  const std::int32_t level = values_per_level * side * side;
   return sum >= kDarkest * level && sum <= kBrightest * level;
 }
 
 // Sum of the block's second differences. The block and what is beside it lie inside the image.
 template <typename Value>
-std::int64_t SumDifferences(ArrayView2D<const Value> values, int x0, int y0, int side) {
-  std::int64_t differences = 0;
+std::int32_t SumDifferences(ArrayView2D<const Value> values, int x0, int y0, int side) {
+  std::int32_t differences = 0;
   for (int y = y0; y < y0 + side; ++y) {
     const Value *above = &values(0, y - 1), *row = &values(0, y), *below = &values(0, y + 1);
     for (int x = x0; x < x0 + side; ++x) {

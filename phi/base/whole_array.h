@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -45,7 +46,15 @@ std::int64_t CountIf(const Array2D<T>& array, const Predicate& predicate) {
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, array.size(), kWholeArrayGrain), std::int64_t{0},
       [&](const auto& part, std::int64_t count) {
-        return count + std::count_if(array.data() + part.begin(), array.data() + part.end(), predicate);
+        // So many fit a byte: as many are counted by one instruction as it holds bytes.
+        constexpr std::size_t kPiece = std::numeric_limits<std::uint8_t>::max();
+        for (std::size_t begin = part.begin(); begin < part.end(); begin += kPiece) {
+          const T *of_piece = array.data() + begin, *end = array.data() + std::min(begin + kPiece, part.end());
+          std::uint8_t in_piece = 0;
+          for (; of_piece != end; ++of_piece) in_piece = static_cast<std::uint8_t>(in_piece + (predicate(*of_piece) ? 1 : 0));
+          count += in_piece;
+        }
+        return count;
       },
       std::plus<>());
 }

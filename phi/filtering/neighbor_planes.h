@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -26,37 +25,20 @@ inline constexpr int kNumNeighbors = (2 * kNeighborRadius + 1) * (2 * kNeighborR
 
 // A row's planes n . X = offset, and its pixels' own: what loops over x read in vector instructions.
 struct PlaneRow {
+  // Element `margin` is the row's first: beside the image nothing has depth, and loops need not ask where it ends.
+  int margin;
   std::vector<float> normal_x, normal_y, normal_z, offset;  // offset NaN: no depth
   std::vector<float> depth, ray_x;
   std::vector<float> tolerance;  // of the depth
   float ray_y;                   // of all of them
 
-  PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y)
-      : normal_x(map.width()),
-        normal_y(map.width()),
-        normal_z(map.width()),
-        offset(map.width()),
-        depth(map.width()),
-        ray_x(map.width()),
-        tolerance(map.width()),
-        ray_y(rays.Ray(0.5f, y + 0.5f).y) {
-    for (int x = 0; x < map.width(); ++x) {
-      const PlaneHypothesis& h = map(x, y);
-      const Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
-      normal_x[x] = h.normal.x;
-      normal_y[x] = h.normal.y;
-      normal_z[x] = h.normal.z;
-      offset[x] = h.depth > 0 ? h.depth * Dot(h.normal, ray) : std::numeric_limits<float>::quiet_NaN();
-      depth[x] = h.depth;
-      ray_x[x] = ray.x;
-      tolerance[x] = std::max(kMaxNeighborError, kMaxNeighborDeviations * deviations(x, y));
-    }
-  }
+  // deviations: as ForNeighborCounts'.
+  PlaneRow(const RayModel& rays, const PlaneMap& map, const Array2D<float>& deviations, int y, int margin);
 };
 
-// Adds to the count of each pixel from `begin` to before `end` whether the neighbour `shift` columns to the right in the row `planes`
-// agrees. A plane meets a pixel's ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
-void CountAgreeing(const PlaneRow& pixels, const PlaneRow& planes, int shift, int begin, int end, std::vector<std::int32_t>* counts);
+// Adds to the count of each pixel from `begin` to before `end` how many of the five neighbours in the row `planes`, `spacing` columns
+// apart, agree. A plane meets a pixel's ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
+void CountAgreeing(const PlaneRow& pixels, const PlaneRow& planes, int spacing, int begin, int end, std::vector<std::int32_t>* counts);
 
 // Calls function(begin, end) for the pieces of a row that hold what is wanted (not 0).
 template <class Function>
@@ -80,16 +62,13 @@ void ForNeighborCounts(const RayModel& rays, const PlaneMap& map, const Mask& wa
     const int begin = band * kBandRows, end = std::min(begin + kBandRows, height);
     const int first = std::max(begin - reach, 0), last = std::min(end - 1 + reach, height - 1);
     std::vector<PlaneRow> rows;
-    for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y);
+    for (int y = first; y <= last; ++y) rows.emplace_back(rays, map, deviations, y, reach);
     for (int y = begin; y < end; ++y) {
       std::vector<std::int32_t> counts(map.width(), -1);  // the pixel itself is no neighbour, and always agrees
       const PlaneRow& pixels = rows[y - first];
       ForWantedPieces(&wanted(0, y), map.width(), [&](int piece_begin, int piece_end) {
         for (int v = y - reach; v <= y + reach; v += spacing) {
-          if (v < first || v > last) continue;
-          for (int shift = -reach; shift <= reach; shift += spacing) {
-            CountAgreeing(pixels, rows[v - first], shift, piece_begin, piece_end, &counts);
-          }
+          if (v >= first && v <= last) CountAgreeing(pixels, rows[v - first], spacing, piece_begin, piece_end, &counts);
         }
       });
       function(y, counts);

@@ -55,8 +55,14 @@ PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, Points points, Motion
   }
 }
 
-float DeviationOf(float squares, float num_seeing) {
-  return squares > 0 ? kMatchDeviation / std::sqrt(squares / num_seeing) : 0;
+inline float DeviationOf(float squares, float num_seeing) {
+  const float deviation = kMatchDeviation / std::sqrt(squares / num_seeing);
+  return squares > 0 ? deviation : 0;
+}
+
+PHI_WIDE_VECTORS void SetDeviations(const float* __restrict squares, const float* __restrict num_seeing, std::size_t size,
+                                    float* __restrict deviations) {
+  for (std::size_t i = 0; i < size; ++i) deviations[i] = DeviationOf(squares[i], num_seeing[i]);
 }
 
 }  // namespace
@@ -83,26 +89,27 @@ void DepthPrecision::FindRelativeDeviations(const float* u, const float* v, cons
     for (const RelativeView& source : sources_) {
       AddMotions(source, {u + begin, v + begin, inverse_depths.data(), count}, {squares.data(), num_seeing.data()});
     }
-    for (std::size_t i = 0; i < count; ++i) deviations[begin + i] = DeviationOf(squares[i], num_seeing[i]);
+    SetDeviations(squares.data(), num_seeing.data(), count, deviations + begin);
   }
 }
 
 Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map, const Mask& wanted) const {
   auto deviations = Array2D<float>::Uninitialized(map.width(), map.height());
   tbb::parallel_for(0, map.height(), [&](int y) {
-    std::vector<int> columns;
-    std::vector<float> u, depth;
-    for (int x = 0; x < map.width(); ++x) {
-      if (wanted(x, y) == 0 || !(map(x, y).depth > 0)) continue;
-      columns.push_back(x);
-      u.push_back(static_cast<float>(x) + 0.5f);
-      depth.push_back(map(x, y).depth);
+    const auto width = static_cast<std::size_t>(map.width());
+    std::vector<int> columns(width);
+    std::vector<float> u(width), depth(width), found(width);
+    std::size_t count = 0;
+    for (int x = 0; x < map.width(); ++x) {  // each is written, and the next one over those that are not asked for
+      columns[count] = x;
+      u[count] = static_cast<float>(x) + 0.5f;
+      depth[count] = map(x, y).depth;
+      count += (wanted(x, y) != 0) & (depth[count] > 0);
     }
-    const std::vector<float> v(columns.size(), static_cast<float>(y) + 0.5f);
-    std::vector<float> found(columns.size());
-    FindRelativeDeviations(u.data(), v.data(), depth.data(), columns.size(), found.data());
+    const std::vector<float> v(count, static_cast<float>(y) + 0.5f);
+    FindRelativeDeviations(u.data(), v.data(), depth.data(), count, found.data());
     std::fill_n(&deviations(0, y), map.width(), 0.0f);
-    for (std::size_t i = 0; i < columns.size(); ++i) deviations(columns[i], y) = found[i];
+    for (std::size_t i = 0; i < count; ++i) deviations(columns[i], y) = found[i];
   });
   return deviations;
 }
