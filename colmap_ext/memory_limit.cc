@@ -8,6 +8,7 @@
 #include "colmap_ext/control_groups.h"
 
 namespace colmap_ext {
+
 std::optional<std::int64_t> ControlGroupMemoryLimit(const std::filesystem::path& root) {
   std::optional<std::int64_t> least;
   ForControlGroups(root, "memory", [&](const std::filesystem::path& folder, GroupVersion version) {

@@ -15,7 +15,8 @@ namespace phi {
 inline constexpr std::size_t kFewTold = 16;  // of fewer cells behind it views tell too little of a mirror
 
 // Of the cells behind the plane, how much of what they say against it is its reflection, from 0 to 1. Mirrored at the plane, what is
-// reflected lies where views measured it, and oftener than by chance; what is mirrored onto what hangs on the plane is none.
+// reflected lies where views measured it, and oftener than by chance; what is mirrored onto what hangs on the plane is none. So those
+// clearly behind are asked, and where they are many the others go with them.
 // Cells on the plane lie all around the region's `spots`: what is seen through a doorway ends at its floor. `min_apart`: relative
 // inverse depth, from which on a cell lies behind. `full_share`: of the cells of which the views tell, that lie so, less those that do
 // by chance; from there on all is reflection.
