@@ -34,6 +34,8 @@ TEST_F(ProcessorLimit, IsTheLeastUpToTheRoot) {
   EXPECT_EQ(Limit(), 2.5);
   Set("kubepods/pod2/cpu.max", "1000 100000");  // another's
   EXPECT_EQ(Limit(), 2.5);
+  Set("cpu.max", "800000 200000");
+  EXPECT_EQ(Limit(), 2.5);
   Set("cpu.max", "100000 50000");
   EXPECT_EQ(Limit(), 2);
 }
