@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -144,6 +145,8 @@ TEST_F(HostileFusion, TwoWithOtherOptionsDoNotMakeOneCloud) {
     const auto hold = [&](pid_t pid) {
       if (other.exit_code >= 0 || !HasTemporaryFile(path.parent_path())) return;
       ::kill(pid, SIGSTOP);
+      siginfo_t state;  // a signal takes its time, and meanwhile the program ends
+      ::waitid(P_PID, static_cast<id_t>(pid), &state, WSTOPPED | WEXITED | WNOWAIT);
       if (HasTemporaryFile(path.parent_path())) other = RunInShell("", others_arguments);
       ::kill(pid, SIGCONT);
     };
