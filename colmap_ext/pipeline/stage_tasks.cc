@@ -1,6 +1,7 @@
 #include "colmap_ext/pipeline/stage_tasks.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -140,8 +141,8 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
   if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
-    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), input.reference.map->planes,
-                           &filtered, options_.filter.method.rules);
+    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), FarthestOf(job.image),
+                           input.reference.map->planes, &filtered, options_.filter.method.rules);
   }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
@@ -168,6 +169,12 @@ double StageTasks::NoiseOf(int image) const {
   const double noise = phi::NoiseDeviation(store_.CutGray(image)->view());
   std::lock_guard<std::mutex> lock(mutex_);
   return noise_.emplace(image, noise).first->second;
+}
+
+float StageTasks::FarthestOf(int image) const {
+  if (options_.depth_max > 0) return static_cast<float>(options_.depth_max);
+  const bool is_bounded = options_.stereo.method.rules.IsOn(phi::Rule::kDepthBounds);
+  return is_bounded ? sparse_depth_(image).range.max : std::numeric_limits<float>::infinity();
 }
 
 phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {

@@ -9,10 +9,12 @@
 
 namespace phi {
 
-// Drops plain pixels. What is dropped here or was by the filter, though it is probably right (confidence.h), becomes a clue.
+// Drops plain pixels, and what lies at the end of the search's range. What is dropped for being plain, or was by the filter, though it is
+// probably right (confidence.h), becomes a clue.
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
+//   farthest: depth at which the search ended, world units, or infinity;
 //   estimate: what the filter was given; map: what it returned.
-void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision,
+void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, float farthest,
                        const PlaneMap& estimate, MeasurementMap* map, const Rules& rules = {});
 
 }  // namespace phi

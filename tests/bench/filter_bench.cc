@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <utility>
 #include <vector>
@@ -94,7 +95,7 @@ void Judgement(benchmark::State& state) {
     state.PauseTiming();
     phi::MeasurementMap judged = map;
     state.ResumeTiming();
-    phi::JudgeMeasurements(image, 1, precision, estimate, &judged);
+    phi::JudgeMeasurements(image, 1, precision, std::numeric_limits<float>::infinity(), estimate, &judged);
     benchmark::DoNotOptimize(judged.planes.data());
   }
 }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "phi/base/array2d.h"
 #include "phi/filtering/judge_measurements.h"
@@ -113,7 +114,7 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, kNoise, kPrecision, estimate_, &map, rules_);
+    JudgeMeasurements(photo_, kNoise, kPrecision, farthest_, estimate_, &map, rules_);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);
@@ -122,6 +123,7 @@ class JudgeMeasurementsTest : public testing::Test {
   GrayImage photo_;
   PlaneMap estimate_ = Wall();
   MeasurementMap map_ = AllMeasured(Wall());
+  float farthest_ = std::numeric_limits<float>::infinity();
   Rules rules_;
 };
 
@@ -143,6 +145,24 @@ TEST_F(JudgeMeasurementsTest, WhatTheFilterDroppedIsAClueWhereItIsProbable) {
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kClue);
   map_.testimonies(15, 20) = {0, 0, 4};
   EXPECT_EQ(JudgedAt(15, 20), PixelState::kNone);
+}
+
+// Of a baseline that tells a depth to 5 %, the wall lies nearer than the search's end by a little less than that, and by a little more.
+TEST_F(JudgeMeasurementsTest, WhatCannotBeToldFromTheSearchsEndIsNeitherMeasuredNorAClue) {
+  const auto judged = [&](int x, int y, float ratio) {
+    const float depth = estimate_(x, y).depth;
+    Camera reference, source;
+    reference.pinhole = source.pinhole = {kSide, kSide, kRays.fx, kRays.fy, kRays.cx, kRays.cy};
+    source.pose.translation = {-kMatchDeviation * depth / (0.05 * kRays.fx), 0, 0};
+    MeasurementMap map = map_;
+    JudgeMeasurements(photo_, kNoise, DepthPrecision(reference, {&source}), depth * ratio, estimate_, &map, rules_);
+    return map.states(x, y);
+  };
+  for (const int x : {15, 28}) {  // measured; dropped by the filter
+    if (x == 28) map_.Drop(20 * kSide + 28);
+    EXPECT_EQ(judged(x, 20, 1.049f), PixelState::kNone) << x;
+    EXPECT_NE(judged(x, 20, 1.051f), PixelState::kNone) << x;
+  }
 }
 
 TEST_F(JudgeMeasurementsTest, WithoutTheirRulesPlainPixelsAreMeasuredAndNothingIsAClue) {
