@@ -52,6 +52,11 @@ bool JudgesMeasurements(const PipelineOptions& options) {
   return options.filter.method.formulas == phi::Formulas::kRobust;
 }
 
+// What inference corrects of the measured maps, and no view confirms.
+bool RestoresMeasured(const PipelineOptions& options) {
+  return options.inference.method.FormulasOf(phi::Rule::kEdgeDepths) == phi::Formulas::kRobust;
+}
+
 bool SharesHypotheses(const PipelineOptions& options) {
   return options.filter_maps && options.filter.method.FormulasOf(phi::Rule::kSharedHypotheses) == phi::Formulas::kRobust;
 }
@@ -134,6 +139,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
                     .weight = kInferWeight});
   stages.push_back(MakeFilter(kGeometric, options));
   stages.back().has_mask = true;
+  stages.back().restores_measured = RestoresMeasured(options);
   return stages;
 }
 
@@ -144,6 +150,7 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
   geometric.kind = StageKind::kFilter;
   geometric.has_mask = true;
   geometric.reads_source_maps = true;
+  geometric.restores_measured = RestoresMeasured(options);
   geometric.weight = kFilterWeightInFilling;
   return {measured,
           {.kind = StageKind::kInfer,

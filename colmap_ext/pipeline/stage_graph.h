@@ -25,6 +25,7 @@ struct Stage {
   std::string options = {};  // what its results depend on, as text
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
   bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
+  bool restores_measured = false;  // of a filter after inference: what the measured map has, where inference's correction was not confirmed
   bool transient = false;  // lives in memory and is not recorded
   bool has_mask = false;   // its maps have states: phi/measurement.h
   bool is_rounded = false;  // its maps are what compact files give back (compact_codes.h), in whatever form they are kept

@@ -30,9 +30,9 @@ class TaskList {
         queued_.push_back({.kind = s, .needs = {}});
         entries_.push_back({s, job});
         for (const int input : Inputs(entries_.back())) {
-          ++num_readers_[{s, input}];
           if (previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
         }
+        for (const MapRead& read : Reads(entries_.back())) ++num_readers_[read];
       }
     }
   }
@@ -40,13 +40,15 @@ class TaskList {
   const std::vector<QueuedTask>& queued() const { return queued_; }
   const std::vector<Entry>& entries() const { return entries_; }
 
-  // The jobs whose maps of the stage before no task reads any more, now that this one has ended.
-  std::vector<int> EndReading(int task) {
-    const Entry& entry = entries_[task];
-    std::vector<int> unread;
+  // A stage, and the job whose map of it is read.
+  using MapRead = std::pair<int, int>;
+
+  // What no task reads any more, now that this one has ended.
+  std::vector<MapRead> EndReading(int task) {
+    std::vector<MapRead> unread;
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (const int input : Inputs(entry)) {
-      if (--num_readers_[{entry.stage, input}] == 0) unread.push_back(input);
+    for (const MapRead& read : Reads(entries_[task])) {
+      if (--num_readers_[read] == 0) unread.push_back(read);
     }
     return unread;
   }
@@ -57,12 +59,20 @@ class TaskList {
     return entry.stage > 0 ? InputJobs(stages_[entry.stage], jobs_, entry.job) : std::vector<int>{};
   }
 
+  // The measured maps that a stage restores are there: inference read them.
+  std::vector<MapRead> Reads(const Entry& entry) const {
+    std::vector<MapRead> reads;
+    for (const int input : Inputs(entry)) reads.emplace_back(entry.stage - 1, input);
+    if (stages_[entry.stage].restores_measured) reads.emplace_back(entry.stage - 2, entry.job);
+    return reads;
+  }
+
   const std::vector<Stage>& stages_;
   const std::vector<ImageJob>& jobs_;
   std::vector<QueuedTask> queued_;
   std::vector<Entry> entries_;
-  std::mutex mutex_;                                // guards num_readers_ while tasks run
-  std::map<std::pair<int, int>, int> num_readers_;  // by the stage that reads, and the job that it reads of
+  std::mutex mutex_;                     // guards num_readers_ while tasks run
+  std::map<MapRead, int> num_readers_;
 };
 
 // Enough to keep up with several devices, few enough that what waits to be written stays small.
@@ -107,10 +117,9 @@ std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int e
   TellNumTasks(plan);
   TaskList tasks(stages_, jobs_, plan, end_stage);
   const auto forget = [&](int task) {
-    const int stage = tasks.entries()[task].stage;
-    for (const int input : tasks.EndReading(task)) {
-      store_.Forget(jobs_[input].image, stages_[stage - 1].result);
-      if (stages_[stage].kind == StageKind::kInfer) store_.ForgetRegions(jobs_[input].image);
+    for (const auto& [stage, job] : tasks.EndReading(task)) {
+      store_.Forget(jobs_[job].image, stages_[stage].result);
+      if (stages_[stage + 1].kind == StageKind::kInfer) store_.ForgetRegions(jobs_[job].image);
     }
   };
   const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {

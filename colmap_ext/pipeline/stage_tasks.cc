@@ -13,6 +13,7 @@
 #include "phi/base/whole_array.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/inference/infer_holes.h"
+#include "phi/inference/region_pixels.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/cost_aggregation.h"
 
@@ -144,6 +145,8 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
     phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), FarthestOf(job.image),
                            input.reference.map->planes, &filtered, options_.filter.method.rules);
   }
+  if (stage.restores_measured && !job.keeps_measured)
+    phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states, &filtered);
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
     const std::int64_t num_kept =

@@ -51,4 +51,14 @@ void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input,
   });
 }
 
+void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, MeasurementMap* filtered) {
+  tbb::parallel_for(0, filtered->height(), [&](int y) {
+    for (int x = 0; x < filtered->width(); ++x) {
+      if (filtered->states(x, y) != PixelState::kNone || !IsInferred(inferred(x, y)) || !IsMeasured(measured.states(x, y))) continue;
+      filtered->planes(x, y) = measured.planes(x, y);
+      filtered->states(x, y) = PixelState::kMeasured;
+    }
+  });
+}
+
 }  // namespace phi

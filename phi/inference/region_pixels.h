@@ -18,4 +18,8 @@ namespace phi {
 // and a map whose input `keeps_measured` all of it.
 void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input, const Rules& rules, MeasurementMap* map);
 
+// A correction that no view confirms is none (`edge_depths`): what was measured there is measured again.
+//   measured: before inference; inferred: the states after it; filtered: what the filter kept of that.
+void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, MeasurementMap* filtered);
+
 }  // namespace phi

@@ -83,5 +83,29 @@ TEST(RegionPixels, WithoutTheRuleItStays) {
   EXPECT_FLOAT_EQ(finished.Ratio(10, 2), 1.25f);
 }
 
+TEST(RegionPixels, AMeasurementWhoseCorrectionWasNotConfirmedIsRestored) {
+  constexpr PixelState kNone = PixelState::kNone, kMeasured = PixelState::kMeasured, kAlone = PixelState::kInferredAlone;
+  struct Case {
+    PixelState measured, inferred, filtered, result;
+  };
+  const Case cases[] = {{kMeasured, kAlone, kNone, kMeasured},
+                        {kMeasured, PixelState::kInferredConfirmed, kNone, kMeasured},
+                        {kMeasured, kAlone, kAlone, kAlone},        // confirmed
+                        {kMeasured, kNone, kNone, kNone},           // the sky's rim
+                        {PixelState::kClue, kAlone, kNone, kNone},  // a hole
+                        {kNone, kAlone, kNone, kNone}};
+  for (const Case& c : cases) {
+    const auto map_of = [](PixelState state, float depth) {
+      MeasurementMap map{PlaneMap(1, 1), StateMap(1, 1, state)};
+      if (state != PixelState::kNone) map.planes(0, 0) = {{0, 0, -1}, depth};
+      return map;
+    };
+    MeasurementMap filtered = map_of(c.filtered, 3);
+    RestoreMeasured(map_of(c.measured, 2), StateMap(1, 1, c.inferred), &filtered);
+    EXPECT_EQ(filtered.states(0, 0), c.result);
+    EXPECT_EQ(filtered.planes(0, 0).depth, c.result == kMeasured ? 2 : c.result == kAlone ? 3 : 0);
+  }
+}
+
 }  // namespace
 }  // namespace phi
