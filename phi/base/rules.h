@@ -47,6 +47,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
   X(kRightAngles, "right_angles", kInference, kOffAndScale)         \
+  X(kContinuedRegions, "continued_regions", kInference, kOffAndScale) \
   X(kCreases, "creases", kInference, kOffAndScale)                  \
   X(kShadedSurfaces, "shaded_surfaces", kInference, kOffAndScale)   \
   X(kSpotBrightness, "spot_brightness", kInference, kOffAndScale)   \

@@ -15,6 +15,7 @@
 #include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 #include "phi/inference/connected_runs.h"
+#include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_parts.h"
 
 namespace phi {
@@ -229,6 +230,8 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   ImageRegions regions = PartAtNecks(inside, FindWide(inside, margin, rules), core_side * core_side);
   const RegionExtension extension(sums, inside, reach);
   tbb::parallel_for(0, image.height(), [&](int y) { extension.ExtendRow(y, &regions.region); });
+  if (rules.IsOn(Rule::kContinuedRegions))
+    regions.continued = FindContinuedRegions(regions.region, regions.num_regions, sums, static_cast<int>(kSumsPerGreyLevel * kMaxBrightnessChange), reach);
   return regions;
 }
 

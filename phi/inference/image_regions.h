@@ -9,6 +9,7 @@
 
 #include "phi/base/images.h"
 #include "phi/base/rules.h"
+#include "phi/inference/continued_regions.h"
 
 namespace phi {
 
@@ -16,8 +17,9 @@ struct ImageRegions {
   // 0 to num_regions - 1, in the order of the regions' first pixels inside; -1: in none
   Array2D<std::int32_t> region;
   std::int32_t num_regions = 0;
+  RegionLists continued = {};  // empty: not asked
 
-  std::size_t bytes() const { return region.bytes(); }
+  std::size_t bytes() const { return region.bytes(); }  // the lists take next to nothing
 };
 
 // The same for any number of threads. None without the rule of their planes.

@@ -232,7 +232,10 @@ class PlaneChoice {
   }
 
   // What the region is if it is not on the plane.
-  Sky JudgeSky(const ImagePlane& plane) const { return IsUnlikeForetold(plane) ? Sky::kSeen : LookFar(plane); }
+  Sky JudgeSky(const ImagePlane& plane) const {
+    if (!region_.may_be_sky) return Sky::kNot;
+    return IsUnlikeForetold(plane) ? Sky::kSeen : LookFar(plane);
+  }
 
   // A plane moves from view to view, and its border with it: it foretells what the views show in the spots' directions. Between a
   // tree and a house cells lie around the sky, which does not move. A region of one brightness that ends at things as far away as

@@ -41,6 +41,7 @@ struct RegionEvidence {
   const SpotViews* views = nullptr;        // null: brightness is not asked
   std::span<const SourceRegions> sources = {};  // of the source views
   const SceneDirections* directions = nullptr;  // null: the scene has none
+  bool may_be_sky = true;                       // too little of it carries anchors to say otherwise
 };
 
 // Of a region: why no plane was chosen.

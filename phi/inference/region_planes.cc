@@ -1,8 +1,11 @@
 #include "phi/inference/region_planes.h"
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 
@@ -84,6 +87,23 @@ std::optional<RegionPlane> SurfaceOf(const FoundRegion& region, const SpotViews*
   limits.min_change *= rules.Factor(Rule::kShadedSurfaces);
   const RegionPlane start = region.planes[0].IsThere() ? region.planes[0] : MiddleDepth(region.points);
   return SurfaceByShade(*views, region.spots, region.cells, start, reach_deviations, limits);
+}
+
+RandomKey KeyOf(std::uint32_t image_id) { return {0, image_id}; }
+
+// Of a region that continues the one that takes them. They do not say how far that one reaches.
+void AddCells(std::span<const AnchorCell> others, float weight, std::vector<AnchorCell>* cells) {
+  for (AnchorCell cell : others) {
+    cell.weight *= weight;
+    cell.is_measured = false;
+    cells->push_back(cell);
+  }
+}
+
+void AddPlanes(std::span<const RegionPlane> planes, std::vector<ImagePlane>* candidates) {
+  for (const RegionPlane& plane : planes) {
+    if (plane.IsThere()) candidates->push_back(plane);
+  }
 }
 
 // Of the reference view, as the sources that it was matched with tell it.
@@ -170,29 +190,61 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
+  const std::vector<std::size_t> num_spots = NumSpots();
   std::vector<bool> are_light_sources(own.size());
   if (views != nullptr) are_light_sources = FindLightSources(spots, SpotGrid(anchors.width, anchors.height), *views, rules);
+  // What has anchors over its greater part is a surface, and known: depths in the sky are those of what stands before it, at its rims.
+  const auto is_open = [&](std::size_t k) { return 2 * spots[k].size() >= num_spots[k]; };
+  const auto shines = [&](std::size_t k) { return are_light_sources[k] && is_open(k); };
+  std::vector<std::vector<RegionPoint>> points(own.size());
+  tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
+    if (shines(k)) return;
+    points[k] = own.Points(k, tolerance_);
+    planes_[k] = FitPlanes(limits, points[k], KeyOf(image_id), static_cast<std::uint64_t>(own.region(k)));
+    cells_[k] = MakeAnchorCells(WeightedPoints(points[k], *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);
+  });
+  // In their place, what they and the regions that continue them tell together.
+  const std::vector<std::vector<AnchorCell>> own_cells = cells_;
+  const std::vector<std::array<RegionPlane, kPlanesPerRegion>> own_planes = planes_;
   const SceneDirections* directions = evidence.directions ? &*evidence.directions : nullptr;
   tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
-    if (are_light_sources[k]) {
+    if (shines(k)) {
       sky_[k] = Sky::kSeen;
       return;
     }
-    const std::vector<RegionPoint> points = own.Points(k, tolerance_);
-    planes_[k] = FitPlanes(limits, points, {0, image_id}, static_cast<std::uint64_t>(own.region(k)));
-    cells_[k] = MakeAnchorCells(WeightedPoints(points, *regions_, own.region(k), crease_weight), side, min_cell_points, tolerance_);
+    std::vector<ImagePlane> candidates(evidence.scene.begin(), evidence.scene.end());
+    std::vector<RegionPoint> all_points;
+    for (const std::size_t other : is_open(k) ? Continued(own.region(k)) : std::vector<std::size_t>()) {
+      AddCells(own_cells[other], rules.Factor(Rule::kContinuedRegions), &cells_[k]);
+      AddPlanes(own_planes[other], &candidates);
+      all_points.insert(all_points.end(), points[other].begin(), points[other].end());
+    }
     if (!chooses) return;
-    RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions};
-    const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], evidence.scene, choice);
+    if (!all_points.empty()) {
+      all_points.insert(all_points.end(), points[k].begin(), points[k].end());
+      std::stable_sort(all_points.begin(), all_points.end(), [](const RegionPoint& a, const RegionPoint& b) { return a.hash < b.hash; });
+      AddPlanes(FitPlanes(limits, std::move(all_points), KeyOf(image_id), static_cast<std::uint64_t>(own.region(k))), &candidates);
+    }
+    RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions, is_open(k)};
+    const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], candidates, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
     are_mirrors_[k] = chosen.is_mirror;
     if (chosen.is_mirror) return;  // its shade is of what it reflects
-    if (const auto bent = SurfaceOf({planes_[k], points, cells_[k], spots[k]}, views, limits.reach_deviations, rules)) {
+    if (const auto bent = SurfaceOf({planes_[k], points[k], own_cells[k], spots[k]}, views, limits.reach_deviations, rules)) {
       planes_[k] = {*bent};
       sky_[k] = Sky::kNot;
     }
   });
+}
+
+std::vector<std::size_t> RegionPlanes::Continued(std::int32_t region) const {
+  std::vector<std::size_t> others;
+  if (regions_->continued.empty()) return others;
+  for (const std::int32_t other : regions_->continued[static_cast<std::size_t>(region)]) {
+    if (const std::int32_t k = index_[static_cast<std::size_t>(other)]; k >= 0) others.push_back(static_cast<std::size_t>(k));
+  }
+  return others;
 }
 
 bool RegionPlanes::ShowsSky() const { return std::find(sky_.begin(), sky_.end(), Sky::kSeen) != sky_.end(); }
@@ -226,6 +278,18 @@ std::vector<std::vector<Spot>> RegionPlanes::SpotsWithoutAnchor(ArrayView2D<cons
     }
   }
   return spots;
+}
+
+std::vector<std::size_t> RegionPlanes::NumSpots() const {
+  std::vector<std::size_t> num_spots(planes_.size());
+  const SpotGrid grid(regions_->region.width(), regions_->region.height());
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Spot spot = grid.At(column, row);
+      if (const std::int32_t own = IndexAt(spot.x, spot.y); own >= 0) ++num_spots[static_cast<std::size_t>(own)];
+    }
+  }
+  return num_spots;
 }
 
 ViewRegions RegionPlanes::Tell() const {

@@ -91,8 +91,12 @@ class RegionPlanes {
     return region < 0 ? -1 : index_[static_cast<std::size_t>(region)];
   }
 
+  // By index into planes_, those that continue a region of the image.
+  std::vector<std::size_t> Continued(std::int32_t region) const;
+
   // Of each region, by index into its planes.
   std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const;
+  std::vector<std::size_t> NumSpots() const;
 
   AnchorTolerance tolerance_;
   std::shared_ptr<const ImageRegions> regions_;

@@ -309,6 +309,14 @@ TEST(PlaneChoice, WhatLooksTheSameInfinitelyFarIsTheSky) {
   EXPECT_TRUE(AboveARoof(100, 100).IsTaken(0)) << "not asked";
 }
 
+TEST(PlaneChoice, WhatIsKnownToBeNoSkyIsNotAsked) {
+  const AboveARoof scene(100, 100);
+  const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
+  PlaneChoiceLimits limits = kLimits;
+  limits.min_unlike_sky = 0.6;
+  EXPECT_TRUE(ChoosePlanes({scene.roof, scene.spots, &views, {}, nullptr, false}, Planes{}, std::array{kWall}, limits).planes[0].IsThere());
+}
+
 TEST(PlaneChoice, TheSkyIsToldFromWhatHasNoPlane) {
   const AboveARoof scene(100, 100);
   const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
@@ -566,6 +574,22 @@ TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
   EXPECT_EQ(offered(1, 80, 100), (std::array{0.0f, 0.0f})) << "clues carry none";
   EXPECT_EQ(offered(1, 145, 100)[0], 0) << "nor does a clue offer its own depth";
   EXPECT_NEAR(offered(1, 80, 115)[0], w, 1e-4f) << "between measured pixels";
+}
+
+// A plain image that the sources show alike infinitely far away, as much as the reference, with anchors in its lower rows alone.
+TEST(RegionPlanes, WhatIsMostlyMeasuredIsNoSky) {
+  const AboveARoof scene(100, 100);
+  const auto sky = [&](int first_row) {
+    Array2D<float> anchors(160, 120);
+    for (int y = first_row; y < 120; ++y) std::fill(&anchors(0, y), &anchors(0, y) + 160, 0.3f);
+    PlaneEvidence evidence;
+    evidence.scene = {{0.3, 0, 0}};
+    evidence.views.emplace(scene.input, std::vector<RelativeExposure>(2));
+    const GrayImage& image = *scene.input.reference.image;
+    return RegionPlanes(SharedRegions(image), std::as_const(anchors).view(), 1, evidence).SkyAt(80, 10);
+  };
+  EXPECT_EQ(sky(66), Sky::kSeen);  // 11 of 20 rows of spots have none
+  EXPECT_EQ(sky(54), Sky::kNot);   // 9 of 20
 }
 
 // What was measured fills the left fifth and, beside and before the house, all from column 90 on. Wall or sky, the even region between
