@@ -230,8 +230,10 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
   ImageRegions regions = PartAtNecks(inside, FindWide(inside, margin, rules), core_side * core_side);
   const RegionExtension extension(sums, inside, reach);
   tbb::parallel_for(0, image.height(), [&](int y) { extension.ExtendRow(y, &regions.region); });
-  if (rules.IsOn(Rule::kContinuedRegions))
-    regions.continued = FindContinuedRegions(regions.region, regions.num_regions, sums, static_cast<int>(kSumsPerGreyLevel * kMaxBrightnessChange), reach);
+  if (rules.IsOn(Rule::kContinuedRegions)) {
+    const auto max_change = static_cast<int>(kSumsPerGreyLevel * kMaxBrightnessChange);
+    regions.continued = FindContinuedRegions(regions.region, regions.num_regions, sums, max_change, reach);
+  }
   return regions;
 }
 

@@ -36,6 +36,7 @@ const std::set<std::string> kTestedElsewhere = {
     "light_sources",   // light_sources_test.cc: the room has none
     "mirrors",         // mirror_test.cc: the same
     "sky_rims",        // sky_rims_test.cc: the same
+    "continued_regions",  // continued_regions_test.cc: nothing parts the room's walls
     "right_angles",    // plane_choice_test.cc: it decides no region of three small views
     "shaded_surfaces",  // shaded_surface_test.cc: a region must be bent
     "spot_brightness", "sky",  // plane_choice_test.cc

@@ -77,7 +77,9 @@ TEST(ContinuedRegions, ThreeRowsAtLeastAreAlike) {
 TEST(ContinuedRegions, MostRowsAreAlike) {
   for (const int num_alike : {9, 10}) {
     Picture picture = PartedWall(0);
-    for (int y = num_alike * kSide; y < kHeight; ++y) std::fill(&picture.brightness(100, y), &picture.brightness(0, y) + kWidth, std::uint16_t{200});
+    for (int y = num_alike * kSide; y < kHeight; ++y) {
+      std::fill(&picture.brightness(100, y), &picture.brightness(0, y) + kWidth, std::uint16_t{200});
+    }
     EXPECT_EQ(picture.Continued()[0].empty(), num_alike < 10) << num_alike;
   }
 }

@@ -314,7 +314,8 @@ TEST(PlaneChoice, WhatIsKnownToBeNoSkyIsNotAsked) {
   const SpotViews views(scene.input, std::array<RelativeExposure, 2>());
   PlaneChoiceLimits limits = kLimits;
   limits.min_unlike_sky = 0.6;
-  EXPECT_TRUE(ChoosePlanes({scene.roof, scene.spots, &views, {}, nullptr, false}, Planes{}, std::array{kWall}, limits).planes[0].IsThere());
+  const RegionEvidence known = {scene.roof, scene.spots, &views, {}, nullptr, false};
+  EXPECT_TRUE(ChoosePlanes(known, Planes{}, std::array{kWall}, limits).planes[0].IsThere());
 }
 
 TEST(PlaneChoice, TheSkyIsToldFromWhatHasNoPlane) {
