@@ -78,19 +78,27 @@ std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
   return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
 }
 
-std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
-                                       std::span<const PooledAnchor> pooled) {
-  std::vector<std::int32_t> counts(static_cast<std::size_t>(regions.num_regions), 0);
+// Of each region.
+struct Counts {
+  std::int32_t pixels = 0;
+  std::int32_t with_anchor = 0;  // of these
+  std::int32_t pooled = 0;       // other views' anchors
+};
+
+std::vector<Counts> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors, std::span<const PooledAnchor> pooled) {
+  std::vector<Counts> counts(static_cast<std::size_t>(regions.num_regions));
   tbb::parallel_for(0, anchors.height, [&](int y) {
     ForRuns(regions, y, [&](std::int32_t region, int begin, int end) {
       std::int32_t count = 0;
       for (int x = begin; x < end; ++x) count += anchors(x, y) > 0;
-      if (count > 0) FetchAdd(&counts[static_cast<std::size_t>(region)], count);
+      Counts& own = counts[static_cast<std::size_t>(region)];
+      FetchAdd(&own.pixels, end - begin);
+      if (count > 0) FetchAdd(&own.with_anchor, count);
     });
   });
   for (const PooledAnchor& anchor : pooled) {
     const std::int32_t region = regions.region(anchor.PixelX(), anchor.PixelY());
-    if (region >= 0) ++counts[static_cast<std::size_t>(region)];
+    if (region >= 0) ++counts[static_cast<std::size_t>(region)].pooled;
   }
   return counts;
 }
@@ -100,22 +108,19 @@ std::vector<std::int32_t> CountAnchors(const ImageRegions& regions, ArrayView2D<
 RegionAnchors::RegionAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors,
                              std::span<const PooledAnchor> pooled, int min_anchors, ArrayView2D<const PixelState> states)
     : anchors_(anchors), pooled_(pooled), states_(states), index_(static_cast<std::size_t>(regions.num_regions), -1) {
-  const std::int64_t num_anchors = ListRegions(CountAnchors(regions, anchors, pooled), min_anchors);
-  members_ = std::make_unique_for_overwrite<Member[]>(static_cast<std::size_t>(num_anchors));
-  ListMembers(regions);
-}
-
-// Returns the number of their anchors.
-std::int64_t RegionAnchors::ListRegions(const std::vector<std::int32_t>& counts, int min_anchors) {
+  const std::vector<Counts> counts = CountAnchors(regions, anchors, pooled);
   std::int64_t num_anchors = 0;
   for (std::size_t r = 0; r < counts.size(); ++r) {
-    if (counts[r] < min_anchors) continue;
-    const double share = std::min(1.0, static_cast<double>(kMaxPoints) / counts[r]);
+    const std::int32_t count = counts[r].with_anchor + counts[r].pooled;
+    if (count < min_anchors) continue;
+    const double share = std::min(1.0, static_cast<double>(kMaxPoints) / count);
     index_[r] = static_cast<std::int32_t>(regions_.size());
-    regions_.push_back({static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), num_anchors});
-    num_anchors += counts[r];
+    regions_.push_back({static_cast<std::int32_t>(r), static_cast<std::uint32_t>(share * 4294967295.0), num_anchors,
+                        2 * counts[r].with_anchor <= counts[r].pixels});
+    num_anchors += count;
   }
-  return num_anchors;
+  members_ = std::make_unique_for_overwrite<Member[]>(static_cast<std::size_t>(num_anchors));
+  ListMembers(regions);
 }
 
 void RegionAnchors::ListMembers(const ImageRegions& regions) {

@@ -34,6 +34,8 @@ class RegionAnchors {
 
   std::size_t size() const { return regions_.size(); }
   std::int32_t region(std::size_t k) const { return regions_[k].region; }
+  // Whether at most half of its pixels have an anchor of the image's own.
+  bool IsOpen(std::size_t k) const { return regions_[k].is_open; }
   // Of each region of the image, which k it is; -1: none.
   const std::vector<std::int32_t>& index() const { return index_; }
 
@@ -49,10 +51,10 @@ class RegionAnchors {
     std::int32_t region;
     std::uint32_t max_hash;  // of the anchors that become members
     std::int64_t begin;
+    bool is_open;
     std::int32_t num_members = 0;
   };
 
-  std::int64_t ListRegions(const std::vector<std::int32_t>& counts, int min_anchors);
   void ListMembers(const ImageRegions& regions);
   void Append(std::span<const Member> members, Region* region);
   RegionPoint PointOf(Member member) const;

@@ -190,12 +190,10 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
   cells_.resize(own.size());
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(anchors);
   const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
-  const std::vector<std::size_t> num_spots = NumSpots();
   std::vector<bool> are_light_sources(own.size());
   if (views != nullptr) are_light_sources = FindLightSources(spots, SpotGrid(anchors.width, anchors.height), *views, rules);
   // What has anchors over its greater part is a surface, and known: depths in the sky are those of what stands before it, at its rims.
-  const auto is_open = [&](std::size_t k) { return 2 * spots[k].size() >= num_spots[k]; };
-  const auto shines = [&](std::size_t k) { return are_light_sources[k] && is_open(k); };
+  const auto shines = [&](std::size_t k) { return are_light_sources[k] && own.IsOpen(k); };
   std::vector<std::vector<RegionPoint>> points(own.size());
   tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
     if (shines(k)) return;
@@ -214,7 +212,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
     }
     std::vector<ImagePlane> candidates(evidence.scene.begin(), evidence.scene.end());
     std::vector<RegionPoint> all_points;
-    for (const std::size_t other : is_open(k) ? Continued(own.region(k)) : std::vector<std::size_t>()) {
+    for (const std::size_t other : own.IsOpen(k) ? Continued(own.region(k)) : std::vector<std::size_t>()) {
       AddCells(own_cells[other], rules.Factor(Rule::kContinuedRegions), &cells_[k]);
       AddPlanes(own_planes[other], &candidates);
       all_points.insert(all_points.end(), points[other].begin(), points[other].end());
@@ -225,7 +223,7 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
       std::stable_sort(all_points.begin(), all_points.end(), [](const RegionPoint& a, const RegionPoint& b) { return a.hash < b.hash; });
       AddPlanes(FitPlanes(limits, std::move(all_points), KeyOf(image_id), static_cast<std::uint64_t>(own.region(k))), &candidates);
     }
-    RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions, is_open(k)};
+    RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions, own.IsOpen(k)};
     const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], candidates, choice);
     planes_[k] = chosen.planes;
     sky_[k] = chosen.sky;
@@ -278,18 +276,6 @@ std::vector<std::vector<Spot>> RegionPlanes::SpotsWithoutAnchor(ArrayView2D<cons
     }
   }
   return spots;
-}
-
-std::vector<std::size_t> RegionPlanes::NumSpots() const {
-  std::vector<std::size_t> num_spots(planes_.size());
-  const SpotGrid grid(regions_->region.width(), regions_->region.height());
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const Spot spot = grid.At(column, row);
-      if (const std::int32_t own = IndexAt(spot.x, spot.y); own >= 0) ++num_spots[static_cast<std::size_t>(own)];
-    }
-  }
-  return num_spots;
 }
 
 ViewRegions RegionPlanes::Tell() const {

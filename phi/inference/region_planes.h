@@ -96,7 +96,6 @@ class RegionPlanes {
 
   // Of each region, by index into its planes.
   std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const;
-  std::vector<std::size_t> NumSpots() const;
 
   AnchorTolerance tolerance_;
   std::shared_ptr<const ImageRegions> regions_;
