@@ -140,10 +140,11 @@ TEST_F(HostileFusion, TwoWithOtherOptionsDoNotMakeOneCloud) {
   std::vector<std::string> others_arguments = Arguments(folder_ / "out/../out/fused.ply");
   others_arguments.insert(others_arguments.end(), {"--StereoFusion.min_num_pixels", "1"});
   ProgramResult other;
-  // The first is held while it works. It may be done before it is caught.
-  for (int run = 0; run < 50 && other.exit_code < 0; ++run) {
+  // The first is held while it works. It may be done before it is caught, and it may be caught before it has the lock: then the other
+  // one's cloud is whole, and the first one's takes its place.
+  for (int run = 0; run < 50 && other.exit_code != 2; ++run) {
     const auto hold = [&](pid_t pid) {
-      if (other.exit_code >= 0 || !HasTemporaryFile(path.parent_path())) return;
+      if (other.exit_code == 2 || !HasTemporaryFile(path.parent_path())) return;
       ::kill(pid, SIGSTOP);
       siginfo_t state;  // a signal takes its time, and meanwhile the program ends
       ::waitid(P_PID, static_cast<id_t>(pid), &state, WSTOPPED | WEXITED | WNOWAIT);
