@@ -35,6 +35,8 @@ struct PipelineOptions {
   void SetMethod(const phi::Method& method);
   // -1: half of the memory that the process may use, at most 32 GB.
   std::int64_t CacheBytes() const;
+  // Both ends or neither (Check).
+  bool GivesDepthRange() const { return depth_min > 0; }
   // Whether later stages read the matching cost of the estimate.
   bool NeedsCost() const { return write_cost_maps || filter.UsesCost(); }
   std::string Check() const;

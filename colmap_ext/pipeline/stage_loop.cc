@@ -29,10 +29,11 @@ class TaskList {
         own[job] = static_cast<int>(entries_.size());
         queued_.push_back({.kind = s, .needs = {}});
         entries_.push_back({s, job});
-        for (const int input : Inputs(entries_.back())) {
-          if (previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
+        for (const MapRead& read : Reads(entries_.back())) {
+          ++num_readers_[read];
+          const auto& [stage, input] = read;
+          if (stage == s - 1 && previous[input] >= 0) queued_.back().needs.push_back(previous[input]);
         }
-        for (const MapRead& read : Reads(entries_.back())) ++num_readers_[read];
       }
     }
   }
@@ -54,15 +55,11 @@ class TaskList {
   }
 
  private:
-  // The first stage reads no maps.
-  std::vector<int> Inputs(const Entry& entry) const {
-    return entry.stage > 0 ? InputJobs(stages_[entry.stage], jobs_, entry.job) : std::vector<int>{};
-  }
-
-  // The measured maps that a stage restores are there: inference read them.
+  // The first stage reads no maps. The measured ones that a stage restores are there: inference read them.
   std::vector<MapRead> Reads(const Entry& entry) const {
     std::vector<MapRead> reads;
-    for (const int input : Inputs(entry)) reads.emplace_back(entry.stage - 1, input);
+    if (entry.stage == 0) return reads;
+    for (const int input : InputJobs(stages_[entry.stage], jobs_, entry.job)) reads.emplace_back(entry.stage - 1, input);
     if (stages_[entry.stage].restores_measured) reads.emplace_back(entry.stage - 2, entry.job);
     return reads;
   }

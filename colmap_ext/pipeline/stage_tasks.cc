@@ -1,7 +1,6 @@
 #include "colmap_ext/pipeline/stage_tasks.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -16,6 +15,7 @@
 #include "phi/inference/region_pixels.h"
 #include "phi/inference/region_planes.h"
 #include "phi/matching/cost_aggregation.h"
+#include "phi/matching/estimation_setup.h"
 
 namespace colmap_ext {
 namespace {
@@ -89,9 +89,10 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   }
   phi::SparseDepth sparse = sparse_depth_(job.image);
   input.sparse = std::move(sparse.points);
-  input.depth_min = options_.depth_min > 0 ? static_cast<float>(options_.depth_min) : sparse.range.min;
-  input.depth_max = options_.depth_max > 0 ? static_cast<float>(options_.depth_max) : sparse.range.max;
-  input.depth_range_is_given = options_.depth_min > 0;
+  const phi::DepthRange range = SearchRange(sparse);
+  input.depth_min = range.min;
+  input.depth_max = range.max;
+  input.depth_range_is_given = options_.GivesDepthRange();
   return input;
 }
 
@@ -142,8 +143,10 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
   if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
-    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), FarthestOf(job.image),
-                           input.reference.map->planes, &filtered, options_.filter.method.rules);
+    const float farthest = phi::FarthestSearched(SearchRange(sparse_depth_(job.image)).max, options_.GivesDepthRange(),
+                                                 options_.stereo.method);
+    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), farthest, input.reference.map->planes,
+                           &filtered, options_.filter.method.rules);
   }
   if (stage.restores_measured && !job.keeps_measured)
     phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states, &filtered);
@@ -174,10 +177,9 @@ double StageTasks::NoiseOf(int image) const {
   return noise_.emplace(image, noise).first->second;
 }
 
-float StageTasks::FarthestOf(int image) const {
-  if (options_.depth_max > 0) return static_cast<float>(options_.depth_max);
-  const bool is_bounded = options_.stereo.method.rules.IsOn(phi::Rule::kDepthBounds);
-  return is_bounded ? sparse_depth_(image).range.max : std::numeric_limits<float>::infinity();
+phi::DepthRange StageTasks::SearchRange(const phi::SparseDepth& sparse) const {
+  if (!options_.GivesDepthRange()) return sparse.range;
+  return {static_cast<float>(options_.depth_min), static_cast<float>(options_.depth_max)};
 }
 
 phi::DepthPrecision StageTasks::PrecisionOf(const ImageJob& job) const {
@@ -210,8 +212,10 @@ StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std:
   input.source_regions = SourceRegions(job, used, input);
   if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.method.rules);
   input.keeps_measured = job.keeps_measured;
-  if (options_.depth_min > 0) input.nearest = static_cast<float>(options_.depth_min);
-  if (options_.depth_max > 0) input.farthest = static_cast<float>(options_.depth_max);
+  if (options_.GivesDepthRange()) {
+    input.nearest = static_cast<float>(options_.depth_min);
+    input.farthest = static_cast<float>(options_.depth_max);
+  }
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
   return {.map = std::make_shared<const phi::MeasurementMap>(std::move(inferred.map))};

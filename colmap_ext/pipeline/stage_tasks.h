@@ -58,8 +58,8 @@ class StageTasks {
   StageResult Filter(const StageTask& task, phi::Backend& backend) const;
   // NoiseDeviation of the image, which several stages ask for.
   double NoiseOf(int image) const;
-  // Where the search of robust formulas ends; infinity: nowhere.
-  float FarthestOf(int image) const;
+  // Its depths, in place of which the user's count.
+  phi::DepthRange SearchRange(const phi::SparseDepth& sparse) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
   StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const;
   // mask: of the image, may be null.

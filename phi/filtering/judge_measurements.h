@@ -12,7 +12,7 @@ namespace phi {
 // Drops plain pixels, and what lies at the end of the search's range. What is dropped for being plain, or was by the filter, though it is
 // probably right (confidence.h), becomes a clue.
 //   image: the reference, grey; noise: its NoiseDeviation, grey levels; precision: of the reference's view;
-//   farthest: depth at which the search ended, world units, or infinity;
+//   farthest: depth at which the search ended (FarthestSearched), world units;
 //   estimate: what the filter was given; map: what it returned.
 void JudgeMeasurements(const GrayImage& image, double noise, const DepthPrecision& precision, float farthest,
                        const PlaneMap& estimate, MeasurementMap* map, const Rules& rules = {});

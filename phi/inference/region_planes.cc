@@ -106,6 +106,16 @@ void AddPlanes(std::span<const RegionPlane> planes, std::vector<ImagePlane>* can
   }
 }
 
+// By ascending hash, as those of each region.
+std::vector<RegionPoint> PointsOfAll(const std::vector<std::vector<RegionPoint>>& points, std::span<const std::size_t> others,
+                                     std::size_t own) {
+  std::vector<RegionPoint> all;
+  for (const std::size_t other : others) all.insert(all.end(), points[other].begin(), points[other].end());
+  all.insert(all.end(), points[own].begin(), points[own].end());
+  std::stable_sort(all.begin(), all.end(), [](const RegionPoint& a, const RegionPoint& b) { return a.hash < b.hash; });
+  return all;
+}
+
 // Of the reference view, as the sources that it was matched with tell it.
 DepthPrecision PrecisionOf(const InferenceInput& input) {
   std::vector<const Camera*> sources;
@@ -210,18 +220,14 @@ RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayVie
       sky_[k] = Sky::kSeen;
       return;
     }
-    std::vector<ImagePlane> candidates(evidence.scene.begin(), evidence.scene.end());
-    std::vector<RegionPoint> all_points;
-    for (const std::size_t other : own.IsOpen(k) ? Continued(own.region(k)) : std::vector<std::size_t>()) {
-      AddCells(own_cells[other], rules.Factor(Rule::kContinuedRegions), &cells_[k]);
-      AddPlanes(own_planes[other], &candidates);
-      all_points.insert(all_points.end(), points[other].begin(), points[other].end());
-    }
+    const std::vector<std::size_t> others = own.IsOpen(k) ? Continued(own.region(k)) : std::vector<std::size_t>();
+    for (const std::size_t other : others) AddCells(own_cells[other], rules.Factor(Rule::kContinuedRegions), &cells_[k]);
     if (!chooses) return;
-    if (!all_points.empty()) {
-      all_points.insert(all_points.end(), points[k].begin(), points[k].end());
-      std::stable_sort(all_points.begin(), all_points.end(), [](const RegionPoint& a, const RegionPoint& b) { return a.hash < b.hash; });
-      AddPlanes(FitPlanes(limits, std::move(all_points), KeyOf(image_id), static_cast<std::uint64_t>(own.region(k))), &candidates);
+    std::vector<ImagePlane> candidates(evidence.scene.begin(), evidence.scene.end());
+    for (const std::size_t other : others) AddPlanes(own_planes[other], &candidates);
+    if (!others.empty()) {
+      const std::vector<RegionPoint> all_points = PointsOfAll(points, others, k);
+      AddPlanes(FitPlanes(limits, all_points, KeyOf(image_id), static_cast<std::uint64_t>(own.region(k))), &candidates);
     }
     RegionEvidence known = {cells_[k], spots[k], views, evidence.sources, directions, own.IsOpen(k)};
     const ChosenPlanes chosen = ChoosePlanes(std::move(known), planes_[k], candidates, choice);

@@ -61,6 +61,11 @@ std::vector<RelativeView> MakeRelativeViews(const EstimationInput& input) {
   return views;
 }
 
+float FarthestSearched(float depth_max, bool depth_range_is_given, const Method& method) {
+  const bool is_bounded = depth_range_is_given || method.FormulasOf(Rule::kDepthBounds) == Formulas::kRobust;
+  return is_bounded ? depth_max : std::numeric_limits<float>::max();
+}
+
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options) {
   CheckEstimationInput(input);
   EstimationParameters p;
@@ -80,10 +85,9 @@ EstimationParameters MakeEstimationParameters(const EstimationInput& input, cons
   p.key = {options.seed, input.reference.view->image_id};
   p.depth_min = input.depth_min;
   p.depth_max = input.depth_max;
-  const bool is_bounded = input.depth_range_is_given || options.method.FormulasOf(Rule::kDepthBounds) == Formulas::kRobust;
   // Sparse points tell how far surfaces reach. Nearer ones may have none: the lawn before a house, a table's top.
   p.nearest = input.depth_range_is_given ? p.depth_min : std::numeric_limits<float>::min();
-  p.farthest = is_bounded ? p.depth_max : std::numeric_limits<float>::max();
+  p.farthest = FarthestSearched(p.depth_max, input.depth_range_is_given, options.method);
   p.inverse_depth_per_pixel = InverseDepthPerPixel(input, MakeRelativeViews(input));
   p.num_views = static_cast<int>(input.sources.size());
   p.num_iterations = options.num_iterations;

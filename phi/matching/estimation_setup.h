@@ -15,6 +15,9 @@ inline constexpr float kHalfWeightDifference = 9.0f;
 // more than kMaxSourceViews, an empty depth range).
 void CheckEstimationInput(const EstimationInput& input);
 
+// How far hypotheses may lie; depth_max: where the view's range ends, which the user gave or not. World units.
+float FarthestSearched(float depth_max, bool depth_range_is_given, const Method& method);
+
 // Of all iterations. Checks the input, too.
 EstimationParameters MakeEstimationParameters(const EstimationInput& input, const StereoOptions& options);
 
