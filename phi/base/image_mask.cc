@@ -44,11 +44,12 @@ GrayImage ExtendIntoMask(const GrayImage& image, const ImageMask& mask) {
   return extended;
 }
 
-GrayImage CutOutMask(const GrayImage& image, const ImageMask& mask) {
-  constexpr int kMiddle = 128;
-  GrayImage cut = ExtendIntoMask(image, mask);
+GrayImage CutOutMask(const GrayImage& extended, const ImageMask& mask) {
+  constexpr std::uint8_t kMiddle = 128;
+  GrayImage cut(extended.width(), extended.height());
   for (std::size_t i = 0; i < cut.size(); ++i) {
-    if (mask.data()[i] == 0) cut.data()[i] = cut.data()[i] < kMiddle ? 255 : 0;
+    const std::uint8_t value = extended.data()[i];
+    cut.data()[i] = mask.data()[i] != 0 ? value : value < kMiddle ? 255 : 0;
   }
   return cut;
 }

@@ -15,10 +15,10 @@ namespace phi {
 // edge. So do the source images of the matching, whose windows count the samples that the reference's window counts.
 GrayImage ExtendIntoMask(const GrayImage& image, const ImageMask& mask);
 
-// For the reference image of the matching, and for regions: masked pixels are black or white, whichever is farther from a
-// nearest used pixel. At 128 grey levels and more from a window's centre a sample has no weight (MatchingWindow::Weight), so
+// Of an image that is extended into the mask, for the reference image of the matching, and for regions: masked pixels are black or
+// white, whichever is farther from a nearest used pixel. At 128 grey levels and more from a window's centre a sample has no weight (MatchingWindow::Weight), so
 // that windows use what is outside the mask, and regions end at its edge. Not for matching without weights (the paper's).
-GrayImage CutOutMask(const GrayImage& image, const ImageMask& mask);
+GrayImage CutOutMask(const GrayImage& extended, const ImageMask& mask);
 
 // Takes away what a map holds at masked pixels.
 template <typename T>

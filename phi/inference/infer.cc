@@ -81,7 +81,7 @@ Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
   if (method.formulas == Formulas::kPaper) return Hypotheses(*input.measured, method);
   return {*input.measured,
           method.rules,
-          *RegionImage(input),
+          *input.reference.image,
           RegionsOf(input, method.rules),
           input.reference.view->image_id,
           GatherPlaneEvidence(input, method.rules)};

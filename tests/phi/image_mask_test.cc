@@ -29,10 +29,10 @@ TEST(ImageMask, ExtendsTheNearestUsedPixel) {
 // Black beside bright pixels, white beside dark ones: 128 grey levels and more away, where a sample has no weight.
 TEST(ImageMask, CutsOutFarFromWhatIsBesideIt) {
   const auto image = Row({10, 99, 99, 99, 99, 200}), mask = Row({255, 0, 0, 0, 0, 255});
-  EXPECT_EQ(Values(CutOutMask(image, mask)), (Bytes{10, 255, 255, 0, 0, 200}));
-  const auto middle = Row({127, 7, 128}), hole = Row({255, 0, 0});
-  EXPECT_EQ(Values(CutOutMask(middle, hole)), (Bytes{127, 255, 255}));
-  EXPECT_EQ(Values(CutOutMask(Row({128, 7}), Row({255, 0}))), (Bytes{128, 0}));
+  const auto cut = [](const auto& image, const auto& mask) { return Values(CutOutMask(ExtendIntoMask(image, mask), mask)); };
+  EXPECT_EQ(cut(image, mask), (Bytes{10, 255, 255, 0, 0, 200}));
+  EXPECT_EQ(cut(Row({127, 7, 128}), Row({255, 0, 0})), (Bytes{127, 255, 255}));
+  EXPECT_EQ(cut(Row({128, 7}), Row({255, 0})), (Bytes{128, 0}));
 }
 
 TEST(ImageMask, ReachesPixelsFromAllSides) {
