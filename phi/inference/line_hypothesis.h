@@ -84,7 +84,8 @@ PHI_HD Scanline MakeScanline(int direction, int index, int width, int height) {
   return {x0, y0, 1, -1, width - x0 < y0 + 1 ? width - x0 : y0 + 1};
 }
 
-// Sums for a line through a few points; positions relative to the gap's edge keep them exact in single precision.
+// Sums for a line through a few points. They are relative to the first one, the nearest to the gap: on the far side of a wide gap the
+// squares of positions in the gap would leave single precision nothing for the slope.
 struct LineSums {
   float n = 0, t = 0, tt = 0, w = 0, tw = 0;
   float nearest_t = 0, nearest_w = 0;
@@ -92,11 +93,12 @@ struct LineSums {
 
   PHI_HD void Add(float position, float value) {
     if (n == 0) nearest_t = position, nearest_w = min_w = max_w = value;
+    const float dt = position - nearest_t, dw = value - nearest_w;
     n += 1;
-    t += position;
-    tt += position * position;
-    w += value - nearest_w;
-    tw += position * (value - nearest_w);
+    t += dt;
+    tt += dt * dt;
+    w += dw;
+    tw += dt * dw;
     min_w = Min(min_w, value);
     max_w = Max(max_w, value);
   }
@@ -112,18 +114,18 @@ struct Line {
 PHI_HD Line FitLine(const LineSums& s) {
   const float mt = s.t / s.n, mw = s.w / s.n;
   const float ctt = s.tt - s.t * mt, ctw = s.tw - s.t * mw;
-  return {mt, s.nearest_w + mw, s.n >= 2 ? ctw / ctt : 0.0f};
+  return {s.nearest_t + mt, s.nearest_w + mw, s.n >= 2 ? ctw / ctt : 0.0f};
 }
 
 // Least squares through both sides' points. `a` and `b` hold positions on one axis.
 PHI_HD Line FitLine(const LineSums& a, const LineSums& b) {
-  const float shift = b.nearest_w - a.nearest_w;
+  const float dt = b.nearest_t - a.nearest_t, dw = b.nearest_w - a.nearest_w;
   LineSums s = a;
   s.n += b.n;
-  s.t += b.t;
-  s.tt += b.tt;
-  s.w += b.w + b.n * shift;
-  s.tw += b.tw + b.t * shift;
+  s.t += b.t + b.n * dt;
+  s.tt += b.tt + (2 * b.t + b.n * dt) * dt;
+  s.w += b.w + b.n * dw;
+  s.tw += b.tw + b.t * dw + (b.w + b.n * dw) * dt;
   return FitLine(s);
 }
 

@@ -110,6 +110,41 @@ TEST(LineHypothesis, ExtrapolationToTheImageBorderIsBounded) {
   }
 }
 
+// Squares of positions in the gap would leave three anchors on its far side no slope in single precision.
+TEST(LineHypothesis, TheFarSideOfAWideGapIsAsExactAsTheNearOne) {
+  for (const int gap : {100, 2400, 5000, 40000}) {
+    for (const Formulas formulas : {Formulas::kRobust, Formulas::kPaper}) {
+      // Anchors at the end alone, from there one side of the gap; 0.5 at its last pixel, a step of 0.01 from pixel to pixel.
+      Array2D<float> anchors(gap + 3, 1, 0);
+      const auto value = [&](int x) { return 0.5f + 0.01f * static_cast<float>(x - (gap - 1)); };
+      for (int x = gap; x < gap + 3; ++x) anchors(x, 0) = formulas == Formulas::kPaper ? 1 / value(x) : value(x);
+      Array2D<float> filled = anchors;
+      const LineOptions options = MakeLineOptions({formulas, {}});
+      FillScanline(MakeScanline(kHorizontal, 0, anchors.width(), 1), std::as_const(anchors).view(), {}, options, filled.view());
+      for (const int x : {gap - 1, gap - 8}) {
+        const float there = formulas == Formulas::kPaper ? 1 / filled(x, 0) : filled(x, 0);
+        EXPECT_NEAR(there, value(x), 1e-4f) << gap << ", " << x;
+      }
+    }
+  }
+}
+
+TEST(LineHypothesis, ALineAcrossAWideGapMeetsBothSides) {
+  constexpr int kGap = 5000;
+  Array2D<float> anchors(kGap + 6, 1, 0);
+  const auto value = [](int x) { return 0.5f + 1e-5f * static_cast<float>(x); };
+  for (int i = 0; i < 3; ++i) {
+    anchors(i, 0) = value(i);
+    anchors(kGap + 3 + i, 0) = value(kGap + 3 + i);
+  }
+  Array2D<float> filled = anchors;
+  const LineOptions options = MakeLineOptions({Formulas::kPaper, {}});  // whatever the jump, in depth
+  Array2D<float> depths = anchors;
+  for (float& w : depths) w = w > 0 ? 1 / w : 0;
+  FillScanline(MakeScanline(kHorizontal, 0, kGap + 6, 1), std::as_const(depths).view(), {}, options, filled.view());
+  for (const int x : {3, 1000, 2500, kGap + 2}) EXPECT_NEAR(1 / filled(x, 0), value(x), 1e-5f) << x;
+}
+
 // A step of brightness at x = 80 alone is not even; a measured wall on the left, and on the right in some rows.
 TEST(LineHypothesis, WhereTheImageIsEvenALineGoesBetweenTwoSidesOnly) {
   GrayImage image(kWidth, kHeight, 90);
