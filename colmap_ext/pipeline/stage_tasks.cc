@@ -140,7 +140,8 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
     }
     input.sources.push_back(std::move(source));
   }
-  if (options_.filter.UsesCost()) input.cost = store_.Cost(job.image, EstimateKind(options_));
+  // Only estimates have one, and are asked: not what inference filled, nor another program's maps.
+  if (options_.filter.UsesCost() && previous.kind != StageKind::kInfer) input.cost = store_.Cost(job.image, EstimateKind(options_));
   phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
     const float farthest = phi::FarthestSearched(SearchRange(sparse_depth_(job.image)).max, options_.GivesDepthRange(),
@@ -148,8 +149,10 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
     phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), farthest, input.reference.map->planes,
                            &filtered, options_.filter.method.rules);
   }
-  if (stage.restores_measured && !job.keeps_measured)
-    phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states, &filtered);
+  if (stage.restores_measured && !job.keeps_measured) {
+    phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states,
+                         options_.filter.min_num_consistent_inferred, &filtered);
+  }
   filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
     const std::int64_t num_kept =

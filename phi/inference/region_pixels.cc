@@ -51,10 +51,12 @@ void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input,
   });
 }
 
-void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, MeasurementMap* filtered) {
+void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, int min_num_consistent, MeasurementMap* filtered) {
   tbb::parallel_for(0, filtered->height(), [&](int y) {
     for (int x = 0; x < filtered->width(); ++x) {
-      if (filtered->states(x, y) != PixelState::kNone || !IsInferred(inferred(x, y)) || !IsMeasured(measured.states(x, y))) continue;
+      const bool was_corrected = IsInferred(inferred(x, y)) && IsMeasured(measured.states(x, y));
+      const bool is_confirmed = min_num_consistent > 0 && filtered->states(x, y) != PixelState::kNone;
+      if (!was_corrected || is_confirmed) continue;
       filtered->planes(x, y) = measured.planes(x, y);
       filtered->states(x, y) = PixelState::kMeasured;
     }

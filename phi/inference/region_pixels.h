@@ -19,7 +19,8 @@ namespace phi {
 void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input, const Rules& rules, MeasurementMap* map);
 
 // A correction that no view confirms is none (`edge_depths`): what was measured there is measured again.
-//   measured: before inference; inferred: the states after it; filtered: what the filter kept of that.
-void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, MeasurementMap* filtered);
+//   measured: before inference; inferred: the states after it; min_num_consistent: views that the filter asked to confirm what was
+//   inferred, 0: none, and so no correction; filtered: what it kept of that.
+void RestoreMeasured(const MeasurementMap& measured, const StateMap& inferred, int min_num_consistent, MeasurementMap* filtered);
 
 }  // namespace phi

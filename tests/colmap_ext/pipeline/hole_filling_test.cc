@@ -86,6 +86,11 @@ TEST_F(HoleFillingTest, OnlyAnotherProgramsMapsKeepAllThatWasMeasured) {
   EXPECT_EQ(num_kept, kNumImages);
 }
 
+TEST_F(HoleFillingTest, FilledMapsNeedNoCosts) {
+  options_.filter.min_ncc = 0.1;
+  EXPECT_TRUE(Fill().failures.empty());
+}
+
 TEST_F(HoleFillingTest, BytesDependNeitherOnWorkersNorOnMemory) {
   Fill();
   const auto expected = HashMaps(folder_.path());

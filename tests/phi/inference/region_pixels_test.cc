@@ -87,10 +87,13 @@ TEST(RegionPixels, AMeasurementWhoseCorrectionWasNotConfirmedIsRestored) {
   constexpr PixelState kNone = PixelState::kNone, kMeasured = PixelState::kMeasured, kAlone = PixelState::kInferredAlone;
   struct Case {
     PixelState measured, inferred, filtered, result;
+    int min_num_consistent = 1;
   };
   const Case cases[] = {{kMeasured, kAlone, kNone, kMeasured},
                         {kMeasured, PixelState::kInferredConfirmed, kNone, kMeasured},
                         {kMeasured, kAlone, kAlone, kAlone},        // confirmed
+                        {kMeasured, kAlone, kAlone, kMeasured, 0},  // nobody was asked
+                        {PixelState::kClue, kAlone, kAlone, kAlone, 0},
                         {kMeasured, kNone, kNone, kNone},           // the sky's rim
                         {PixelState::kClue, kAlone, kNone, kNone},  // a hole
                         {kNone, kAlone, kNone, kNone}};
@@ -101,7 +104,7 @@ TEST(RegionPixels, AMeasurementWhoseCorrectionWasNotConfirmedIsRestored) {
       return map;
     };
     MeasurementMap filtered = map_of(c.filtered, 3);
-    RestoreMeasured(map_of(c.measured, 2), StateMap(1, 1, c.inferred), &filtered);
+    RestoreMeasured(map_of(c.measured, 2), StateMap(1, 1, c.inferred), c.min_num_consistent, &filtered);
     EXPECT_EQ(filtered.states(0, 0), c.result);
     EXPECT_EQ(filtered.planes(0, 0).depth, c.result == kMeasured ? 2 : c.result == kAlone ? 3 : 0);
   }
