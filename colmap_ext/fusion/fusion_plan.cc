@@ -28,9 +28,10 @@ FittingNeighbors FitNeighbors(int reference, const std::vector<int>& neighbors, 
   FittingNeighbors fitting;
   fitting.bytes_held = fitting.bytes_wanted = bytes[static_cast<std::size_t>(reference)];
   for (const int neighbor : neighbors) {
-    fitting.bytes_wanted += bytes[static_cast<std::size_t>(neighbor)];
-    if (fitting.bytes_wanted > budget) continue;
-    fitting.bytes_held = fitting.bytes_wanted;
+    const std::int64_t more = bytes[static_cast<std::size_t>(neighbor)];
+    fitting.bytes_wanted += more;
+    if (fitting.bytes_held + more > budget) continue;
+    fitting.bytes_held += more;
     fitting.kept.push_back(neighbor);
   }
   return fitting;

@@ -234,10 +234,11 @@ FusionPlan SceneFuser::MakePlan(const std::vector<int>& order) {
     bytes.push_back(FusionMapReader::ResidentBytes(NumPixels(p)));
     largest = std::max(largest, FusionMapReader::TransientBytes(NumPixels(p)));
   }
-  // At most a quarter of the budget is for maps that are just being read.
+  // At most a quarter of the budget is for maps that are just being read, however many threads read: the plan decides which neighbours
+  // fit, and so the cloud.
+  constexpr std::int64_t kMostReads = 32;
   const std::int64_t budget = options_.MemoryBytes();
-  num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, 256));
-  num_concurrent_reads_ = std::min(num_concurrent_reads_, tbb::this_task_arena::max_concurrency());
+  num_concurrent_reads_ = static_cast<int>(std::clamp<std::int64_t>(budget / 4 / largest, 1, kMostReads));
   const std::int64_t bytes_of_reads = num_concurrent_reads_ * largest;
   if (!std::exchange(has_told_of_shortage_, true)) {
     TellOfShortage(FindShortage(graph_, bytes, budget - bytes_of_reads), bytes_of_reads);

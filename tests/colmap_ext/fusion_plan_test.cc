@@ -67,6 +67,15 @@ TEST(FusionPlan, KeepsWithinTheBudgetWhereOrderCannotHelp) {
   for (const FusionStep& step : plan.steps) EXPECT_EQ(step.neighbors.size(), 9u);
 }
 
+TEST(FusionPlan, ANeighbourThatDoesNotFitLeavesItsPlaceToSmallerOnes) {
+  const NeighborGraph graph = {{1, 2, 3, 4}, {0}, {0}, {0}, {0}};
+  const std::vector<std::int64_t> bytes = {10, 40, 10, 10, 10};
+  EXPECT_THAT(PlanFusion(graph, {0}, bytes, 45).steps[0].neighbors, testing::ElementsAre(2, 3, 4));
+  EXPECT_THAT(PlanFusion(graph, {0}, bytes, 35).steps[0].neighbors, testing::ElementsAre(2, 3));
+  EXPECT_THAT(PlanFusion(graph, {0}, bytes, 65).steps[0].neighbors, testing::ElementsAre(1, 2));
+  EXPECT_EQ(FindShortage(graph, bytes, 65).bytes_wanted, 80);
+}
+
 TEST(FusionPlan, DropsWhatIsNeededLast) {
   // A hub that all six others see: it must never be read twice.
   NeighborGraph graph(7);

@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,25 @@ TEST(SceneFusion, SameBytesForAnyThreadsAndAnyMemory) {
     }
   }
   EXPECT_TRUE(read_again);
+}
+
+TEST(SceneFusion, WhichNeighboursFitDoesNotDependOnThreads) {
+  const TemporaryFolder folder;
+  WriteMapWorkspace(SphereScene({.num_views = 7}), folder.path());
+  SceneFusionOptions options;
+  options.max_neighbors = 6;
+  std::set<std::string> clouds;
+  for (int kilobytes = 1500; kilobytes <= 2500; kilobytes += 50) {
+    options.max_memory_gb = kilobytes * 1e-6;
+    options.num_threads = 1;
+    Fuse(folder.path(), options);
+    const std::string cloud = ReadBytes(folder / "fused.ply");
+    options.num_threads = 8;
+    Fuse(folder.path(), options);
+    EXPECT_TRUE(ReadBytes(folder / "fused.ply") == cloud) << kilobytes;
+    clouds.insert(cloud);
+  }
+  EXPECT_GT(clouds.size(), 1u) << "the memory matters";
 }
 
 TEST(SceneFusion, LessMemoryThanTheProgramTakesLeavesMapsNone) {
