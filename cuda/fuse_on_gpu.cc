@@ -63,7 +63,10 @@ class MapCopies {
     return copy;
   }
 
-  bool HasRoomFor(HostMap map) const { return num_bytes_ + Bytes(map) <= budget_; }
+  // Without discarding another copy.
+  bool HasRoomFor(HostMap map) const {
+    return MayGrowBy(map) || std::any_of(unused_.begin(), unused_.end(), [map](const auto& memory) { return Holds(memory, map); });
+  }
 
   void Forget(HostMap map) {
     const auto found = copies_.find(map.data);
@@ -74,19 +77,21 @@ class MapCopies {
   using Entry = std::map<const FusionPixel*, std::shared_ptr<MapCopy>>::iterator;
 
   static std::int64_t Bytes(HostMap map) { return map.size() * static_cast<std::int64_t>(sizeof(FusionPixel)); }
+  static bool Holds(const DeviceBuffer<FusionPixel>& memory, HostMap map) {
+    return static_cast<std::int64_t>(memory.bytes()) >= Bytes(map);
+  }
+  bool MayGrowBy(HostMap map) const { return num_bytes_ + Bytes(map) <= budget_; }
 
   // Of a map that is gone, or new. To free memory stops the device, so it goes from map to map.
   DeviceBuffer<FusionPixel> FindMemory(HostMap map) {
     for (;;) {
-      const auto unused = std::find_if(unused_.begin(), unused_.end(), [&](const DeviceBuffer<FusionPixel>& memory) {
-        return static_cast<std::int64_t>(memory.bytes()) >= Bytes(map);
-      });
+      const auto unused = std::find_if(unused_.begin(), unused_.end(), [map](const auto& memory) { return Holds(memory, map); });
       if (unused != unused_.end()) {
         DeviceBuffer<FusionPixel> memory = std::move(*unused);
         unused_.erase(unused);
         return memory;
       }
-      if (HasRoomFor(map)) {
+      if (MayGrowBy(map)) {
         DeviceBuffer<FusionPixel> memory(map.size(), FusionTask(map.width, map.height));
         num_bytes_ += static_cast<std::int64_t>(memory.bytes());
         return memory;
@@ -124,11 +129,16 @@ class MapCopies {
   std::vector<DeviceBuffer<FusionPixel>> unused_;
 };
 
-void Copy(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
-  const Task task = FusionTask(map.width, map.height);
-  Stream stream(task);
-  pixels.Upload(map.data, map.size(), stream.get(), task);
+// Returns once it is on the device.
+template <typename T>
+void Copy(const T* data, std::int64_t count, const DeviceBuffer<T>& copy, const Task& task) {
+  const Stream stream(task);
+  copy.Upload(data, count, stream.get(), task);
   stream.Synchronize(task);
+}
+
+void Copy(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
+  Copy(map.data, map.size(), pixels, FusionTask(map.width, map.height));
 }
 
 struct FusionScratch {
@@ -276,8 +286,7 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
     if (copies.back() == nullptr) return nullptr;
     const std::int64_t count = static_cast<std::int64_t>(bound.size());
     DeviceBuffer<FusionNeighbor> on_device(std::max<std::int64_t>(count, 1), task);
-    Check(cudaMemcpy(on_device.data(), bound.data(), bound.size() * sizeof(FusionNeighbor), cudaMemcpyHostToDevice),
-          "cudaMemcpy to the device", task);
+    gpu::Copy(bound.data(), count, on_device, task);
     FusionLaunch launch;
     launch.map = copies.front()->pixels.View(reference.width, reference.height);
     launch.rays = rays;
