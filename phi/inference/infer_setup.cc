@@ -13,6 +13,13 @@ void CheckInferenceInput(const InferenceInput& input) {
                      (input.reference.view != nullptr ? AboutImage(input.reference.view->name) : Message("?")) +
                      ": the depth map's size differs from the image's; run patch_match_stereo again");
   }
+  for (std::size_t j = 0; j < input.sources.size(); ++j) {
+    const auto depths = input.DepthsOf(j);
+    const ViewImage& source = input.sources[j];
+    if (depths == nullptr || (depths->width() == source.image->width() && depths->height() == source.image->height())) continue;
+    throw InputError("plane inference of image " + AboutImage(input.reference.view->name) + ": the depth map's size of source image " +
+                     AboutImage(source.view->name) + " differs from that image's; run patch_match_stereo again");
+  }
 }
 
 InferenceParameters MakeInferenceParameters(const InferenceInput& input, const StereoOptions& stereo, const Method& method) {

@@ -7,7 +7,8 @@
 
 namespace phi {
 
-// Throws phi::InputError, naming the reference image, where its measured map is not there or has another size than the image.
+// Throws phi::InputError, naming the image, where the reference's measured map is not there, or it or a source's depths have another size
+// than their image.
 void CheckInferenceInput(const InferenceInput& input);
 
 InferenceParameters MakeInferenceParameters(const InferenceInput& input, const StereoOptions& stereo, const Method& method);

@@ -36,6 +36,19 @@ struct Verdict {
   double num_on = 0, num_behind = 0;  // cells
 };
 
+// Of cells so far: `on` and `behind` by weight.
+struct Tally {
+  Verdict counts;
+  double all = 0;  // by weight
+
+  Verdict Shares() const {
+    Verdict verdict = counts;
+    verdict.on /= std::max(kFewCells, all);
+    verdict.behind /= std::max(kFewCells, all);
+    return verdict;
+  }
+};
+
 struct Candidate {
   RegionPlane plane;
   Verdict others{};  // of the other views' regions together
@@ -156,6 +169,7 @@ class PlaneChoice {
  private:
   // And the cells of the source's regions that offer one.
   void AddPlanesOf(const SourceRegions& source, std::vector<Candidate>* candidates, std::vector<AnchorCell>* cells) const {
+    std::vector<std::size_t> offering;
     for (std::size_t r = 0; r < source.regions().size(); ++r) {
       bool offers_plane = false;
       for (const RegionPlane& plane : source.regions()[r].planes) {
@@ -165,27 +179,40 @@ class PlaneChoice {
         candidates->push_back({here});
         offers_plane = true;
       }
-      if (offers_plane) source.AddCells(r, cells);
+      if (offers_plane) offering.push_back(r);
     }
+    source.AddCells(offering, cells);
   }
 
   Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
-    Verdict verdict;
-    double all = 0;
+    Tally tally;
+    Count(plane, cells, 1, &tally);
+    return tally.Shares();
+  }
+
+  // By the region's cells and those of the regions that continue it.
+  Verdict Judge(const ImagePlane& plane, const SourceRegions& source, std::int32_t region) const {
+    const ViewRegions::Region& own = source.regions()[static_cast<std::size_t>(region)];
+    Tally tally;
+    Count(plane, own.cells, 1, &tally);
+    for (const std::int32_t other : own.continued) {
+      Count(plane, source.regions()[static_cast<std::size_t>(other)].cells, source.continued_weight(), &tally);
+    }
+    return tally.Shares();
+  }
+
+  void Count(const ImagePlane& plane, const std::vector<AnchorCell>& cells, double weight, Tally* tally) const {
     for (const AnchorCell& cell : cells) {
-      all += cell.weight;
+      tally->all += weight * cell.weight;
       if (IsOn(plane, cell)) {
         const double off = cell.Off(plane);
-        ++verdict.num_on;
-        verdict.on += cell.weight * (1 - off * off);
+        ++tally->counts.num_on;
+        tally->counts.on += weight * cell.weight * (1 - off * off);
       } else if (IsBehind(plane, cell, limits_.min_apart)) {
-        ++verdict.num_behind;
-        verdict.behind += cell.weight;
+        ++tally->counts.num_behind;
+        tally->counts.behind += weight * cell.weight;
       }
     }
-    verdict.on /= std::max(kFewCells, all);
-    verdict.behind /= std::max(kFewCells, all);
-    return verdict;
   }
 
   // Each view is a witness like the image itself, by the share of the spots that its regions show.
@@ -195,7 +222,7 @@ class PlaneChoice {
       ImagePlane there;
       if (!source.ToSource(plane, &there)) continue;
       for (const auto& [region, share] : source.OverlapsUnder(plane, region_.spots)) {
-        const Verdict verdict = Judge(there, source.regions()[static_cast<std::size_t>(region)].cells);
+        const Verdict verdict = Judge(there, source, region);
         sum.on += share * verdict.on;
         sum.behind += share * verdict.behind;
         sum.num_on += share * verdict.num_on;
@@ -303,7 +330,9 @@ class PlaneChoice {
   std::vector<AnchorCell> CellsUnder(const ImagePlane& plane) const {
     std::vector<AnchorCell> cells = region_.cells;
     for (const SourceRegions& source : region_.sources) {
-      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) source.AddCells(static_cast<std::size_t>(overlap.region), &cells);
+      std::vector<std::size_t> under;
+      for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) under.push_back(static_cast<std::size_t>(overlap.region));
+      source.AddCells(under, &cells);
     }
     return cells;
   }

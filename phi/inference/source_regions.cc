@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <set>
 #include <utility>
 
 #include "phi/base/wide_vectors.h"
@@ -87,10 +88,23 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
   return true;
 }
 
-void SourceRegions::AddCells(std::size_t region, std::vector<AnchorCell>* cells) const {
+void SourceRegions::AddCells(std::span<const std::size_t> regions, std::vector<AnchorCell>* cells) const {
+  std::set<std::size_t> own(regions.begin(), regions.end()), continued;
+  for (const std::size_t r : own) {
+    for (const std::int32_t other : this->regions()[r].continued) continued.insert(static_cast<std::size_t>(other));
+  }
+  for (const std::size_t r : own) AddCells(r, 1, cells);
+  for (const std::size_t r : continued) {
+    if (!own.contains(r)) AddCells(r, regions_->continued_weight, cells);
+  }
+}
+
+void SourceRegions::AddCells(std::size_t region, float weight, std::vector<AnchorCell>* cells) const {
   for (const AnchorCell& cell : regions()[region].cells) {
     AnchorCell here;
-    if (ToReference(cell, &here)) cells->push_back(here);
+    if (!ToReference(cell, &here)) continue;
+    here.weight *= weight;
+    cells->push_back(here);
   }
 }
 

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "phi/base/error.h"
 #include "phi/inference/infer_holes.h"
+#include "tests/support/error_message.h"
 
 namespace phi {
 namespace {
@@ -222,6 +225,29 @@ TEST(Infer, WhatIsMaskedGetsNoDepth) {
       ASSERT_NEAR(masked.map.planes(x, y).depth, is_masked ? 0 : whole.map.planes(x, y).depth, 1e-4f) << x << ", " << y;
     }
   }
+}
+
+// What is masked is as bright as what surrounds it, so that a mask in the shade is no lamp: on a device, too.
+TEST(Infer, UnderAMaskNothingIsOverexposed) {
+  PlainScene scene;
+  for (const std::uint8_t brightness : {40, 200}) {
+    scene.plain = std::make_shared<GrayImage>(kWidth, kHeight, brightness);
+    InferenceInput input = scene.Input(MakeMeasured(0));
+    auto mask = std::make_shared<Array2D<std::uint8_t>>(kWidth, kHeight, 255);
+    for (int y = 50; y < 60; ++y) {
+      for (int x = 70; x < 80; ++x) (*mask)(x, y) = 0;
+    }
+    input.mask = mask;
+    const InferenceResult result = InferPlanes(input, StereoOptions(), {});
+    EXPECT_TRUE(IsInferred(result.map.states(75, 55))) << int{brightness};
+  }
+}
+
+TEST(Infer, DepthsOfASourceMustFitItsImage) {
+  const PlainScene scene;
+  InferenceInput input = scene.Input(MakeMeasured(0));
+  input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(kWidth / 2, kHeight, 3.0f)))};
+  EXPECT_THAT(test_support::MessageOf<InputError>([&] { InferPlanes(input, StereoOptions(), {}); }), testing::HasSubstr("source"));
 }
 
 // Another view's clues confirm nothing, and nothing refuses what it measured elsewhere: the second filter asks for agreement.

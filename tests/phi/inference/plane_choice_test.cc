@@ -161,7 +161,7 @@ struct SeenAgain {
     SpotBox whole;
     whole.AddCell(0, 0, grid.step);
     whole.AddCell(grid.columns - 1, grid.rows - 1, grid.step);
-    regions.regions.push_back({whole, cells, told});
+    regions.regions.push_back({whole, cells, {}, told});
     sources.emplace_back(std::make_shared<const ViewRegions>(std::move(regions)), view.camera, view.camera);
     for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
   }

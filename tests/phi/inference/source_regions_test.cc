@@ -60,6 +60,25 @@ TEST(SourceRegions, ACellInTheReference) {
   EXPECT_NEAR(here.tolerance, 0.002, 1e-9) << "relative, it stays";
 }
 
+TEST(SourceRegions, CellsOfRegionsThatContinueEachOtherAreGatheredOnce) {
+  ViewRegions told;
+  const auto cell_at = [](float x) { return AnchorCell{x, 90, 1 / 3.0, 0.001, 0, 0}; };
+  told.regions = {{{}, {cell_at(100), cell_at(110)}, {1}, {}}, {{}, {cell_at(200)}, {0}, {}}, {{}, {cell_at(300)}, {}, {}}};
+  told.continued_weight = 0.5f;
+  const SourceRegions regions = TwoViews().Regions(told);
+  const auto weights = [&](const std::vector<std::size_t>& of) {
+    std::vector<AnchorCell> cells;
+    regions.AddCells(of, &cells);
+    std::vector<float> weights;
+    for (const AnchorCell& cell : cells) weights.push_back(cell.weight);
+    return weights;
+  };
+  EXPECT_EQ(weights({0}), (std::vector<float>{1, 1, 0.5f}));
+  EXPECT_EQ(weights({1}), (std::vector<float>{1, 0.5f, 0.5f}));
+  EXPECT_EQ(weights({0, 1}), (std::vector<float>{1, 1, 1}));
+  EXPECT_EQ(weights({2}), (std::vector<float>{1}));
+}
+
 // Pixel x of the reference at 3 m is u = 2 * x - 49 of the source, and places of its grid are 6 pixels: half a pixel more and
 // 75 would be in the next one.
 TEST(SourceRegions, TheRegionThatASpotFallsIn) {
