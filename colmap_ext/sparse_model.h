@@ -16,6 +16,8 @@
 
 namespace colmap_ext {
 
+class AtomicFile;
+
 inline constexpr std::uint64_t kInvalidPoint3D = ~std::uint64_t{0};
 
 struct SparseCamera {
@@ -72,5 +74,9 @@ std::filesystem::path CamerasFile(const std::filesystem::path& folder);
 // those. Throw phi::Error when they cannot be written, and then an earlier model is whole.
 void WriteSparseModelBinary(const SparseModel& model, const std::filesystem::path& folder);
 void WriteSparseModelText(const SparseModel& model, const std::filesystem::path& folder);
+
+// The same with points that the caller has written to their file in place of the model's; it gets its name with the others.
+void WriteViewsBinary(const SparseModel& model, const std::filesystem::path& folder, AtomicFile* points);
+void WriteViewsText(const SparseModel& model, const std::filesystem::path& folder, AtomicFile* points);
 
 }  // namespace colmap_ext

@@ -205,14 +205,19 @@ SparseModel ReadSparseModelBinary(const fs::path& folder, ProblemList* problems)
 }
 
 void WriteSparseModelBinary(const SparseModel& model, const fs::path& folder) {
-  AtomicFile cameras(folder / "cameras.bin"), images(folder / "images.bin"), points(folder / "points3D.bin");
+  AtomicFile points(folder / "points3D.bin");
+  WriteValue(&points, std::uint64_t{model.points.size()});
+  for (const SparsePoint& point : model.points) WritePoint(&points, point);
+  WriteViewsBinary(model, folder, &points);
+}
+
+void WriteViewsBinary(const SparseModel& model, const fs::path& folder, AtomicFile* points) {
+  AtomicFile cameras(folder / "cameras.bin"), images(folder / "images.bin");
   WriteValue(&cameras, std::uint64_t{model.cameras.size()});
   for (const auto& [id, camera] : model.cameras) WriteCamera(&cameras, camera);
   WriteValue(&images, std::uint64_t{model.images.size()});
   for (const SparseImage& image : model.images) WriteImage(&images, image);
-  WriteValue(&points, std::uint64_t{model.points.size()});
-  for (const SparsePoint& point : model.points) WritePoint(&points, point);
-  PublishModel(folder, ".bin", {&cameras, &images, &points});
+  PublishModel(folder, ".bin", {points, &cameras, &images});
 }
 
 }  // namespace colmap_ext

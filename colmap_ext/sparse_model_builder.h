@@ -27,7 +27,7 @@ struct ModelPosition {
   phi::Message Text() const;
 };
 
-// Gives a model's cameras, images and points their names, once the disk has all of them. COLMAP's rigs and frames of another model in
+// Gives a model's files their names, in this order, once the disk has all of them. COLMAP's rigs and frames of another model in
 // their place go first. suffix: ".bin" or ".txt".
 void PublishModel(const std::filesystem::path& folder, const std::string& suffix, const std::array<AtomicFile*, 3>& files);
 

@@ -275,16 +275,21 @@ SparseModel ReadSparseModelText(const fs::path& folder, ProblemList* problems) {
 }
 
 void WriteSparseModelText(const SparseModel& model, const fs::path& folder) {
-  AtomicFile cameras(folder / "cameras.txt"), images(folder / "images.txt"), points(folder / "points3D.txt");
+  AtomicFile points(folder / "points3D.txt");
+  PutHeader(&points, "POINT3D_ID X Y Z R G B ERROR (IMAGE_ID OBSERVATION_INDEX)...", "points",
+            model.points.size());
+  for (const SparsePoint& point : model.points) WritePoint(&points, point);
+  WriteViewsText(model, folder, &points);
+}
+
+void WriteViewsText(const SparseModel& model, const fs::path& folder, AtomicFile* points) {
+  AtomicFile cameras(folder / "cameras.txt"), images(folder / "images.txt");
   PutHeader(&cameras, "CAMERA_ID MODEL WIDTH HEIGHT PARAMS...", "cameras", model.cameras.size());
   for (const auto& [id, camera] : model.cameras) WriteCamera(&cameras, camera);
   PutHeader(&images, "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, next line: (X Y POINT3D_ID)...", "images",
             model.images.size());
   for (const SparseImage& image : model.images) WriteImage(&images, image);
-  PutHeader(&points, "POINT3D_ID X Y Z R G B ERROR (IMAGE_ID OBSERVATION_INDEX)...", "points",
-            model.points.size());
-  for (const SparsePoint& point : model.points) WritePoint(&points, point);
-  PublishModel(folder, ".txt", {&cameras, &images, &points});
+  PublishModel(folder, ".txt", {points, &cameras, &images});
 }
 
 }  // namespace colmap_ext

@@ -52,21 +52,18 @@ class SparseCloudWriter : public CloudWriter {
 
   void Commit() override {
     queue_.Finish();
-    SparseModel empty = model_;
-    empty.points.clear();
+    SparseModel views{model_.cameras, model_.images, {}};
     // Observations of points that are no longer in the model would be dangling.
-    for (SparseImage& image : empty.images) {
+    for (SparseImage& image : views.images) {
       for (Observation& observation : image.observations) observation.point3D_id = kInvalidPoint3D;
     }
     const bool binary = format_ == SparseFormat::kBinary;
     if (binary) points_.WriteAt(0, std::string(reinterpret_cast<const char*>(&count_), sizeof(count_)));
-    points_.Complete();
     if (binary) {
-      WriteSparseModelBinary(empty, folder_);
+      WriteViewsBinary(views, folder_, &points_);
     } else {
-      WriteSparseModelText(empty, folder_);
+      WriteViewsText(views, folder_, &points_);
     }
-    points_.Commit();
     if (!binary && std::filesystem::exists(folder_ / "points3D.bin")) {
       phi::LogWarning(phi::AboutFile(folder_) +
                       " holds a model in .bin files too, which programs read rather than this one in .txt; remove those");

@@ -1,6 +1,8 @@
 // Clouds in the formats that surveyors use, read back by other programs: laspy (PyPI) and Open3D.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -39,6 +41,7 @@ using test_support::ReadBytes;
 using test_support::RunProgram;
 using test_support::TemporaryFolder;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr char kCrs[] = "PROJCS[\"ETRS89 / UTM zone 32N\",GEOGCS[\"ETRS89\"],UNIT[\"metre\",1]]";
@@ -194,6 +197,37 @@ TEST(SparseCloud, BlocksThatArePreparedInAnyOrderGiveTheBytesOfThoseWrittenOneBy
   ASSERT_EQ(bytes.size(), 8u + 12 * 51);
   EXPECT_EQ(At<std::uint64_t>(bytes, 8 + 11 * 51), 12u);
   EXPECT_THAT(ReadBytes(folder / "b/points3D.txt"), testing::EndsWith("\n10 1 1 1 255 1 0 -1\n11 2 2 3 255 0 0 -1\n12 2 2 3 255 0 0 -1\n"));
+}
+
+// The names that files of a folder get while `action` runs, in order.
+std::vector<std::string> NamesGiven(const fs::path& folder, const std::function<void()>& action) {
+  const int watch = ::inotify_init1(IN_NONBLOCK);
+  EXPECT_GE(::inotify_add_watch(watch, folder.c_str(), IN_MOVED_TO), 0);
+  action();
+  std::vector<std::string> names;
+  alignas(inotify_event) char bytes[4096];
+  for (ssize_t size = 0; (size = ::read(watch, bytes, sizeof(bytes))) > 0;) {
+    for (const char* at = bytes; at < bytes + size;) {
+      const auto* event = reinterpret_cast<const inotify_event*>(at);
+      names.emplace_back(event->name);
+      at += sizeof(*event) + event->len;
+    }
+  }
+  ::close(watch);
+  return names;
+}
+
+// A kill between two names leaves the old points or the new ones; where there were none, no cameras and images without points.
+TEST(SparseCloud, ItsPointsHaveTheirNameOnceAndFirst) {
+  const TemporaryFolder folder;
+  const std::vector<phi::FusedBlock> blocks = MakeBlocks(1, 4);
+  const SparseModel model;
+  for (const auto& [format, suffix] : {std::pair{SparseFormat::kBinary, std::string(".bin")}, {SparseFormat::kText, ".txt"}}) {
+    const auto writer = MakeSparseCloudWriter(model, folder.path(), format);
+    writer->Write(blocks[0]);
+    EXPECT_THAT(NamesGiven(folder.path(), [&] { writer->Commit(); }),
+                ElementsAre("points3D" + suffix, "cameras" + suffix, "images" + suffix));
+  }
 }
 
 void WritePrepared(int num_blocks, std::unique_ptr<CloudWriter> writer) {
