@@ -213,4 +213,9 @@ SparseModel ReadSparseModel(const fs::path& folder, ProblemList* problems) {
   ThrowNoModel(folder);
 }
 
+SparseModel ReadModelHead(const fs::path& folder, const std::string& suffix) {
+  const auto read = suffix == ".bin" ? ReadSparseModelBinary : ReadSparseModelText;
+  return read(folder, nullptr, ModelPart::kHead);
+}
+
 }  // namespace colmap_ext

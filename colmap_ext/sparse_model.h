@@ -67,6 +67,10 @@ std::string CameraModelName(int model_id);
 // listed instead.
 SparseModel ReadSparseModel(const std::filesystem::path& folder, ProblemList* problems = nullptr);
 
+// What is there of the files cameras, images and points3D with the suffix, ".bin" or ".txt", but of the points the first alone: for who
+// asks whose model it is. Throws as ReadSparseModel.
+SparseModel ReadModelHead(const std::filesystem::path& folder, const std::string& suffix);
+
 // Of the model in the folder, the file that holds the cameras.
 std::filesystem::path CamerasFile(const std::filesystem::path& folder);
 

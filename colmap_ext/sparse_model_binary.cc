@@ -1,4 +1,5 @@
 // cameras.bin, images.bin, points3D.bin: little-endian, packed, each a 64-bit count and that many records.
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -138,11 +139,12 @@ void ReadImages(const fs::path& path, SparseModelBuilder* builder) {
   ExpectEnd(reader, builder);
 }
 
-void ReadPoints(const fs::path& path, SparseModelBuilder* builder) {
+void ReadPoints(const fs::path& path, ModelPart part, SparseModelBuilder* builder) {
   BinaryReader reader(path);
   const std::uint64_t count = reader.ReadCount(kMinPointBytes, "points");
-  builder->ReservePoints(count);
-  for (std::uint64_t i = 0; i < count; ++i) {
+  const std::uint64_t num_read = part == ModelPart::kAll ? count : std::min<std::uint64_t>(count, 1);
+  builder->ReservePoints(num_read);
+  for (std::uint64_t i = 0; i < num_read; ++i) {
     const ModelPosition position = reader.position();
     SparsePoint point;
     point.point3D_id = reader.Read<std::uint64_t>("a point's id");
@@ -153,7 +155,7 @@ void ReadPoints(const fs::path& path, SparseModelBuilder* builder) {
     reader.ReadBytes(point.track.data(), point.track.size() * sizeof(TrackElement), "a point's track");
     builder->AddPoint(std::move(point), position);
   }
-  ExpectEnd(reader, builder);
+  if (num_read == count) ExpectEnd(reader, builder);
 }
 
 template <typename T>
@@ -196,11 +198,12 @@ void WritePoint(AtomicFile* file, const SparsePoint& point) {
 
 }  // namespace
 
-SparseModel ReadSparseModelBinary(const fs::path& folder, ProblemList* problems) {
+SparseModel ReadSparseModelBinary(const fs::path& folder, ProblemList* problems, ModelPart part) {
   SparseModelBuilder builder(problems);
-  ReadCameras(folder / "cameras.bin", &builder);
-  ReadImages(folder / "images.bin", &builder);
-  ReadPoints(folder / "points3D.bin", &builder);
+  const auto is_read = [&](const fs::path& path) { return part == ModelPart::kAll || fs::exists(path); };
+  if (const fs::path cameras = folder / "cameras.bin"; is_read(cameras)) ReadCameras(cameras, &builder);
+  if (const fs::path images = folder / "images.bin"; is_read(images)) ReadImages(images, &builder);
+  if (const fs::path points = folder / "points3D.bin"; is_read(points)) ReadPoints(points, part, &builder);
   return builder.Finish();
 }
 

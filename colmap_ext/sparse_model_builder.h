@@ -62,7 +62,12 @@ class SparseModelBuilder {
   std::string first_point_nowhere_;                                  // where its record is
 };
 
-SparseModel ReadSparseModelBinary(const std::filesystem::path& folder, ProblemList* problems);
-SparseModel ReadSparseModelText(const std::filesystem::path& folder, ProblemList* problems);
+// How much is read of a model.
+enum class ModelPart {
+  kAll,   // its three files
+  kHead,  // those that are there, and of the points the first
+};
+SparseModel ReadSparseModelBinary(const std::filesystem::path& folder, ProblemList* problems, ModelPart part = ModelPart::kAll);
+SparseModel ReadSparseModelText(const std::filesystem::path& folder, ProblemList* problems, ModelPart part = ModelPart::kAll);
 
 }  // namespace colmap_ext

@@ -191,7 +191,7 @@ void ReadImages(const fs::path& path, SparseModelBuilder* builder) {
   reader.CheckEnd(count, builder);
 }
 
-void ReadPoints(const fs::path& path, SparseModelBuilder* builder) {
+void ReadPoints(const fs::path& path, ModelPart part, SparseModelBuilder* builder) {
   TextReader reader(path);
   std::uint64_t count = 0;
   for (; reader.NextRecord(); ++count) {
@@ -208,6 +208,7 @@ void ReadPoints(const fs::path& path, SparseModelBuilder* builder) {
       point.track.push_back(element);
     }
     builder->AddPoint(std::move(point), reader.position());
+    if (part == ModelPart::kHead) return;
   }
   reader.CheckEnd(count, builder);
 }
@@ -266,11 +267,12 @@ void WritePoint(AtomicFile* file, const SparsePoint& point) {
 
 }  // namespace
 
-SparseModel ReadSparseModelText(const fs::path& folder, ProblemList* problems) {
+SparseModel ReadSparseModelText(const fs::path& folder, ProblemList* problems, ModelPart part) {
   SparseModelBuilder builder(problems);
-  ReadCameras(folder / "cameras.txt", &builder);
-  ReadImages(folder / "images.txt", &builder);
-  ReadPoints(folder / "points3D.txt", &builder);
+  const auto is_read = [&](const fs::path& path) { return part == ModelPart::kAll || fs::exists(path); };
+  if (const fs::path cameras = folder / "cameras.txt"; is_read(cameras)) ReadCameras(cameras, &builder);
+  if (const fs::path images = folder / "images.txt"; is_read(images)) ReadImages(images, &builder);
+  if (const fs::path points = folder / "points3D.txt"; is_read(points)) ReadPoints(points, part, &builder);
   return builder.Finish();
 }
 

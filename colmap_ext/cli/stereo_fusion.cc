@@ -11,6 +11,7 @@
 #include "colmap_ext/fusion/empty_box.h"
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
+#include "colmap_ext/fusion/replaced_model.h"
 #include "colmap_ext/fusion/tile_list.h"
 #include "colmap_ext/map_scale.h"
 #include "colmap_ext/missing_images.h"
@@ -40,14 +41,6 @@ void LogReport(const SceneFusionReport& report, const CloudOutput& output, std::
   const std::string tiles = is_tiled ? " in " + std::to_string(num_files) + " tiles" : "";
   phi::LogInfo((is_tiled ? TileListPath(output.path) : output.path).string() + ": " + std::to_string(report.num_points) + " points" +
                tiles + " from " + std::to_string(report.num_images) + " images in " + FormatDuration(seconds));
-}
-
-// The workspace's points and tracks would be lost, and with them source images and depth ranges.
-void RefuseItsOwnModel(const Workspace& workspace, const CloudOutput& output) {
-  std::error_code error;  // the folder need not be there
-  if (output.IsFile() || !std::filesystem::equivalent(output.path, workspace.path() / "sparse", error)) return;
-  throw phi::UsageError("--output_path " + phi::AboutFile(output.path) +
-                        " holds the workspace's own model, which the cloud would replace; choose another folder");
 }
 
 // Of two clouds with other options: each would leave its maps of some images. Null: none are written.
@@ -100,7 +93,7 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
     phi::LogWarning(sentence);
   }
   RequireAnImage(workspace);  // parts, too, are made anew without the photos
-  RefuseItsOwnModel(workspace, output);
+  RequireReplaceableModel(workspace, output);
   if (lock == nullptr) lock = std::make_unique<CloudLock>(output.path);
   const auto confidence_lock = LockConfidenceMaps(workspace, options.fusion, WorkspaceLock::Sharing::kAlone);
   const std::filesystem::path parts = PartsFolder(output.path);
@@ -140,7 +133,7 @@ int FuseOneShard(FusionCommandOptions options, const CloudOutput& output, const 
   RequireAnImage(workspace);
   workspace.DropObservations();
   WarnOfMapScale(workspace, {options.fusion.input.kind});
-  RefuseItsOwnModel(workspace, output);  // not only when all parts are made
+  RequireReplaceableModel(workspace, output);  // not only when all parts are made
   std::filesystem::create_directories(parts);
   const auto confidence_lock = LockConfidenceMaps(workspace, options.fusion, WorkspaceLock::Sharing::kWithShards);
   const ShardFusionReport report = FuseShard(workspace, options.fusion, parts, shard);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <set>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +23,13 @@ using test_support::ProgramResult;
 using test_support::RunProgram;
 using test_support::TemporaryFolder;
 using ::testing::HasSubstr;
+
+// Content by name.
+std::map<std::string, std::string> FilesIn(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& file : fs::directory_iterator(folder)) files[file.path().filename()] = test_support::ReadBytes(file.path());
+  return files;
+}
 
 class StereoFusionCommand : public ::testing::Test {
  protected:
@@ -97,13 +104,7 @@ TEST_F(StereoFusionCommand, RefusesWrongValues) {
 }
 
 TEST_F(StereoFusionCommand, NeverReplacesTheWorkspacesOwnModel) {
-  const auto model = [&] {
-    std::string bytes;
-    for (const auto& file : std::set<fs::path>(fs::directory_iterator(folder_ / "sparse"), fs::directory_iterator()))
-      bytes += file.filename().string() + test_support::ReadBytes(file);
-    return bytes;
-  };
-  const std::string before = model();
+  const auto before = FilesIn(folder_ / "sparse");
   for (const std::vector<std::string>& shard : {std::vector<std::string>{}, {"--shard", "0/2"}}) {
     std::vector<std::string> options{"--output_type", "BIN"};
     options.insert(options.end(), shard.begin(), shard.end());
@@ -111,7 +112,7 @@ TEST_F(StereoFusionCommand, NeverReplacesTheWorkspacesOwnModel) {
     EXPECT_EQ(result.exit_code, 1) << result.errors;
     EXPECT_THAT(result.errors, HasSubstr("the workspace's own model"));
   }
-  EXPECT_TRUE(model() == before);
+  EXPECT_TRUE(FilesIn(folder_ / "sparse") == before);
   EXPECT_EQ(Fuse({"--output_type", "BIN"}, "sparse_dense").exit_code, 0);
 }
 
@@ -243,17 +244,58 @@ TEST_F(StereoFusionCommand, SparseModelsHoldTheObservations) {
   }
 }
 
-// COLMAP would take the poses of a model that was there before.
-TEST_F(StereoFusionCommand, SparseModelsKeepNoRigsAndFramesOfAnother) {
+// Of the workspace's views in the three files, of poses alone, of points that no image observes, of COLMAP's rigs.
+TEST_F(StereoFusionCommand, ReplacesNoModelOfAnotherProgram) {
+  const SparseModel observed = ReadSparseModel(folder_ / "sparse");
+  SparseModel moved = observed, scanned = observed;
+  for (SparseImage& image : moved.images) image.observations.clear();
+  for (SparseImage& image : scanned.images) image.observations.clear();
+  moved.points.clear();
+  moved.images[1].translation.x() += 1;
+  for (SparsePoint& point : scanned.points) {
+    point.track.clear();
+    point.error = 0;
+  }
+  for (const std::string type : {"BIN", "TXT"}) {
+    const auto write = [&](const SparseModel& model, const fs::path& folder) {
+      (type == "BIN" ? WriteSparseModelBinary : WriteSparseModelText)(model, folder);
+    };
+    const std::string suffix = type == "BIN" ? ".bin" : ".txt";
+    write(observed, folder_ / type / "observed");
+    write(moved, folder_ / type / "moved");
+    write(scanned, folder_ / type / "scanned");
+    ASSERT_EQ(Fuse({"--output_type", type}, type + "/rigs").exit_code, 0);
+    test_support::WriteBytes(folder_ / type / "rigs" / ("rigs" + suffix), "of COLMAP 4");
+    test_support::WriteBytes(folder_ / type / "damaged" / ("images" + suffix), "of whomever");
+    for (const std::string name : {"observed", "moved", "scanned", "rigs", "damaged"}) {
+      const auto before = FilesIn(folder_ / type / name);
+      for (const std::vector<std::string>& shard : {std::vector<std::string>{}, {"--shard", "0/2"}}) {
+        std::vector<std::string> options{"--output_type", type};
+        options.insert(options.end(), shard.begin(), shard.end());
+        const ProgramResult result = Fuse(options, type + "/" + name);
+        EXPECT_EQ(result.exit_code, 1) << name;
+        EXPECT_THAT(result.errors, HasSubstr((folder_ / type / name).string() + " holds a sparse model that stereo_fusion did not write"));
+        EXPECT_THAT(result.errors, HasSubstr("give another folder"));
+      }
+      EXPECT_TRUE(FilesIn(folder_ / type / name) == before) << name;
+    }
+  }
+}
+
+// Whatever a kill has left of it: its files get their names one after the other.
+TEST_F(StereoFusionCommand, ReplacesItsOwnSparseModels) {
   for (const std::string type : {"BIN", "TXT"}) {
     const std::string suffix = type == "BIN" ? ".bin" : ".txt";
-    for (const char* name : {"rigs", "frames", "own"})
-      test_support::WriteBytes(folder_ / type / (name + suffix), "of another model");
+    test_support::WriteBytes(folder_ / type / ("own" + suffix), "of the user");
     ASSERT_EQ(Fuse({"--output_type", type}, type).exit_code, 0);
-    std::set<std::string> files;
-    for (const auto& file : fs::directory_iterator(folder_ / type)) files.insert(file.path().filename());
-    EXPECT_EQ(files, (std::set<std::string>{"cameras" + suffix, "images" + suffix, "own" + suffix,
-                                            "points3D" + suffix}));
+    const auto files = FilesIn(folder_ / type);
+    EXPECT_EQ(files.size(), 4u);
+    for (const std::vector<const char*>& missing : std::vector<std::vector<const char*>>{{}, {"images"}, {"images", "cameras"}}) {
+      for (const char* name : missing) fs::remove(folder_ / type / (name + suffix));
+      const ProgramResult again = Fuse({"--output_type", type}, type);
+      EXPECT_EQ(again.exit_code, 0) << again.errors;
+      EXPECT_TRUE(FilesIn(folder_ / type) == files) << missing.size();
+    }
   }
 }
 

@@ -80,6 +80,8 @@ TEST_F(SparseModelTest, AFullDiskLeavesTheEarlierModelWhole) {
     EXPECT_EQ(ReadBytes(folder_ / ("cameras" + suffix)), is_text ? GoldenCamerasTxt() : GoldenCamerasBin());
     EXPECT_EQ(ReadBytes(folder_ / ("points3D" + suffix)), is_text ? GoldenPointsTxt() : GoldenPointsBin());
     for (const char* name : {"rigs", "frames"}) EXPECT_TRUE(std::filesystem::exists(folder_ / (name + suffix)));
+    write(larger, folder_.path());
+    for (const char* name : {"rigs", "frames"}) EXPECT_FALSE(std::filesystem::exists(folder_ / (name + suffix)));
   }
 }
 
