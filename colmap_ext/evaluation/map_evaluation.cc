@@ -19,6 +19,8 @@
 namespace colmap_ext {
 namespace {
 
+bool IsDepth(float value) { return value > 0 && std::isfinite(value); }
+
 // Counts pixels with truth; `error` returns the error at (x, y) of the truth and (mx, my) of the map, or a
 // negative number where the map has no value.
 template <typename Map, typename HasTruth, typename Error>
@@ -131,8 +133,8 @@ MapScore MapScores::Mean() const {
 MapScore ScoreDepth(const phi::Array2D<float>& depth, const phi::Array2D<float>& truth,
                     const std::vector<double>& thresholds, const FilledMask* filled) {
   return ScorePixels(
-      depth, truth, filled, thresholds, [](float g) { return g > 0; },
-      [](float d, float g) { return d > 0 ? std::abs(static_cast<double>(d) - g) : -1.0; });
+      depth, truth, filled, thresholds, IsDepth,
+      [](float d, float g) { return IsDepth(d) ? std::abs(static_cast<double>(d) - g) : -1.0; });
 }
 
 MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2D<phi::Vec3f>& truth,
@@ -141,7 +143,7 @@ MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2
       normals, truth, filled, thresholds, [](const phi::Vec3f& g) { return phi::Dot(g, g) > 0.5f; },
       [](const phi::Vec3f& n, const phi::Vec3f& g) {
         const double lengths = std::sqrt(static_cast<double>(phi::Dot(n, n)) * phi::Dot(g, g));
-        if (!(lengths > 0.25)) return -1.0;
+        if (!(lengths > 0.25) || !std::isfinite(lengths)) return -1.0;
         return std::acos(std::clamp(phi::Dot(n, g) / lengths, -1.0, 1.0)) * 180 / std::numbers::pi;
       });
 }

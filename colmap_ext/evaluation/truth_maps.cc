@@ -1,5 +1,7 @@
 #include "colmap_ext/evaluation/truth_maps.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "colmap_ext/folder_files.h"
@@ -35,7 +37,11 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 }
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {
-  if (path.extension() == ".bin") return ReadPublishedDepths(path);
+  if (path.extension() == ".bin") {
+    phi::Array2D<float> depth = ReadPublishedDepths(path);
+    std::replace_if(depth.begin(), depth.end(), [](float d) { return !std::isfinite(d); }, 0.0f);
+    return depth;
+  }
   const phi::Array2D<std::uint16_t> values = ReadGray16Image(path);
   phi::Array2D<float> depth(values.width(), values.height());
   for (std::size_t i = 0; i < values.size(); ++i) depth.data()[i] = static_cast<float>(values.data()[i] / values_per_unit);

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "colmap_ext/evaluation/truth_coverage.h"
+#include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "phi/base/error.h"
@@ -30,6 +32,31 @@ TEST(ScoreDepth, CountsPixelsWithTruthOnly) {
   const MapScore score = ScoreDepth(depth, truth, {0.01, 0.02, 1});
   EXPECT_NEAR(score.valid, 75, 1e-9);
   EXPECT_THAT(score.within, ElementsAre(0, DoubleNear(62.5, 1e-9), DoubleNear(75, 1e-9)));
+}
+
+// Of other programs, whose division by a disparity of 0 is no measurement.
+TEST(ScoreDepth, WhatIsNotFiniteIsNoDepth) {
+  Array2D<float> truth(4, 1, 2.0f), depth(4, 1, 2.0f);
+  depth(0, 0) = std::numeric_limits<float>::infinity();
+  depth(1, 0) = std::numeric_limits<float>::quiet_NaN();
+  truth(2, 0) = std::numeric_limits<float>::infinity();
+  const MapScore score = ScoreDepth(depth, truth, {0.01});
+  EXPECT_NEAR(score.valid, 100.0 / 3, 1e-9);
+  EXPECT_THAT(score.within, ElementsAre(DoubleNear(100.0 / 3, 1e-9)));
+
+  Array2D<Vec3f> true_normals(2, 1, {0, 0, -1}), normals = true_normals;
+  normals(0, 0).z = -std::numeric_limits<float>::infinity();
+  EXPECT_EQ(ScoreNormals(normals, true_normals, {5}).valid, 50);
+}
+
+TEST(ReadTruthDepth, WhatIsNotFiniteIsNoTruth) {
+  const TemporaryFolder folder;
+  Array2D<float> truth(2, 1, 3.0f);
+  truth(0, 0) = std::numeric_limits<float>::infinity();
+  WriteDepthMap(folder / "a.png.bin", truth);
+  const Array2D<float> read = ReadTruthDepth(folder / "a.png.bin", 1000);
+  EXPECT_EQ(read(0, 0), 0);
+  EXPECT_EQ(read(1, 0), 3);
 }
 
 TEST(ScoreDepth, CountsMeasuredAndInferredPixelsApart) {
