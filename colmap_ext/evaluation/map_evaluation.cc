@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/format_text.h"
+#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
@@ -83,6 +85,16 @@ std::optional<FilledMask> ReadFilled(const MapEvaluationOptions& options, const 
   return mask;
 }
 
+// Of whatever size; stretched, each pixel would be held against another one's truth.
+template <typename Map>
+void RequireOneShape(const std::filesystem::path& map_path, const Map& map, const std::filesystem::path& truth_path, const Map& truth) {
+  const phi::Pinhole of_truth{truth.width(), truth.height(), 1, 1, 0, 0};
+  if (HasShapeOf(of_truth, map.width(), map.height())) return;
+  throw phi::InputError(phi::AboutFile(map_path) + " is " + SizeText(map.width(), map.height()) + ", but its truth " +
+                        truth_path.string() + " is " + SizeText(truth.width(), truth.height()) +
+                        ", which is another shape; give the truth of the undistorted image");
+}
+
 // `score_files(image, map path, truth path)` reads and compares two files.
 template <typename ScoreFiles>
 MapScores EvaluateMaps(const MapEvaluationOptions& options, ScoreFiles score_files) {
@@ -151,19 +163,20 @@ MapScore ScoreNormals(const phi::Array2D<phi::Vec3f>& normals, const phi::Array2
 MapScores EvaluateDepthMaps(const MapEvaluationOptions& options) {
   return EvaluateMaps(options, [&](const std::string& image, const std::filesystem::path& map,
                                    const std::filesystem::path& truth) {
-    const phi::Array2D<float> depth = ReadPublishedDepths(map);
+    const phi::Array2D<float> depth = ReadPublishedDepths(map), true_depth = ReadTruthDepth(truth, options.values_per_unit);
+    RequireOneShape(map, depth, truth, true_depth);
     const auto filled = ReadFilled(options, image, depth.width(), depth.height());
-    return ScoreDepth(depth, ReadTruthDepth(truth, options.values_per_unit), options.thresholds,
-                      filled ? &*filled : nullptr);
+    return ScoreDepth(depth, true_depth, options.thresholds, filled ? &*filled : nullptr);
   });
 }
 
 MapScores EvaluateNormalMaps(const MapEvaluationOptions& options) {
   return EvaluateMaps(options, [&](const std::string& image, const std::filesystem::path& map,
                                    const std::filesystem::path& truth) {
-    const phi::Array2D<phi::Vec3f> normals = ReadNormalMap(map);
+    const phi::Array2D<phi::Vec3f> normals = ReadNormalMap(map), true_normals = ReadNormalMap(truth);
+    RequireOneShape(map, normals, truth, true_normals);
     const auto filled = ReadFilled(options, image, normals.width(), normals.height());
-    return ScoreNormals(normals, ReadNormalMap(truth), options.thresholds, filled ? &*filled : nullptr);
+    return ScoreNormals(normals, true_normals, options.thresholds, filled ? &*filled : nullptr);
   });
 }
 

@@ -107,8 +107,9 @@ std::vector<bool> CoveredByTruth(const std::vector<phi::Vec3f>& points, const Ei
     const auto map = maps.find(view.name);
     if (map == maps.end()) continue;
     any = true;
-    MarkCovered(cloud, view.camera, static_cast<std::uint32_t>(image),
-                ReadTruthDepth(map->second, options.values_per_unit), covered);
+    const phi::Array2D<float> truth = ReadTruthDepth(map->second, options.values_per_unit);
+    RequireShapeOfImage(truth, map->second, view);
+    MarkCovered(cloud, view.camera, static_cast<std::uint32_t>(image), truth, covered);
   }
   if (!any) {
     throw phi::InputError("no map in " + phi::AboutFile(options.truth_depth_maps) + " has the name of an image of " +

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "colmap_ext/folder_files.h"
+#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/workspace.h"
@@ -46,6 +47,11 @@ phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double val
   phi::Array2D<float> depth(values.width(), values.height());
   for (std::size_t i = 0; i < values.size(); ++i) depth.data()[i] = static_cast<float>(values.data()[i] / values_per_unit);
   return depth;
+}
+
+void RequireShapeOfImage(const phi::Array2D<float>& truth, const std::filesystem::path& path, const phi::SceneView& view) {
+  CameraOfMap(view.camera.pinhole, truth.width(), truth.height(),
+              phi::AboutFile(path) + ", the truth of " + phi::AboutImage(view.name));
 }
 
 }  // namespace colmap_ext

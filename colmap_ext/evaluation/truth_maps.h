@@ -7,6 +7,7 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/vec.h"
+#include "phi/scene_view.h"
 
 namespace colmap_ext {
 
@@ -16,5 +17,8 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
 
 // World units; 0 where there is no truth. `values_per_unit`: a PNG's value of one world unit.
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit);
+
+// Throws phi::InputError where the truth, read from `path`, has not the shape of its image, whatever its size.
+void RequireShapeOfImage(const phi::Array2D<float>& truth, const std::filesystem::path& path, const phi::SceneView& view);
 
 }  // namespace colmap_ext

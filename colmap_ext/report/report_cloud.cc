@@ -171,6 +171,7 @@ void CompareWithTruth(const Workspace& workspace, const std::map<std::string, st
     const auto file = truth.find(view.name);
     if (file == truth.end()) continue;
     const phi::Array2D<float> map = ReadTruthDepth(file->second, values_per_unit);
+    RequireShapeOfImage(map, file->second, view);
     for (CloudSample::Point& p : sample->points) {
       double depth = 0, true_depth = 0;
       if (p.error != 255 || std::find(p.views.begin(), p.views.end(), image) == p.views.end()) continue;

@@ -242,6 +242,7 @@ class ImageMaker {
     const auto truth = Read(
         file->second, [&](const std::filesystem::path& p) { return ReadTruthDepth(p, options_.values_per_unit); }, part);
     if (!truth) return;
+    RequireShapeOfImage(*truth, file->second, workspace_.views()[image_]);
     part->Add("Difference to truth", DifferencePicture(*Best(), *truth, options_.picture_size), kDifferenceCaption,
               DifferenceLegend());
   }

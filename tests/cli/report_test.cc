@@ -179,6 +179,21 @@ TEST_F(ReportCommand, RefusesToCompareWithWhatIsNoWorkspace) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
 }
 
+// With the cloud and without: the points are compared, and the pictures.
+TEST_F(ReportCommand, RefusesTruthOfAnotherShape) {
+  const auto truth = folder_ / "truth/a.png.bin";
+  for (const bool has_cloud : {true, false}) {
+    if (!has_cloud) std::filesystem::remove(folder_ / "dense/fused.ply");
+    colmap_ext::WriteDepthMap(truth, phi::Array2D<float>(kWidth, kWidth, 2.0f));
+    const ProgramResult result = Write({"--truth_depth_maps", folder_ / "truth"});
+    EXPECT_EQ(result.exit_code, 2) << result.errors;
+    EXPECT_THAT(result.errors,
+                HasSubstr(truth.string() + ", the truth of a.png: this map is 64x64, which is not the shape of its 64x48 image"));
+    colmap_ext::WriteDepthMap(truth, phi::Array2D<float>(kWidth / 2, kHeight / 2, 2.0f));
+    EXPECT_EQ(Write({"--truth_depth_maps", folder_ / "truth"}).exit_code, 0);
+  }
+}
+
 TEST_F(ReportCommand, RefusesScoresOfAnotherKind) {
   WriteBytes(folder_ / "dense/ours.json", "{}");
   const ProgramResult result = Write();

@@ -20,9 +20,11 @@ namespace {
 
 using phi::Array2D;
 using phi::Vec3f;
+using test_support::InputErrorOf;
 using test_support::TemporaryFolder;
 using testing::DoubleNear;
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 TEST(ScoreDepth, CountsPixelsWithTruthOnly) {
   Array2D<float> truth(10, 1, 2.0f), depth(10, 1, 2.015f);
@@ -121,6 +123,32 @@ TEST(EvaluateDepthMaps, ReadsPngTruthInItsUnitsAndCountsMissingMapsAsEmpty) {
   EXPECT_THROW(EvaluateDepthMaps(options), phi::InputError);
 }
 
+// 100 x 75 is half of 200 x 150; 100 x 74 is that, too, but for rounding.
+TEST(EvaluateMaps, TruthOfAnotherShapeIsAnErrorThatNamesBothSizes) {
+  const TemporaryFolder folder;
+  MapEvaluationOptions options;
+  options.maps = folder / "maps";
+  options.truth = folder / "truth";
+  options.thresholds = {0.01};
+  const std::filesystem::path map = folder / "maps/a.jpg.geometric.bin", truth = folder / "truth/a.jpg.bin";
+  const auto other_shape = testing::AllOf(HasSubstr(map.string() + " is 100x75"), HasSubstr(truth.string() + " is 200x100"));
+
+  WriteDepthMap(map, Array2D<float>(100, 75, 2.0f));
+  WriteDepthMap(truth, Array2D<float>(200, 100, 2.0f));
+  EXPECT_THAT(InputErrorOf([&] { EvaluateDepthMaps(options); }), other_shape);
+  for (const int height : {75, 74}) {
+    WriteDepthMap(map, Array2D<float>(100, height, 2.0f));
+    WriteDepthMap(truth, Array2D<float>(200, 150, 2.0f));
+    EXPECT_EQ(EvaluateDepthMaps(options).Mean().valid, 100);
+  }
+
+  WriteNormalMap(map, Array2D<Vec3f>(100, 75, {0, 0, -1}));
+  WriteNormalMap(truth, Array2D<Vec3f>(200, 100, {0, 0, -1}));
+  EXPECT_THAT(InputErrorOf([&] { EvaluateNormalMaps(options); }), other_shape);
+  WriteNormalMap(truth, Array2D<Vec3f>(200, 150, {0, 0, -1}));
+  EXPECT_EQ(EvaluateNormalMaps(options).Mean().valid, 100);
+}
+
 TEST(EvaluateDepthMaps, ReadsTheFilledMasksBesideTheMaps) {
   const TemporaryFolder folder;
   MapEvaluationOptions options;
@@ -177,6 +205,9 @@ TEST(CoveredByTruth, ProjectsWithPixelCentresAtHalves) {
   const std::vector<bool> moved =
       CoveredByTruth({{0, 0, 0}}, Eigen::Vector3d(0.25, 0.25, 1), {folder / "dense", folder / "truth", 1000});
   EXPECT_THAT(moved, ElementsAre(true));
+  WriteDepthMap(folder / "truth/a.png.bin", Array2D<float>(2, 8, 5.0f));
+  EXPECT_THAT(InputErrorOf([&] { CoveredByTruth(points, Eigen::Vector3d::Zero(), {folder / "dense", folder / "truth", 1000}); }),
+              HasSubstr("a.png.bin, the truth of a.png: this map is 2x8, which is not the shape of its 4x2 image"));
 }
 
 // A surface that was not scanned lies behind the truth of an image that does not see it.
@@ -228,7 +259,7 @@ TEST(CoveredByTruth, TruthBeforeAPointCountsWhereTheImageSeesThePoint) {
                                std::filesystem::file_size(folder / "cloud.ply.vis") - 4);
   EXPECT_THROW(covered(), phi::InputError);
   std::filesystem::remove(folder / "cloud.ply.vis");
-  EXPECT_THAT(test_support::InputErrorOf(covered), ::testing::HasSubstr("cloud.ply.vis is missing"));
+  EXPECT_THAT(InputErrorOf(covered), HasSubstr("cloud.ply.vis is missing"));
 }
 
 }  // namespace
