@@ -94,26 +94,20 @@ std::vector<bool> CoveredByTruth(const std::vector<phi::Vec3f>& points, const Ei
   WorkspaceOptions workspace_options;
   workspace_options.path = options.workspace;
   const Workspace workspace(workspace_options);
-  const auto maps = FindTruthMaps(options.truth_depth_maps);
+  const auto maps = FindTruthMapsOf(workspace, options.truth_depth_maps);
   const CloudPoints cloud{
       points, origin,
       options.visibility.empty() ? PointImages() : PointImages(options.visibility, points.size()),
       options.hidden_by};
   std::vector<std::uint8_t> covered(points.size(), 0);
-  bool any = false;
   for (std::size_t image = 0; image < workspace.views().size(); ++image) {
     phi::ThrowIfCancelled();
     const phi::SceneView& view = workspace.views()[image];
     const auto map = maps.find(view.name);
     if (map == maps.end()) continue;
-    any = true;
     const phi::Array2D<float> truth = ReadTruthDepth(map->second, options.values_per_unit);
     RequireShapeOfImage(truth, map->second, view);
     MarkCovered(cloud, view.camera, static_cast<std::uint32_t>(image), truth, covered);
-  }
-  if (!any) {
-    throw phi::InputError("no map in " + phi::AboutFile(options.truth_depth_maps) + " has the name of an image of " +
-                          options.workspace.string());
   }
   return {covered.begin(), covered.end()};
 }

@@ -8,7 +8,6 @@
 #include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/measurement_file.h"
-#include "colmap_ext/workspace.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -35,6 +34,15 @@ std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem
   if (maps.empty())
     throw phi::InputError(phi::AboutFile(folder) + " holds no map (<image name>.png or <image name>.bin)");
   return maps;
+}
+
+std::map<std::string, std::filesystem::path> FindTruthMapsOf(const Workspace& workspace, const std::filesystem::path& folder) {
+  auto maps = FindTruthMaps(folder);
+  const auto& views = workspace.views();
+  const auto has_truth = [&](const phi::SceneView& view) { return maps.contains(view.name); };
+  if (std::any_of(views.begin(), views.end(), has_truth)) return maps;
+  throw phi::InputError(phi::AboutFile(folder) + ": no true depth map here has the name of an image of " + workspace.path().string() +
+                        "; they should be <image name>.png or <image name>.bin, such as " + views.front().name + ".png");
 }
 
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit) {

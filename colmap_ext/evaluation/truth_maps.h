@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "colmap_ext/workspace.h"
 #include "phi/base/array2d.h"
 #include "phi/base/vec.h"
 #include "phi/scene_view.h"
@@ -14,6 +15,9 @@ namespace colmap_ext {
 // A map file `<image name>.png`, `<image name>.bin` or `<image name>.<kind>.bin`, in subfolders as the names
 // have them. Keyed by image name. Throws phi::InputError when the folder holds none.
 std::map<std::string, std::filesystem::path> FindTruthMaps(const std::filesystem::path& folder);
+
+// The same; throws, too, when none of them has the name of an image of the workspace.
+std::map<std::string, std::filesystem::path> FindTruthMapsOf(const Workspace& workspace, const std::filesystem::path& folder);
 
 // World units; 0 where there is no truth. `values_per_unit`: a PNG's value of one world unit.
 phi::Array2D<float> ReadTruthDepth(const std::filesystem::path& path, double values_per_unit);

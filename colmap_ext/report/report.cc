@@ -162,7 +162,7 @@ Json CamerasJson(const Workspace& workspace, const std::array<double, 3>& offset
 void AddPoints(const ReportOptions& options, const Workspace& workspace, const std::filesystem::path& path, Json& report) {
   CloudSample sample = SampleCloud(path, options.max_points);
   if (!options.truth_depth_maps.empty()) {
-    CompareWithTruth(workspace, FindTruthMaps(options.truth_depth_maps), options.values_per_unit, &sample);
+    CompareWithTruth(workspace, FindTruthMapsOf(workspace, options.truth_depth_maps), options.values_per_unit, &sample);
   }
   const ReportCloud cloud = PackCloud(sample);
   report["cloud"] = {{"file", path.string()},

@@ -276,7 +276,7 @@ class ImageMaker {
 
 std::vector<ReportImage> MakeReportImages(const Workspace& workspace, const ReportOptions& options) {
   const TruthFiles truth =
-      options.truth_depth_maps.empty() ? TruthFiles() : FindTruthMaps(options.truth_depth_maps);
+      options.truth_depth_maps.empty() ? TruthFiles() : FindTruthMapsOf(workspace, options.truth_depth_maps);
   const std::size_t count = workspace.views().size();
   // Evenly over the sequence.
   const std::size_t step = std::max<std::size_t>(1, (count + options.max_images - 1) / options.max_images);

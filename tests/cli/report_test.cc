@@ -179,6 +179,18 @@ TEST_F(ReportCommand, RefusesToCompareWithWhatIsNoWorkspace) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
 }
 
+TEST_F(ReportCommand, RefusesTruthOfNoImage) {
+  colmap_ext::WriteDepthMap(folder_ / "truth/b.png.bin", phi::Array2D<float>(kWidth, kHeight, 2.0f));
+  for (const bool has_cloud : {true, false}) {
+    if (!has_cloud) std::filesystem::remove(folder_ / "dense/fused.ply");
+    const ProgramResult result = Write({"--truth_depth_maps", folder_ / "truth"});
+    EXPECT_EQ(result.exit_code, 2) << result.errors;
+    EXPECT_THAT(result.errors, HasSubstr((folder_ / "truth").string() + ": no true depth map here has the name of an image of"));
+    EXPECT_THAT(result.errors, HasSubstr("such as a.png.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "report.html"));
+  }
+}
+
 // With the cloud and without: the points are compared, and the pictures.
 TEST_F(ReportCommand, RefusesTruthOfAnotherShape) {
   const auto truth = folder_ / "truth/a.png.bin";
