@@ -56,13 +56,15 @@ void HoleFilling::FindMeasuredMaps() {
     } else if (ImportMeasuredMap(job)) {
       has_map_[j] = 1;
       jobs_[j].keeps_measured = !MapsAreOurs(job, kMeasured);
-    } else if (GeometricMapIsOurs(job)) {
+    } else if (GeometricMapIsOurs(job) && runner_.store().MapsAreWhole(jobs_[j].image, std::string(kGeometric))) {
       runner_.Fail(
           job, std::string(kMeasured),
           "image " + NameOf(job) +
               ": its measured maps are missing, damaged or of another size, and its geometric ones hold "
               "inferred depths already; give the --PatchMatchStereo.max_image_size that "
               "patch_match_stereo ran with, or run that, which makes both again");
+    } else if (HasSomeMap(job, kMeasured) || HasSomeMap(job, kGeometric)) {
+      runner_.Fail(job, std::string(kMeasured), "image " + NameOf(job) + ": its maps cannot be filled: " + ProblemOfMaps(job));
     } else {
       LeaveOut("image " + NameOf(job) + " is left out, it has no maps to fill: " + ProblemOfMaps(job));
     }
@@ -103,12 +105,17 @@ bool HoleFilling::GeometricMapIsOurs(int job) const {
   return is_recorded ? MapsAreOurs(job, kGeometric) : fs::exists(workspace_.FilledMaskPath(jobs_[job].image));
 }
 
-// Of those that are there, if only in part.
-phi::Message HoleFilling::ProblemOfMaps(int job) const {
+// Whole or not.
+bool HoleFilling::HasSomeMap(int job, std::string_view kind) const {
   const int image = jobs_[job].image;
   std::error_code unreachable;
-  const bool has_measured = fs::exists(workspace_.DepthMapPath(image, kMeasured), unreachable);
-  return runner_.store().MapsProblem(image, std::string(has_measured ? kMeasured : kGeometric));
+  return runner_.store().IsCompact(image, std::string(kind)) || fs::exists(workspace_.DepthMapPath(image, kind), unreachable) ||
+         fs::exists(workspace_.NormalMapPath(image, kind), unreachable);
+}
+
+// Of those that are there, if only in part.
+phi::Message HoleFilling::ProblemOfMaps(int job) const {
+  return runner_.store().MapsProblem(jobs_[job].image, std::string(HasSomeMap(job, kMeasured) ? kMeasured : kGeometric));
 }
 
 // Of a measured map that nothing is known of: all pixels are as good.

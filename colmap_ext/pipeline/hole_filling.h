@@ -21,7 +21,7 @@ class HoleFilling {
 
   // Writes <image>.geometric.bin and the filled masks. Throws phi::InputError when no image has maps, or when another
   // program's would be replaced without --overwrite; images that
-  // fail are in the summary, those without maps are left out, and all others are done.
+  // fail, those with damaged maps among them, are in the summary, those without maps are left out, and all others are done.
   RunSummary Run();
 
  private:
@@ -32,6 +32,7 @@ class HoleFilling {
   bool MapsAreOurs(int job, std::string_view kind) const;
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);
+  bool HasSomeMap(int job, std::string_view kind) const;
   phi::Message ProblemOfMaps(int job) const;
   void SaveNoMarks(int job) const;
   std::vector<StagePlan> Plan() const;

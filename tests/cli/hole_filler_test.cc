@@ -423,17 +423,28 @@ TEST(HoleFillerCommand, DoesNotTakeItsOwnMapsForMeasuredOnes) {
   }
 }
 
+// Damaged maps are failures, now and in a second run; no maps at all are none.
 TEST(HoleFillerCommand, SaysOfEachImageWhyItsMapsCannotBeFilled) {
   const ForeignWorkspace workspace;
   const fs::path depths = workspace.path() / "stereo/depth_maps", normals = workspace.path() / "stereo/normal_maps";
   fs::remove(normals / MapName(0, "geometric"));
   fs::resize_file(depths / MapName(1, "geometric"), 1000);
   colmap_ext::WriteDepthMap(depths / MapName(2, "geometric"), phi::Array2D<float>(7, 5, 4));
-  const std::string errors = workspace.Fill("mrf").errors, left_out = ".png is left out, it has no maps to fill: ";
-  EXPECT_THAT(errors, HasSubstr("view0" + left_out + (normals / MapName(0, "geometric")).string() + " is missing"));
-  EXPECT_THAT(errors, HasSubstr("view1" + left_out + (depths / MapName(1, "geometric")).string() + ": the file has 1000 bytes"));
-  EXPECT_THAT(errors, HasSubstr("view2" + left_out + (depths / MapName(2, "geometric")).string() + " has 7x5 pixels"));
-  EXPECT_THAT(errors, HasSubstr("give the --PatchMatchStereo.max_image_size"));
+  for (const fs::path& folder : {depths, normals}) fs::remove(folder / MapName(3, "geometric"));
+  const std::string failed = ".png: its maps cannot be filled: ";
+  for (int run = 0; run < 2; ++run) {
+    const ProgramResult result = workspace.Fill("mrf");
+    EXPECT_EQ(result.exit_code, 4);
+    EXPECT_THAT(result.errors, HasSubstr("view0" + failed + (normals / MapName(0, "geometric")).string() + " is missing"));
+    EXPECT_THAT(result.errors, HasSubstr("view1" + failed + (depths / MapName(1, "geometric")).string() + ": the file has 1000 bytes"));
+    EXPECT_THAT(result.errors, HasSubstr("view2" + failed + (depths / MapName(2, "geometric")).string() + " has 7x5 pixels"));
+    EXPECT_THAT(result.errors, HasSubstr("give the --PatchMatchStereo.max_image_size"));
+    EXPECT_THAT(result.errors, HasSubstr("view3.png is left out, it has no maps to fill: "));
+    EXPECT_THAT(result.errors, HasSubstr("3 of 4 images failed"));
+  }
+  const std::string status = RunProgram({PHIMVS_BINARY, "status", "--workspace_path", workspace.path()}).output;
+  EXPECT_THAT(status, HasSubstr("failed: view1.png, geometric: image view1" + failed));
+  EXPECT_THAT(status, Not(HasSubstr("failed: view3.png")));
 }
 
 TEST(HoleFillerCommand, SaysWhatIsMissing) {

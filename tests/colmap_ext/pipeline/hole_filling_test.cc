@@ -158,8 +158,10 @@ TEST_F(HoleFillingTest, AnImageWithoutAFileFailsOrIsLeftOutWhereThatIsAllowed) {
 TEST_F(HoleFillingTest, AnImageWithoutMapsIsNotCounted) {
   std::filesystem::remove(folder_ / "stereo/phimvs.json");
   options_.overwrite = true;
-  for (const char* kind : {"measured", "geometric"})
-    std::filesystem::remove(folder_ / "stereo/depth_maps" / (names_[1] + "." + kind + ".bin"));
+  for (const char* kind : {"measured", "geometric"}) {
+    for (const char* maps : {"depth_maps", "normal_maps"})
+      std::filesystem::remove(folder_ / "stereo" / maps / (names_[1] + "." + kind + ".bin"));
+  }
   std::filesystem::remove(folder_ / "stereo/filled_masks" / (names_[1] + ".png"));
   const RunSummary summary = Fill();
   EXPECT_TRUE(summary.failures.empty());
