@@ -165,19 +165,27 @@ void SparseModelBuilder::AddImage(SparseImage image, const ModelPosition& positi
   model_.images.push_back(std::move(image));
 }
 
-std::string SparseModelBuilder::PointProblem(const SparsePoint& point) const {
+const TrackElement* SparseModelBuilder::FindWrongElement(const SparsePoint& point) const {
   for (const TrackElement& element : point.track) {
     const auto found = num_observations_.find(element.image_id);
-    if (found == num_observations_.end()) {
-      if (dropped_images_.contains(element.image_id)) continue;
-      return "was seen in image " + std::to_string(element.image_id) + ", which is not among the images";
-    }
-    if (element.observation_index >= found->second) {
-      return "is observation " + std::to_string(element.observation_index) + " of image " +
-             std::to_string(element.image_id) + ", which has only " + std::to_string(found->second);
-    }
+    const bool is_wrong =
+        found == num_observations_.end() ? !dropped_images_.contains(element.image_id) : element.observation_index >= found->second;
+    if (is_wrong) return &element;
   }
-  return "";
+  return nullptr;
+}
+
+phi::Message SparseModelBuilder::Describe(std::uint32_t image_id, const WrongPoints& points) const {
+  const std::string image = "image " + std::to_string(image_id), first = "point " + std::to_string(points.point3D_id);
+  const auto found = num_observations_.find(image_id);
+  if (found == num_observations_.end()) {
+    const std::string why = image + ", which is not among the images";
+    if (points.count == 1) return points.position + first + " was seen in " + why;
+    return points.position + std::to_string(points.count) + " points name " + why + ", " + first + " the first";
+  }
+  const std::string why = "of " + image + ", which has only " + std::to_string(found->second);
+  if (points.count == 1) return points.position + first + " is observation " + std::to_string(points.observation_index) + " " + why;
+  return points.position + std::to_string(points.count) + " points are observations " + why + ", " + first + " the first";
 }
 
 // A triangulation that went wrong says nothing and costs nothing: the image's other points are enough.
@@ -186,8 +194,14 @@ void SparseModelBuilder::AddPoint(SparsePoint point, const ModelPosition& positi
     if (num_points_nowhere_++ == 0) first_point_nowhere_ = position.Text();
     return;
   }
-  if (const std::string problem = PointProblem(point); !problem.empty()) {
-    Report(position, "point " + std::to_string(point.point3D_id) + " " + problem);
+  if (const TrackElement* wrong = FindWrongElement(point); wrong != nullptr) {
+    WrongPoints& points = wrong_points_[wrong->image_id];
+    if (points.count++ == 0) {
+      points.point3D_id = point.point3D_id;
+      points.observation_index = wrong->observation_index;
+      points.position = position.Text();
+    }
+    if (problems_ == nullptr) throw phi::InputError(Describe(wrong->image_id, points));
     return;
   }
   if (!dropped_images_.empty()) {
@@ -198,6 +212,7 @@ void SparseModelBuilder::AddPoint(SparsePoint point, const ModelPosition& positi
 }
 
 SparseModel SparseModelBuilder::Finish() {
+  for (const auto& [image_id, points] : wrong_points_) ReportProblem(problems_, Describe(image_id, points));
   if (num_points_nowhere_ > 0) {
     phi::LogWarning(first_point_nowhere_ + "the first of " + std::to_string(num_points_nowhere_) +
                     " points whose position is not finite; they are left out");

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,17 +48,28 @@ class SparseModelBuilder {
   void ReservePoints(std::size_t count) { model_.points.reserve(count); }
   void Report(const ModelPosition& position, const phi::Message& message);
 
-  // Warns of what was left out without being a problem.
+  // Reports points whose tracks fit nothing, in a sentence for each image. Warns of what was left out without being a problem.
   SparseModel Finish();
 
  private:
   std::string ImageProblem(const SparseImage& image) const;
-  std::string PointProblem(const SparsePoint& point) const;
+  // The first that names no image or observation of the model; null: there is none.
+  const TrackElement* FindWrongElement(const SparsePoint& point) const;
+
+  // Points whose track names the same image wrongly.
+  struct WrongPoints {
+    std::uint64_t count = 0;
+    std::uint64_t point3D_id = 0;         // of the first
+    std::uint32_t observation_index = 0;  // that its track names
+    phi::Message position = {};           // of its record
+  };
+  phi::Message Describe(std::uint32_t image_id, const WrongPoints& points) const;
 
   ProblemList* problems_;
   SparseModel model_;
   std::unordered_map<std::uint32_t, std::size_t> num_observations_;  // by image id
   std::unordered_set<std::uint32_t> dropped_images_;                 // reported already: their tracks are not
+  std::map<std::uint32_t, WrongPoints> wrong_points_;                // by image id
   std::uint64_t num_points_nowhere_ = 0;                             // whose position is not finite
   std::string first_point_nowhere_;                                  // where its record is
 };

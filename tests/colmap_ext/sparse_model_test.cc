@@ -312,6 +312,26 @@ TEST_F(SparseModelTest, ListsEveryProblemThatCanBeSteppedOver) {
   EXPECT_TRUE(read.points[0].track.empty());
 }
 
+// A model whose images were thinned names them in thousands of tracks.
+TEST_F(SparseModelTest, PointsThatNameTheSameImageWronglyAreOneProblem) {
+  SparseModel model = SmallModel();
+  const SparsePoint point = model.points[0];
+  model.points.clear();
+  for (std::uint64_t id = 1; id <= 500; ++id) {
+    model.points.push_back(point);
+    model.points.back().point3D_id = id;
+    model.points.back().track = {{id % 2 == 0 ? 70u : 7u, id % 2 == 0 ? 0u : 50u}};
+  }
+  model.points.push_back(point);
+  WriteSparseModelText(model, folder_.path());
+  ProblemList problems;
+  EXPECT_EQ(ReadSparseModel(folder_.path(), &problems).points.size(), 1u);
+  EXPECT_THAT(problems,
+              ElementsAre(HasSubstr("points3D.txt: line 3: 250 points are observations of image 7, which has only 3, point 1 the first"),
+                          HasSubstr("points3D.txt: line 4: 250 points name image 70, which is not among the images, point 2 the first")));
+  EXPECT_THAT(ReadError(), HasSubstr("points3D.txt: line 3: point 1 is observation 50 of image 7, which has only 3"));
+}
+
 TEST_F(SparseModelTest, KnowsColmapsCameraModelsByName) {
   EXPECT_EQ(CameraModelName(0), "SIMPLE_PINHOLE");
   EXPECT_EQ(CameraModelName(1), "PINHOLE");
