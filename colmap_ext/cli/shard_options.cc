@@ -51,7 +51,18 @@ Shard ParseShard(const std::string& text) {
   return MakeShard(*index, *count, "--shard " + text);
 }
 
-// Without --num_shards: the array is all the shards, whatever its first index.
+// An array of all shards begins at 0 or at 1. One of tasks that are submitted again may not, and says nothing of the others; a lone
+// task is a whole array where it is the first.
+void RefusePartOfAnArray(const std::string& name, int least, int count) {
+  if (least <= 1 && (count > 1 || least == 0)) return;
+  const std::string tasks = count == 1 ? "task " + std::to_string(least) + " alone" : "tasks from " + std::to_string(least);
+  throw phi::UsageError(
+      name + ": the job array has " + tasks +
+      ", as where failed tasks are submitted again; say how many shards there are with --num_shards, or give --shard K/N where the "
+      "whole array began at 1; --shard 0/1 does all images");
+}
+
+// Without --num_shards: the array is all the shards, whether it begins at 0 or at 1.
 Shard FromWholeArray(const ArrayVariables& array, int index) {
   const std::string name = array.index;
   const std::optional<int> count = NumberOf(array.count);
@@ -70,6 +81,7 @@ Shard FromWholeArray(const ArrayVariables& array, int index) {
         ": the job array has gaps, so that its tasks are not all shards; say how many there are "
         "with --num_shards");
   }
+  RefusePartOfAnArray(name, least, *count);
   const Shard shard = MakeShard(index - least, *count, name);
   phi::LogInfo("shard " + shard.Name() + ", for " + name + " is " + std::to_string(index) +
                "; --shard 0/1 does all images");

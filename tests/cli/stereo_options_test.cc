@@ -1,12 +1,17 @@
 #include "colmap_ext/cli/stereo_options.h"
 
+#include <cstdlib>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/pipeline/stage_graph.h"
 #include "phi/base/error.h"
+#include "tests/support/error_message.h"
 #include "tests/support/log_capture.h"
 
 namespace colmap_ext {
@@ -95,6 +100,45 @@ TEST(StereoOptions, TheLogSaysWhatGoesBeforeThePreset) {
   EXPECT_THAT(log.messages(), Contains(HasSubstr("--PhiStereo.quality has no effect")));
   EXPECT_THAT(log.messages(), Contains(HasSubstr("options: ")));
   EXPECT_EQ(parser.EffectiveValues().at("PhiStereo.formulas"), "paper");
+}
+
+// Of a task of Slurm's array FIRST-LAST.
+Shard ShardOfTask(int index, int first, int last, int num_shards = 0) {
+  const std::pair<const char*, int> variables[] = {{"SLURM_ARRAY_TASK_ID", index},
+                                                   {"SLURM_ARRAY_TASK_MIN", first},
+                                                   {"SLURM_ARRAY_TASK_MAX", last},
+                                                   {"SLURM_ARRAY_TASK_COUNT", last - first + 1}};
+  for (const auto& [name, value] : variables) ::setenv(name, std::to_string(value).c_str(), 1);
+  const auto restore = [&] {
+    for (const auto& [name, value] : variables) ::unsetenv(name);
+  };
+  try {
+    const test_support::LogCapture quiet;
+    ShardOptions options;
+    options.num_shards = num_shards;
+    const Shard shard = options.Resolve();
+    restore();
+    return shard;
+  } catch (...) {
+    restore();
+    throw;
+  }
+}
+
+TEST(ShardOptions, AnArrayOfAllShardsSaysWhichOneATaskIs) {
+  EXPECT_EQ(ShardOfTask(3, 0, 7).Name(), "3/8");
+  EXPECT_EQ(ShardOfTask(3, 1, 8).Name(), "2/8");
+  EXPECT_EQ(ShardOfTask(0, 0, 0).Name(), "0/1");
+}
+
+// sbatch --array=3 after the third of eight tasks failed: it would do all images, beside those that are at work.
+TEST(ShardOptions, TasksThatAreSubmittedAgainAskForTheNumberOfShards) {
+  for (const auto& [first, last] : {std::pair{3, 3}, {1, 1}, {2, 5}}) {
+    const std::string error = test_support::MessageOf<phi::UsageError>([&] { ShardOfTask(first, first, last); });
+    EXPECT_THAT(error, ::testing::HasSubstr("SLURM_ARRAY_TASK_ID: the job array has task"));
+    EXPECT_THAT(error, ::testing::HasSubstr("--num_shards"));
+  }
+  EXPECT_EQ(ShardOfTask(3, 3, 3, 8).Name(), "3/8");
 }
 
 }  // namespace
