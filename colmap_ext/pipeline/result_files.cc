@@ -4,7 +4,6 @@
 #include <system_error>
 
 #include "colmap_ext/compact_map.h"
-#include "colmap_ext/folder_files.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -40,16 +39,14 @@ bool IsWholeFile(const fs::path& path) {
 }
 
 void RemoveConfidenceMaps(const Workspace& workspace, const std::string& kind) {
-  const fs::path folder = workspace.ConfidenceMapsFolder();
-  const std::string suffix = "." + kind + ".bin";
   int num_removed = 0;
-  for (const fs::path& file : FilesBelow(folder, HiddenFiles::kIncluded)) {
+  for (int image = 0; image < static_cast<int>(workspace.views().size()); ++image) {
     std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
-    if (file.native().ends_with(suffix)) num_removed += fs::remove(folder / file, ignored);
+    num_removed += fs::remove(workspace.ConfidenceMapPath(image, kind), ignored);
   }
   if (num_removed > 0) {
-    phi::LogInfo(phi::AboutFile(folder) + ": " + std::to_string(num_removed) + " confidence maps are removed, since " +
-                 kind + " maps that they rest on change; fusion writes them anew");
+    phi::LogInfo(phi::AboutFile(workspace.ConfidenceMapsFolder()) + ": " + std::to_string(num_removed) +
+                 " confidence maps are removed, since " + kind + " maps that they rest on change; fusion writes them anew");
   }
 }
 

@@ -249,11 +249,13 @@ TEST(HoleFillerCommand, ReplacesNothingUnaskedAndPutsBackWhatItReplaced) {
   ASSERT_EQ(workspace.Run({"--overwrite", "true"}).exit_code, 0);
   EXPECT_NE(workspace.Files(), originals);
   EXPECT_EQ(workspace.Run({}).exit_code, 0) << "the filled maps are its own";
-  const fs::path confidences = workspace.path() / "stereo/confidence_maps" / "of another image.geometric.bin";
-  test_support::WriteBytes(confidences, "rests on the filled map, too");
+  const fs::path confidences = workspace.path() / "stereo/confidence_maps" / MapName(1, "geometric"),
+                 foreign = workspace.path() / "stereo/confidence_maps" / "of no image.geometric.bin";
+  for (const fs::path& path : {confidences, foreign}) test_support::WriteBytes(path, "rests on the filled map, too");
   const ProgramResult restored = workspace.Run({"--restore", "true"});
   EXPECT_EQ(restored.exit_code, 0) << restored.errors;
   EXPECT_FALSE(fs::exists(confidences));
+  EXPECT_TRUE(fs::remove(foreign)) << "it is not ours";
   EXPECT_EQ(workspace.Files(), originals);
   EXPECT_EQ(workspace.Run({}).exit_code, 2) << "they are the other program's again";
 }
