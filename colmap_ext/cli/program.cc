@@ -78,8 +78,8 @@ void PrintUsage(int stream, std::ostream& out) {
   PrintCommand("version", "version, commit, CUDA architectures, devices", columns, out);
   out << "\n"
       << colmap_ext::WrapText(
-             "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, 4 some images failed, "
-             "5 no device, 6 waits for other shards: run again later, 130 and 143 stopped.",
+             "Exit codes: 0 done, 1 usage, 2 bad input, 3 out of memory or disk, or a GPU failed, 4 some images failed, "
+             "5 no GPU, 6 waits for other shards: run again later, 70 an error in phimvs, 130 and 143 stopped.",
              columns, 0)
       << "\n";
 }
@@ -160,14 +160,16 @@ int RunCommand(const colmap_ext::Command& command, int argc, char** argv) {
   }
 }
 
+bool IsHelp(std::string_view word) { return word == "help" || word == "--help" || word == "-h"; }
+
 int RunProgram(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "";
   if (name == "version" || name == "--version") {
     std::cout << colmap_ext::VersionText();
     return EXIT_SUCCESS;
   }
-  const bool help = name == "help" || name == "--help" || name == "-h";
-  if (help && argc == 2) {
+  const bool help = IsHelp(name);
+  if (help && (argc == 2 || IsHelp(argv[2]))) {
     PrintUsage(STDOUT_FILENO, std::cout);
     return EXIT_SUCCESS;
   }

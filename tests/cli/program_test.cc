@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -83,6 +85,37 @@ TEST(ProgramTest, HelpAndVersionGoToStdout) {
     EXPECT_THAT(result.out, HasSubstr("[pixels]"));
     EXPECT_EQ(result.err, "");
   }
+}
+
+// With or without what asks for it twice.
+TEST(ProgramTest, HelpOfHelpIsTheHelp) {
+  const std::string help = RunPhimvs({"--help"}).out;
+  for (const char* first : {"help", "--help"}) {
+    for (const char* second : {"help", "--help", "-h"}) {
+      const WatchedResult result = RunPhimvs({first, second});
+      EXPECT_EQ(result.exit_code, 0) << first << " " << second;
+      EXPECT_EQ(result.out, help) << first << " " << second;
+    }
+  }
+}
+
+TEST(ProgramTest, HelpTellsTheExitCodesThatThePageHas) {
+  std::string help = RunPhimvs({"--help"}).out;
+  std::replace(help.begin(), help.end(), '\n', ' ');
+  const std::string codes = help.substr(help.find("Exit codes: "));
+  std::ifstream page(PHIMVS_SOURCE_DIR "/docs/troubleshooting.md");
+  const std::regex row(R"(^\| (\d+(?:, \d+)*) \| (.*) \|$)");
+  int num_rows = 0;
+  for (std::string line; std::getline(page, line);) {
+    std::smatch found;
+    if (!std::regex_match(line, found, row)) continue;
+    ++num_rows;
+    const std::string numbers = std::regex_replace(found[1].str(), std::regex(", "), " and ");
+    EXPECT_THAT(codes, ContainsRegex("[ :]" + numbers + " [a-z]"));
+    if (numbers != "3") continue;
+    EXPECT_THAT(codes, HasSubstr("3 " + found[2].str()));
+  }
+  EXPECT_EQ(num_rows, 9);
 }
 
 // Where there is no terminal, 80 columns.
