@@ -401,6 +401,15 @@ TEST_F(CompareWithColmap, SaysWhatIsMissingWithoutCudaAndMaps) {
   EXPECT_FALSE(Summary()["maps"].contains("colmap"));
 }
 
+TEST_F(CompareWithColmap, SaysWhatToGiveWhereThereIsNoPhimvs) {
+  const fs::path program = folder_ / "none/phimvs";
+  const ProgramResult result = Script(
+      "compare_with_colmap", {"--workspace_path", *room_ / "room/dense", "--output_path", folder_ / "out", "--phimvs", program});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(result.errors.starts_with("there is no program " + program.string() + ": give --phimvs PROGRAM")) << result.errors;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
 TEST_F(CompareWithColmap, WarnsOfVersionsThatShearUnequalWidths) {
   EXPECT_THAT(Compare("COLMAP 4.1.1 -- (with CUDA)").output, Not(HasSubstr("shears")))
       << "all widths are equal here";
