@@ -42,6 +42,8 @@ int RunHoleFiller(int argc, char** argv) {
   parser.Add("restore", &restore, "Fill nothing, but put back the maps of another program that were filled");
   if (!parser.Parse(argc, argv)) return 0;
   options.Finish(parser);
+  parser.WarnWithoutEffect({"PatchMatchStereo.filter_min_ncc"},
+                           "maps that are there come without matching costs; patch_match_stereo filters by them");
 
   Workspace workspace(options.workspace);
   if (!restore) RequireAnImage(workspace);

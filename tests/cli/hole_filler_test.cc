@@ -449,6 +449,17 @@ TEST(HoleFillerCommand, SaysOfEachImageWhyItsMapsCannotBeFilled) {
   EXPECT_THAT(status, Not(HasSubstr("failed: view3.png")));
 }
 
+// Whoever made them. It asked for cost maps, without which every image failed.
+TEST(HoleFillerCommand, MapsThatAreThereHaveNoCostToFilterBy) {
+  const ForeignWorkspace workspace, without;
+  const std::string sentence = "warning: --PatchMatchStereo.filter_min_ncc has no effect: ";
+  const ProgramResult result = workspace.Run({"--overwrite", "true", "--PatchMatchStereo.filter_min_ncc", "0.5"});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, HasSubstr(sentence));
+  EXPECT_THAT(without.Run({"--overwrite", "true"}).errors, Not(HasSubstr(sentence)));
+  EXPECT_TRUE(workspace.Files() == without.Files());
+}
+
 TEST(HoleFillerCommand, SaysWhatIsMissing) {
   const ForeignWorkspace workspace;
   fs::remove_all(workspace.path() / "stereo/normal_maps");
