@@ -16,8 +16,9 @@ namespace phi {
 GrayImage ExtendIntoMask(const GrayImage& image, const ImageMask& mask);
 
 // Of an image that is extended into the mask, for the reference image of the matching, and for regions: masked pixels are black or
-// white, whichever is farther from a nearest used pixel. At 128 grey levels and more from a window's centre a sample has no weight (MatchingWindow::Weight), so
-// that windows use what is outside the mask, and regions end at its edge. Not for matching without weights (the paper's).
+// white, whichever is farther from a nearest used pixel. At 128 grey levels and more from a window's centre a sample has no weight
+// (MatchingWindow::Weight), so that windows use what is outside the mask, and regions end at its edge. Not for matching without
+// weights (the paper's).
 GrayImage CutOutMask(const GrayImage& extended, const ImageMask& mask);
 
 // Takes away what a map holds at masked pixels.
