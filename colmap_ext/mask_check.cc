@@ -18,6 +18,7 @@
 #include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/map_shape.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -48,7 +49,7 @@ std::string FusionMaskWarning(const Workspace& workspace, const fs::path& folder
   if (!fs::exists(path)) return "";
   const phi::GrayImage mask = ReadImageMaskFile(path);
   const phi::Pinhole& size = workspace.views()[image].camera.pinhole;
-  if (!HasSize(workspace, image) || HasShapeOf(size, mask.width(), mask.height())) return EmptyMaskWarning(path, mask);
+  if (!HasSize(workspace, image) || HasShapeOf(size.width, size.height, mask.width(), mask.height())) return EmptyMaskWarning(path, mask);
   return path.string() + ": the mask is " + SizeText(mask.width(), mask.height()) + " pixels, which is not the shape of its " +
          SizeText(size.width, size.height) + " image; make masks of the undistorted images";
 }

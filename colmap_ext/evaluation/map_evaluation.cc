@@ -10,8 +10,8 @@
 
 #include "colmap_ext/evaluation/truth_maps.h"
 #include "colmap_ext/format_text.h"
-#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/map_file.h"
+#include "colmap_ext/map_shape.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/progress.h"
@@ -88,8 +88,7 @@ std::optional<FilledMask> ReadFilled(const MapEvaluationOptions& options, const 
 // Of whatever size; stretched, each pixel would be held against another one's truth.
 template <typename Map>
 void RequireOneShape(const std::filesystem::path& map_path, const Map& map, const std::filesystem::path& truth_path, const Map& truth) {
-  const phi::Pinhole of_truth{truth.width(), truth.height(), 1, 1, 0, 0};
-  if (HasShapeOf(of_truth, map.width(), map.height())) return;
+  if (HasShapeOf(truth.width(), truth.height(), map.width(), map.height())) return;
   throw phi::InputError(phi::AboutFile(map_path) + " is " + SizeText(map.width(), map.height()) + ", but its truth " +
                         truth_path.string() + " is " + SizeText(truth.width(), truth.height()) +
                         ", which is another shape; give the truth of the undistorted image");

@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "colmap_ext/folder_files.h"
-#include "colmap_ext/fusion/fusion_map_reader.h"
 #include "colmap_ext/image_file.h"
+#include "colmap_ext/map_shape.h"
 #include "colmap_ext/measurement_file.h"
 #include "phi/base/error.h"
 

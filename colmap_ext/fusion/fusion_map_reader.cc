@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -14,6 +13,7 @@
 
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/image_file.h"
+#include "colmap_ext/map_shape.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/thinning.h"
@@ -69,23 +69,6 @@ phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int 
   if (IsAboutUnit(normal)) return phi::PackNormal(normal);
   const phi::Vec3f ray = rays.Ray(x + 0.5f, y + 0.5f);
   return phi::PackNormal({-ray.x, -ray.y, -ray.z});
-}
-
-bool HasShapeOf(const phi::Pinhole& image, int width, int height) {
-  // Rounding the smaller size moves a side by half a pixel at most, of the image or of the map.
-  const double scale_x = static_cast<double>(width) / image.width, scale_y = static_cast<double>(height) / image.height;
-  return std::abs(scale_x - scale_y) <= (0.5 / image.width + 0.5 / image.height) * 2 * std::max({scale_x, scale_y, 1.0});
-}
-
-phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose) {
-  if (!HasShapeOf(image, width, height)) {
-    throw phi::InputError(whose + ": this map is " + SizeText(width, height) + ", which is not the shape of its " +
-                          SizeText(image.width, image.height) +
-                          " image; it belongs to another image or was made before the undistortion");
-  }
-  const double scale_x = static_cast<double>(width) / image.width;
-  const double scale_y = static_cast<double>(height) / image.height;
-  return {width, height, image.fx * scale_x, image.fy * scale_y, image.cx * scale_x, image.cy * scale_y};
 }
 
 phi::Message NoFolderOfFusionMasks(const fs::path& folder) {

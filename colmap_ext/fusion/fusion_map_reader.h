@@ -36,15 +36,8 @@ class FusionMapSource {
 // A normal that is missing or damaged becomes the direction to the camera.
 phi::PackedNormal PackChecked(phi::Vec3f normal, const phi::RayModel& rays, int x, int y);
 
-// Whether a map or mask of this size may be of the image, but for rounding to whole pixels.
-bool HasShapeOf(const phi::Pinhole& image, int width, int height);
-
 // What is wrong with a --StereoFusion.mask_path that is no folder.
 phi::Message NoFolderOfFusionMasks(const std::filesystem::path& folder);
-
-// The camera of a map of another size than its image. Throws phi::InputError, which begins with `whose`, where the map has
-// not the image's shape.
-phi::Pinhole CameraOfMap(const phi::Pinhole& image, int width, int height, const phi::Message& whose);
 
 // From the workspace's files, or from memory.
 class FusionMapReader final : public FusionMapSource {

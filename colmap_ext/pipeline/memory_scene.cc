@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "colmap_ext/fusion/fusion_map_reader.h"
+#include "colmap_ext/map_shape.h"
 #include "colmap_ext/pipeline/image_jobs.h"
 #include "colmap_ext/pipeline/stage_loop.h"
 #include "phi/base/error.h"
