@@ -39,6 +39,8 @@ bool IsWholeFile(const fs::path& path) {
 }
 
 void RemoveConfidenceMaps(const Workspace& workspace, const std::string& kind) {
+  std::error_code unreachable;
+  if (!fs::exists(workspace.ConfidenceMapsFolder(), unreachable)) return;  // and ask for no file of ten thousand images
   int num_removed = 0;
   for (int image = 0; image < static_cast<int>(workspace.views().size()); ++image) {
     std::error_code ignored;  // what cannot be removed is not worth an error after hours of work
