@@ -181,7 +181,7 @@ class PlaneChoice {
       }
       if (offers_plane) offering.push_back(r);
     }
-    source.AddCells(offering, cells);
+    source.AddCells(offering, limits_.continued_weight, cells);
   }
 
   Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
@@ -196,7 +196,7 @@ class PlaneChoice {
     Tally tally;
     Count(plane, own.cells, 1, &tally);
     for (const std::int32_t other : own.continued) {
-      Count(plane, source.regions()[static_cast<std::size_t>(other)].cells, source.continued_weight(), &tally);
+      Count(plane, source.regions()[static_cast<std::size_t>(other)].cells, limits_.continued_weight, &tally);
     }
     return tally.Shares();
   }
@@ -332,7 +332,7 @@ class PlaneChoice {
     for (const SourceRegions& source : region_.sources) {
       std::vector<std::size_t> under;
       for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) under.push_back(static_cast<std::size_t>(overlap.region));
-      source.AddCells(under, &cells);
+      source.AddCells(under, limits_.continued_weight, &cells);
     }
     return cells;
   }

@@ -32,6 +32,7 @@ struct PlaneChoiceLimits {
   double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
   double full_reflected = 0;  // share of mirrored cells (mirror.h); 0: no plane is a mirror
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
+  float continued_weight = 1;  // of the cells of regions that continue a region, in other views
 };
 
 // What is known of a region.

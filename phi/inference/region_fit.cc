@@ -33,7 +33,7 @@ PlaneChoiceLimits ChoiceLimits(const RegionFitLimits& fit, float cell_side, cons
   return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, fit.min_apart,
           fit.reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
           rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold, rules.Factor(Rule::kMirrors) * kFullReflected,
-          rules.Factor(Rule::kRightAngles) * kAlignedWeight};
+          rules.Factor(Rule::kRightAngles) * kAlignedWeight, rules.Factor(Rule::kContinuedRegions)};
 }
 
 // Where the search for the surface of a region that has no plane starts: everywhere as far as its middle anchor.
@@ -165,7 +165,7 @@ class RegionFit {
     if (!Chooses()) return fitted;
     std::vector<AnchorCell> cells = own_[k].cells;
     for (const std::int32_t other : fitted.continued) {
-      AddContinuedCells(OwnOf(other).cells, rules_.Factor(Rule::kContinuedRegions), &cells);
+      AddContinuedCells(OwnOf(other).cells, choice_.continued_weight, &cells);
     }
     const SceneDirections* directions = evidence_.directions ? &*evidence_.directions : nullptr;
     RegionEvidence known = {std::move(cells), spots_[k], Views(), evidence_.sources, directions, anchors_.IsOpen(k)};

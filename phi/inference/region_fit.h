@@ -23,8 +23,8 @@ struct FittedRegion {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
   Sky sky = Sky::kNot;      // why it has no plane
   bool is_mirror = false;   // the first plane: what lies behind it is its reflection
-  std::vector<AnchorCell> cells;  // of its own anchors
-  std::vector<std::int32_t> continued;  // those of `regions` that continue it, where it asks any
+  std::vector<AnchorCell> cells = {};  // of its own anchors
+  std::vector<std::int32_t> continued = {};  // those of `regions` that continue it, where it asks any
 };
 
 struct FittedRegions {

@@ -47,7 +47,6 @@ std::shared_ptr<const ImageRegions> RegionsOf(const InferenceInput& input, const
 RegionPlanes::RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayView2D<const float> anchors,
                            std::uint32_t image_id, const PlaneEvidence& evidence, const Rules& rules)
     : tolerance_(RegionTolerance(evidence.precision, rules)),
-      continued_weight_(rules.Factor(Rule::kContinuedRegions)),
       regions_(std::move(regions)),
       fitted_(FitRegions(*regions_, anchors, image_id, evidence, rules)) {}
 
@@ -76,7 +75,6 @@ ViewRegions RegionPlanes::Tell() const {
   ViewRegions told;
   const SpotGrid grid(regions_->region.width(), regions_->region.height());
   told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
-  told.continued_weight = continued_weight_;
   for (const FittedRegion& region : fitted_.regions) told.regions.push_back({{}, region.cells, region.continued, region.planes});
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {

@@ -75,7 +75,6 @@ class RegionPlanes {
   }
 
   AnchorTolerance tolerance_;
-  float continued_weight_;
   std::shared_ptr<const ImageRegions> regions_;
   FittedRegions fitted_;
 };

@@ -88,18 +88,18 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
   return true;
 }
 
-void SourceRegions::AddCells(std::span<const std::size_t> regions, std::vector<AnchorCell>* cells) const {
+void SourceRegions::AddCells(std::span<const std::size_t> regions, float continued_weight, std::vector<AnchorCell>* cells) const {
   std::set<std::size_t> own(regions.begin(), regions.end()), continued;
   for (const std::size_t r : own) {
     for (const std::int32_t other : this->regions()[r].continued) continued.insert(static_cast<std::size_t>(other));
   }
-  for (const std::size_t r : own) AddCells(r, 1, cells);
+  for (const std::size_t r : own) AddCellsOf(r, 1, cells);
   for (const std::size_t r : continued) {
-    if (!own.contains(r)) AddCells(r, regions_->continued_weight, cells);
+    if (!own.contains(r)) AddCellsOf(r, continued_weight, cells);
   }
 }
 
-void SourceRegions::AddCells(std::size_t region, float weight, std::vector<AnchorCell>* cells) const {
+void SourceRegions::AddCellsOf(std::size_t region, float weight, std::vector<AnchorCell>* cells) const {
   for (const AnchorCell& cell : regions()[region].cells) {
     AnchorCell here;
     if (!ToReference(cell, &here)) continue;

@@ -29,7 +29,6 @@ struct ViewRegions {
   };
   Array2D<std::int32_t> label;
   std::vector<Region> regions;
-  float continued_weight = 1;  // of their cells
 };
 
 class SourceRegions {
@@ -37,16 +36,15 @@ class SourceRegions {
   SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source, const Camera& reference);
 
   std::span<const ViewRegions::Region> regions() const { return regions_->regions; }
-  float continued_weight() const { return regions_->continued_weight; }
 
   // A plane in the other camera; false where it passes that camera too closely to be one of its image.
   bool ToSource(const ImagePlane& plane, ImagePlane* result) const;
   bool ToReference(const ImagePlane& plane, ImagePlane* result) const;
   // A cell in the reference image and camera; false: it lies behind the camera. Its column and row mean nothing then.
   bool ToReference(const AnchorCell& cell, AnchorCell* result) const;
-  // The cells of some regions of the source and of those that continue them, in the reference, each once; those behind its camera are left
-  // out.
-  void AddCells(std::span<const std::size_t> regions, std::vector<AnchorCell>* cells) const;
+  // The cells of some regions of the source and, with another weight, of those that continue them, in the reference, each once; those
+  // behind its camera are left out.
+  void AddCells(std::span<const std::size_t> regions, float continued_weight, std::vector<AnchorCell>* cells) const;
 
   // For each spot the source's region that its point on the plane falls in; -1: none.
   std::vector<std::int32_t> RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
@@ -64,7 +62,7 @@ class SourceRegions {
                 const SpotBox& box) const;
 
  private:
-  void AddCells(std::size_t region, float weight, std::vector<AnchorCell>* cells) const;
+  void AddCellsOf(std::size_t region, float weight, std::vector<AnchorCell>* cells) const;
   bool BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const;
 
   std::shared_ptr<const ViewRegions> regions_;

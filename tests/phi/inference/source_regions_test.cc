@@ -64,11 +64,10 @@ TEST(SourceRegions, CellsOfRegionsThatContinueEachOtherAreGatheredOnce) {
   ViewRegions told;
   const auto cell_at = [](float x) { return AnchorCell{x, 90, 1 / 3.0, 0.001, 0, 0}; };
   told.regions = {{{}, {cell_at(100), cell_at(110)}, {1}, {}}, {{}, {cell_at(200)}, {0}, {}}, {{}, {cell_at(300)}, {}, {}}};
-  told.continued_weight = 0.5f;
   const SourceRegions regions = TwoViews().Regions(told);
   const auto weights = [&](const std::vector<std::size_t>& of) {
     std::vector<AnchorCell> cells;
-    regions.AddCells(of, &cells);
+    regions.AddCells(of, 0.5f, &cells);
     std::vector<float> weights;
     for (const AnchorCell& cell : cells) weights.push_back(cell.weight);
     return weights;
