@@ -1,4 +1,7 @@
-"""The program that a script runs: --phimvs, the one on PATH, or the one that was built here."""
+"""The program that a script runs: --phimvs, the one on PATH, or the one that was built here.
+
+For scripts of the source tree. compare_with_colmap is installed as a command by itself, and has its own.
+"""
 import shutil
 import sys
 from pathlib import Path
