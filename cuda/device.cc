@@ -6,6 +6,37 @@
 #include "phi/base/error.h"
 
 namespace phi::gpu {
+namespace {
+
+// A function of the driver: programs start where there is none, so it is not linked.
+template <typename Function>
+Function FromDriver(const char* name) {
+  void* function = nullptr;
+#if CUDART_VERSION >= 12050
+  constexpr unsigned kSince = 4000;  // the version of CUDA that both functions come from
+  const cudaError_t status = cudaGetDriverEntryPointByVersion(name, &function, kSince, cudaEnableDefault);
+#else
+  const cudaError_t status = cudaGetDriverEntryPoint(name, &function, cudaEnableDefault);
+#endif
+  Check(status, "cudaGetDriverEntryPoint", Task{.stage = "device selection"});
+  if (function == nullptr) {
+    throw DeviceError(std::string("CUDA: the driver has no ") + name + "; update the driver, or run with --PhiStereo.backend cpu");
+  }
+  return reinterpret_cast<Function>(function);
+}
+
+// Which context a thread uses: to ask the runtime, or to tell it, may start a device.
+struct ContextCalls {
+  CUresult (*get)(CUcontext*) = FromDriver<CUresult (*)(CUcontext*)>("cuCtxGetCurrent");
+  CUresult (*set)(CUcontext) = FromDriver<CUresult (*)(CUcontext)>("cuCtxSetCurrent");
+};
+
+const ContextCalls& Contexts() {
+  static const ContextCalls calls;
+  return calls;
+}
+
+}  // namespace
 
 int NumCudaDevices(std::string* why_none) {
   int count = 0;
@@ -37,10 +68,11 @@ DeviceProperties QueryDevice(int index) {
 
 ScopedDevice::ScopedDevice(int index) {
   const Task task{.stage = "device selection"};
-  Check(cudaGetDevice(&previous_), "cudaGetDevice", task);
+  if (Contexts().get(&previous_) != CUDA_SUCCESS) previous_ = nullptr;  // the driver has not been started
   Check(cudaSetDevice(index), "cudaSetDevice", task);
+  cudaGetLastError();  // of another user of this thread: the next launch would seem to have failed
 }
 
-ScopedDevice::~ScopedDevice() { cudaSetDevice(previous_); }
+ScopedDevice::~ScopedDevice() { Contexts().set(previous_); }
 
 }  // namespace phi::gpu

@@ -1,6 +1,8 @@
 // The GPUs of this machine.
 #pragma once
 
+#include <cuda.h>
+
 #include <string>
 
 namespace phi::gpu {
@@ -17,7 +19,8 @@ int NumCudaDevices(std::string* why_none);
 // Throws phi::UsageError when there is no device `index`.
 DeviceProperties QueryDevice(int index);
 
-// Makes a device current for this thread and restores the former one.
+// Makes a device current for this thread, and what was current before it again. A thread that had chosen none has none again: to go back
+// to CUDA's default would start GPU 0, which may be full, or another program's.
 class ScopedDevice {
  public:
   explicit ScopedDevice(int index);
@@ -26,7 +29,7 @@ class ScopedDevice {
   ScopedDevice& operator=(const ScopedDevice&) = delete;
 
  private:
-  int previous_ = 0;
+  CUcontext previous_ = nullptr;
 };
 
 }  // namespace phi::gpu

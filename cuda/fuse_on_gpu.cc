@@ -185,15 +185,27 @@ DecidedPixels Decide(FusionLaunch launch, const std::vector<std::uint32_t>& pixe
           {scratch->host_fused.data(), scratch->host_fused.data() + num_fused}};
 }
 
+// All that the device must be current for, when it goes.
+struct FusionMemory {
+  explicit FusionMemory(std::int64_t budget_bytes) : copies(budget_bytes) {}
+
+  MapCopies copies;
+  DeviceBuffer<FusionNeighbor> neighbors;  // of the image at hand
+  ScratchPool<FusionScratch> scratch{kMaxCallsAtOnce};
+};
+
 class CudaFusion final : public FusionDevice {
  public:
-  CudaFusion(int index, std::int64_t budget_bytes) : index_(index), copies_(budget_bytes) {}
-  ~CudaFusion() override = default;
+  CudaFusion(int index, std::int64_t budget_bytes) : index_(index), memory_(std::make_unique<FusionMemory>(budget_bytes)) {}
+  ~CudaFusion() override {
+    const ScopedDevice current(index_);
+    memory_.reset();
+  }
 
   void Load(HostMap map) override {
     const ScopedDevice current(index_);
     std::unique_lock<std::mutex> lock(mutex_);
-    if (has_failed_ || !copies_.HasRoomFor(map)) return;
+    if (has_failed_ || !memory_->copies.HasRoomFor(map)) return;
     try {
       GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) {
         lock.unlock();  // copies of several maps side by side
@@ -208,14 +220,14 @@ class CudaFusion final : public FusionDevice {
   void Forget(HostMap map) override {
     const ScopedDevice current(index_);
     const std::lock_guard<std::mutex> lock(mutex_);
-    copies_.Forget(map);
+    memory_->copies.Forget(map);
   }
 
   std::unique_ptr<Image> Start(HostMap reference, const RayModel& rays, const std::vector<FusionNeighbor>& neighbors) override;
 
   DecidedPixels Decide(const FusionLaunch& launch, const std::vector<std::uint32_t>& pixels) {
     const ScopedDevice current(index_);
-    const ScratchPool<FusionScratch>::Lease scratch(&scratch_, FusionTask());
+    const ScratchPool<FusionScratch>::Lease scratch(&memory_->scratch, FusionTask());
     try {
       return gpu::Decide(launch, pixels, scratch.get());
     } catch (...) {
@@ -228,11 +240,12 @@ class CudaFusion final : public FusionDevice {
   // Null where there is no room. The mutex must be held; fill(pixels) copies the map, and may let go of the mutex meanwhile.
   template <typename Fill>
   std::shared_ptr<MapCopy> GetCopy(HostMap map, const Fill& fill) {
-    if (std::shared_ptr<MapCopy> copy = copies_.Find(map); copy != nullptr) return copy;
-    DeviceBuffer<FusionPixel> pixels = copies_.TakeMemory(map);
+    MapCopies& copies = memory_->copies;
+    if (std::shared_ptr<MapCopy> copy = copies.Find(map); copy != nullptr) return copy;
+    DeviceBuffer<FusionPixel> pixels = copies.TakeMemory(map);
     if (pixels.data() == nullptr) return nullptr;
     fill(pixels);
-    return copies_.Add(map, std::move(pixels));
+    return copies.Add(map, std::move(pixels));
   }
 
   void GiveUp(const ResourceError& error) {
@@ -243,15 +256,13 @@ class CudaFusion final : public FusionDevice {
   const int index_;
   std::atomic<bool> has_failed_ = false;
   std::mutex mutex_;
-  MapCopies copies_;
-  ScratchPool<FusionScratch> scratch_{kMaxCallsAtOnce};
+  std::unique_ptr<FusionMemory> memory_;
 };
 
 class ImageOnGpu final : public FusionDevice::Image {
  public:
-  ImageOnGpu(CudaFusion* device, std::vector<std::shared_ptr<MapCopy>> copies, DeviceBuffer<FusionNeighbor> neighbors,
-             const FusionLaunch& launch)
-      : device_(device), copies_(std::move(copies)), neighbors_(std::move(neighbors)), launch_(launch) {}
+  ImageOnGpu(CudaFusion* device, std::vector<std::shared_ptr<MapCopy>> copies, const FusionLaunch& launch)
+      : device_(device), copies_(std::move(copies)), launch_(launch) {}
 
   DecidedPixels Decide(const FusionGates& gates, const std::vector<std::uint32_t>& pixels) override {
     FusionLaunch launch = launch_;
@@ -261,8 +272,7 @@ class ImageOnGpu final : public FusionDevice::Image {
 
  private:
   CudaFusion* device_;
-  std::vector<std::shared_ptr<MapCopy>> copies_;  // held
-  DeviceBuffer<FusionNeighbor> neighbors_;
+  std::vector<std::shared_ptr<MapCopy>> copies_;  // held: the device forgets them later
   FusionLaunch launch_;
 };
 
@@ -285,14 +295,14 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
     }
     if (copies.back() == nullptr) return nullptr;
     const std::int64_t count = static_cast<std::int64_t>(bound.size());
-    DeviceBuffer<FusionNeighbor> on_device(std::max<std::int64_t>(count, 1), task);
-    gpu::Copy(bound.data(), count, on_device, task);
+    memory_->neighbors.Reserve(std::max<std::int64_t>(count, 1), task);
+    gpu::Copy(bound.data(), count, memory_->neighbors, task);
     FusionLaunch launch;
     launch.map = copies.front()->pixels.View(reference.width, reference.height);
     launch.rays = rays;
-    launch.neighbors = on_device.data();
+    launch.neighbors = memory_->neighbors.data();
     launch.num_neighbors = static_cast<int>(count);
-    return std::make_unique<ImageOnGpu>(this, std::move(copies), std::move(on_device), launch);
+    return std::make_unique<ImageOnGpu>(this, std::move(copies), launch);
   } catch (const ResourceError& error) {
     GiveUp(error);
     return nullptr;

@@ -9,7 +9,7 @@
 namespace phi::gpu {
 
 // budget_bytes: for maps; <= 0: three quarters of what is free. Those that were not used for longest make room for others. Throws
-// phi::UsageError when there is no such GPU, and phi::DeviceError when it does not answer.
+// phi::DeviceError where there is no such GPU, or it does not answer.
 std::unique_ptr<FusionDevice> MakeCudaFusion(int gpu_index, std::int64_t budget_bytes = 0);
 
 }  // namespace phi::gpu

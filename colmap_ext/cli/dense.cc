@@ -91,7 +91,7 @@ int RunDense(int argc, char** argv) {
   // Who keeps stereo off the GPU means all of the command.
   FusionBackend& fusion_backend = fusion.fusion.backend;
   if (stereo.backend.kind == BackendKind::kCpu && fusion_backend == FusionBackend::kAuto) fusion_backend = FusionBackend::kCpu;
-  fusion.fusion.gpu = FirstGpu(stereo.backend);
+  fusion.fusion.gpus = GpusOf(stereo.backend);
   FuseWhatIsMade(parser, stereo.pipeline, &fusion.fusion.input.kind);
   if (keep == Keep::kCloud && fusion.fusion.write_confidence_maps) {
     throw phi::UsageError("--PhiFusion.write_confidence_maps: --keep cloud leaves no maps; leave one of the two out, or --keep maps");

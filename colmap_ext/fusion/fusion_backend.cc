@@ -1,7 +1,9 @@
 #include "colmap_ext/fusion/fusion_backend.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <numeric>
 #include <string>
+#include <vector>
 
 #include "colmap_ext/byte_count.h"
 #include "colmap_ext/processor_limit.h"
@@ -21,35 +23,49 @@ constexpr double kSecondsPerLookup = 10e-9;
 constexpr double kSecondsToStartGpu = 0.3;
 
 #ifdef PHIMVS_WITH_CUDA
-std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpu& gpu) {
+std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpus& gpus) {
   std::string why_none;
   const int num_gpus = phi::gpu::NumCudaDevices(&why_none);
   if (num_gpus == 0) throw phi::NoDeviceError(why_none + "; --PhiFusion.backend cpu needs none");
-  if (gpu.index >= num_gpus) throw phi::NoDeviceError("fusion: there is no GPU " + std::to_string(gpu.index));
-  return phi::gpu::MakeCudaFusion(gpu.index, gpu.memory_bytes);
+  std::vector<int> indices = gpus.indices;
+  if (indices.empty()) {
+    indices.resize(static_cast<std::size_t>(num_gpus));
+    std::iota(indices.begin(), indices.end(), 0);
+  }
+  const int last = indices.back();
+  for (const int index : indices) {
+    if (index >= num_gpus) throw phi::NoDeviceError("fusion: there is no GPU " + std::to_string(index));
+    try {
+      return phi::gpu::MakeCudaFusion(index, gpus.memory_bytes);
+    } catch (const phi::DeviceError& error) {
+      if (index == last) throw;
+      phi::LogWarning("fusion: GPU " + std::to_string(index) + " is left out: " + error.what());
+    }
+  }
+  return nullptr;
 }
 #else
-std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpu&) {
+std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpus&) {
   throw phi::NoDeviceError("this build has no CUDA backend; build it where nvcc is installed, or use --PhiFusion.backend cpu");
 }
 #endif
 
 }  // namespace
 
-FusionGpu FirstGpu(const BackendOptions& stereo) {
-  FusionGpu gpu;
-  gpu.index = std::max(ParseGpuIndices(stereo.gpu_index).front(), 0);  // -1: all
-  if (stereo.device_memory_gigabytes > 0) gpu.memory_bytes = ByteCount(kBytesPerGigabyte * stereo.device_memory_gigabytes);
-  return gpu;
+FusionGpus GpusOf(const BackendOptions& stereo) {
+  FusionGpus gpus{.indices = ParseGpuIndices(stereo.gpu_index)};
+  if (gpus.indices.front() < 0) gpus.indices.clear();  // -1: all
+  if (stereo.device_memory_gigabytes > 0) gpus.memory_bytes = ByteCount(kBytesPerGigabyte * stereo.device_memory_gigabytes);
+  return gpus;
 }
 
-std::unique_ptr<phi::FusionDevice> MakeFusionDevice(FusionBackend backend, const FusionGpu& gpu, std::int64_t num_lookups) {
+std::unique_ptr<phi::FusionDevice> MakeFusionDevice(FusionBackend backend, const FusionGpus& gpus, std::int64_t num_lookups) {
   if (backend == FusionBackend::kCpu) return nullptr;
-  if (backend == FusionBackend::kCuda) return MakeCuda(gpu);
+  if (backend == FusionBackend::kCuda) return MakeCuda(gpus);
   const double seconds = static_cast<double>(num_lookups) * kSecondsPerLookup / NumProcessors();
   if (seconds < kSecondsToStartGpu) return nullptr;
   try {
-    return MakeCuda(gpu);
+    return MakeCuda(gpus);
   } catch (const phi::NoDeviceError& error) {
     phi::LogDebug(error.what());
   } catch (const phi::ResourceError& error) {

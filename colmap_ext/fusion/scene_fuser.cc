@@ -67,8 +67,8 @@ SceneFuser::SceneFuser(const Workspace& workspace, const FusionMapSource& maps,
   } else {
     parts_ = DissectImages(graph_, options.max_part_images);
   }
-  device_ = std::async(std::launch::async, [backend, gpu = options.gpu, num_lookups = NumLookups()] {
-    return MakeFusionDevice(backend, gpu, num_lookups);
+  device_ = std::async(std::launch::async, [backend, gpus = options.gpus, num_lookups = NumLookups()] {
+    return MakeFusionDevice(backend, gpus, num_lookups);
   });
 }
 

@@ -20,7 +20,7 @@ struct SceneFusionOptions {
   FusionInput input;
   std::optional<phi::BoundingBox> box;
   FusionBackend backend = FusionBackend::kAuto;
-  FusionGpu gpu;
+  FusionGpus gpus;
   int num_threads = -1;                  // <= 0: all
   int max_neighbors = 50;                // images that each image is compared with; -1: all
   double max_memory_gb = 0;              // 0: half of what the process may use
