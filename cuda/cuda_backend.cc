@@ -20,16 +20,19 @@ namespace {
 constexpr double kPixelViewsPerSecondAndProcessor = 0.7e6;
 
 class CudaBackend : public Backend {
-  // Once more where memory ran out although the budget allowed the call.
+  // Once more, alone, where memory ran out although the budget allowed the call, or where the budget had been lowered for that.
   template <class Function>
   auto OnDevice(const Function& function) {
     const ScopedDevice current(device_->properties.index);
     try {
       return function();
     } catch (const OutOfDeviceMemory& error) {
-      LogDebug(std::string(error.what()) + "; trying again with less");
+      LogDebug(std::string(error.what()) + "; trying again by itself");
+    } catch (const TooLargeForDevice&) {
+      if (!device_->budget.IsLowered()) throw;
     }
-    device_->RecoverMemory(Task{"recovery from lack of memory"});
+    const MemoryBudget::Alone alone(&device_->budget);
+    device_->LookForMemory(Task{"search for memory"});
     return function();
   }
 

@@ -36,9 +36,7 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
-  const std::int64_t num_calls = std::clamp<std::int64_t>(budget.bytes() / bytes, 1, num_concurrent_calls);
-  if (num_calls == 1) scratch.FreeIdle();
-  return static_cast<std::size_t>(num_calls);
+  return static_cast<std::size_t>(std::clamp<std::int64_t>(budget.bytes() / bytes, 1, num_concurrent_calls));
 }
 
 bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
@@ -50,6 +48,8 @@ bool DeviceResources::HoldsAllKinds(std::int64_t bytes) {
 }
 
 void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own) {
+  const bool is_of_another_kind = own->last_use != kind;
+  own->last_use = kind;
   if (HoldsAllKinds(bytes)) {
     const auto times = static_cast<std::size_t>(NumCallsOfAllStages(num_concurrent_calls) / num_concurrent_calls);
     images.KeepAtLeast(times * sizes.images);
@@ -59,7 +59,7 @@ void DeviceResources::MakeRoom(CallKind kind, std::int64_t bytes, const CacheSiz
   }
   KeepOnly(sizes);
   scratch.ForEachIdle([](Scratch* idle) { idle->FreeDeviceMaps(); });
-  own->FreeDeviceMaps(kind);
+  if (is_of_another_kind || own->DeviceMapBytes() > bytes) own->FreeDeviceMaps();
 }
 
 void DeviceResources::KeepOnly(const CacheSizes& sizes) {
@@ -73,9 +73,9 @@ void DeviceResources::FreeIdle() {
   scratch.FreeIdle();
 }
 
-void DeviceResources::RecoverMemory(const Task& task) {
+void DeviceResources::LookForMemory(const Task& task) {
   FreeIdle();
-  budget.Lower(LessReserve(FreeBytes(task)));
+  budget.Set(LessReserve(FreeBytes(task)));
 }
 
 void DeviceResources::NoteMemory(const Task& task) {

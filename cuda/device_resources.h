@@ -40,16 +40,16 @@ struct DeviceResources {
   // NumConcurrentCalls'.
   DeviceResources(const DeviceProperties& properties, std::int64_t budget_bytes, std::int64_t num_pixels = 0);
 
-  // Calls of `bytes` that the budget lets run side by side. Where it is one, frees the scratch memory of the others.
+  // Calls of `bytes` that the budget lets run side by side.
   std::size_t NumCallsAtOnce(std::int64_t bytes);
 
-  // For a call of `bytes` that uses this scratch memory. sizes: of the caches that its kind uses; 0: other kinds do.
+  // For a call of `bytes` that uses this scratch memory, before it takes any. sizes: of the caches that its kind uses; 0: other kinds do.
   void MakeRoom(CallKind kind, std::int64_t bytes, const CacheSizes& sizes, Scratch* own);
 
   // Frees what no running call holds.
   void FreeIdle();
-  // After memory ran short: frees what no running call holds, and lowers the budget to what there really is.
-  void RecoverMemory(const Task& task);
+  // While no other call runs (MemoryBudget::Alone): frees all, and takes for the budget what there is, or what was allowed at first.
+  void LookForMemory(const Task& task);
 
   // Device memory in use now counts for the peak. Other programs' share counts too.
   void NoteMemory(const Task& task);

@@ -36,11 +36,12 @@ void ThrowCudaError(cudaError_t status, const char* call, const Task& task) {
         "; this build has no code for this GPU: build with the preset 'package', or with its "
         "CMAKE_CUDA_ARCHITECTURES, or run with --PhiStereo.backend cpu";
   }
+  if (status == cudaErrorMemoryAllocation) throw OutOfDeviceMemory(message + Message(kRemedy));
   throw DeviceError(message);
 }
 
 void ThrowTooLittleMemory(std::int64_t needed, std::int64_t budget, const Task& task) {
-  throw DeviceError("out of memory in " + task.Describe() + ": it needs at least " +
+  throw TooLargeForDevice("out of memory in " + task.Describe() + ": it needs at least " +
                     Megabytes(static_cast<std::size_t>(needed)) + " of device memory, and " +
                     Megabytes(static_cast<std::size_t>(budget)) +
                     " are available (--PhiStereo.device_memory)" + kRemedy);

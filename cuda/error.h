@@ -25,7 +25,7 @@ struct OutOfDeviceMemory : DeviceError {
   using DeviceError::DeviceError;
 };
 
-// Throws phi::DeviceError. `call` is the CUDA function or kernel that failed.
+// Throws phi::DeviceError, OutOfDeviceMemory where that is the reason. `call` is the CUDA function or kernel that failed.
 [[noreturn]] void ThrowCudaError(cudaError_t status, const char* call, const Task& task);
 
 inline void Check(cudaError_t status, const char* call, const Task& task) {
@@ -35,7 +35,7 @@ inline void Check(cudaError_t status, const char* call, const Task& task) {
 // After each kernel launch: a bad configuration or a missing kernel image is reported here, a fault at the next sync.
 inline void CheckLaunch(const char* kernel, const Task& task) { Check(cudaGetLastError(), kernel, task); }
 
-// A call needs more than the budget (--PhiStereo.device_memory) even in its smallest parts. Throws phi::DeviceError.
+// A call needs more than the budget (--PhiStereo.device_memory) even in its smallest parts. Throws phi::TooLargeForDevice.
 [[noreturn]] void ThrowTooLittleMemory(std::int64_t needed, std::int64_t budget, const Task& task);
 
 // As Check, for allocations: an out-of-memory error says how many bytes were

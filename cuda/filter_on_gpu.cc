@@ -14,12 +14,6 @@ namespace {
 
 using MapHandle = std::shared_ptr<const DeviceMap>;
 
-// The maps of a turn through the cache, and the masks, which only this call needs.
-struct TurnMaps {
-  std::vector<MapHandle> maps;
-  std::vector<DeviceMask> masks;
-};
-
 // The device's copy of the reference's arrays. `scratch` holds what is beside the map.
 FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const PlaneHypothesis> map,
                               Scratch* scratch, const Task& task) {
@@ -39,19 +33,21 @@ FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const 
   return f;
 }
 
-// What comes back keeps the sources alive.
-TurnMaps BindTurn(DeviceResources* device, const SceneView& reference, std::span<const SourceMap> sources, Scratch* scratch,
+// What comes back keeps the sources' maps alive.
+std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& reference, std::span<const SourceMap> sources, Scratch* scratch,
                   const Task& task, FilterTurn* turn) {
   const cudaStream_t stream = scratch->stream.get();
-  TurnMaps handles;
+  std::vector<MapHandle> handles;
   std::vector<FilterSource> bound;
+  std::size_t num_masks = 0;
   for (const SourceMap& source : sources) {
-    handles.maps.push_back(device->maps.Get(PlanesOf(source.load()), stream));
-    bound.push_back({MakeRelativeView(reference.camera, source.view->camera), handles.maps.back()->View()});
+    handles.push_back(device->maps.Get(PlanesOf(source.load()), stream));
+    bound.push_back({MakeRelativeView(reference.camera, source.view->camera), handles.back()->View()});
     const std::shared_ptr<const ImageMask> mask = source.load_mask ? source.load_mask() : nullptr;
     if (mask == nullptr) continue;
-    handles.masks.emplace_back(*mask, stream, task);
-    bound.back().mask = handles.masks.back().View();
+    if (scratch->masks.size() == num_masks) scratch->masks.emplace_back();
+    scratch->masks[num_masks].Upload(*mask, stream, task);
+    bound.back().mask = scratch->masks[num_masks++].View();
   }
   const std::int64_t count = static_cast<std::int64_t>(bound.size());
   scratch->filter_sources.Reserve(count, task);
@@ -84,7 +80,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   ClearOnDevice(testimonies.data, num_pixels, stream, task);
 
   const std::vector<SourceMap> sources = SourcesWithMap(input);
-  TurnMaps handles;  // of the turn under way: the last one's go when the device has ended
+  std::vector<MapHandle> handles;  // of the turn under way: the last one's go when the device has ended
   for (std::size_t begin = 0; begin == 0 || begin < sources.size(); begin += at_once) {
     const std::size_t end = std::min(begin + at_once, sources.size());
     const std::span<const SourceMap> of_turn = std::span(sources).subspan(begin, end - begin);
@@ -93,7 +89,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
     LaunchAskSources(launch, testimonies, stream, task);
     if (end == sources.size()) break;
     scratch->stream.Synchronize(task);
-    handles = {};
+    handles.clear();
   }
   LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
   scratch->end.Record(stream, task);

@@ -212,8 +212,9 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   const MemoryBudget::Lease lease(&device->budget, bytes);
   ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
   const cudaStream_t stream = scratch->stream.get();
-  const std::size_t num_images = device->NumCallsAtOnce(bytes) * (input.sources.size() + 1);
-  device->MakeRoom(CallKind::kInference, bytes, {.images = num_images, .measured = num_images}, scratch.get());
+  const std::size_t num_calls = device->NumCallsAtOnce(bytes), num_matched = input.NumMatched();
+  const CacheSizes sizes = {.images = num_calls * (num_matched + 1), .measured = num_calls * num_matched};
+  device->MakeRoom(CallKind::kInference, bytes, sizes, scratch.get());
   InferenceLaunch launch;
   launch.parameters = MakeInferenceParameters(input, stereo, options.method);
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);

@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "cuda/buffer.h"
 #include "cuda/call_kind.h"
+#include "cuda/device_map.h"
 #include "cuda/estimation_kernels.h"
 #include "cuda/filtering_kernels.h"
 #include "cuda/inference_kernels.h"
@@ -32,13 +34,6 @@ struct InferenceScratch {
   DeviceBuffer<std::int32_t> node_integers, tables;
   DeviceBuffer<std::int64_t> totals;
   PinnedBuffer<std::int64_t> host_totals;
-
-  void FreeDeviceMaps() {
-    inverse_depths.Free();
-    node_bytes.Free();
-    node_floats.Free();
-    node_integers.Free();
-  }
 };
 
 struct EstimationScratch {
@@ -46,12 +41,6 @@ struct EstimationScratch {
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<HalfPassNote> notes;
   DeviceBuffer<DepthRange> ranges;
-
-  void FreeDeviceMaps() {
-    changed.Free();
-    coarse_plane.Free();
-    notes.Free();
-  }
 };
 
 struct SharingScratch {
@@ -61,23 +50,21 @@ struct SharingScratch {
 
   DeviceBuffer<std::uint8_t> leads;
   DeviceBuffer<NearestPixel> nearest;
-
-  void FreeDeviceMaps() {
-    leads.Free();
-    nearest.Free();
-  }
 };
 
 struct Scratch {
   explicit Scratch(const Task& task)
       : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task) {}
 
-  // The large ones on the device, but for those that calls of the kind `kept` use.
-  void FreeDeviceMaps(std::optional<CallKind> kept = std::nullopt) {
-    if (kept != CallKind::kEstimation) estimation.FreeDeviceMaps();
-    if (kept != CallKind::kSharing) sharing.FreeDeviceMaps();
-    if (kept != CallKind::kEstimation && kept != CallKind::kSharing) window_scales.Free();
-    if (kept != CallKind::kInference) inference.FreeDeviceMaps();
+  // Those on the device that grow with the image.
+  void FreeDeviceMaps() {
+    ForEachDeviceMap([](auto* buffer) { buffer->Free(); });
+    masks.clear();
+  }
+  std::int64_t DeviceMapBytes() {
+    std::int64_t sum = 0;
+    ForEachDeviceMap([&](const auto* buffer) { sum += static_cast<std::int64_t>(buffer->bytes()); });
+    return sum;
   }
 
   Stream stream;
@@ -90,6 +77,7 @@ struct Scratch {
   DeviceBuffer<Testimonies> testimonies;
   DeviceBuffer<FilterVerdict> verdicts;
   DeviceBuffer<FilterSource> filter_sources;
+  std::vector<DeviceMask> masks;  // of the filter's sources
   EstimationScratch estimation;
   SharingScratch sharing;
   InferenceScratch inference;
@@ -99,6 +87,17 @@ struct Scratch {
   PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
   PinnedBuffer<Testimonies> host_testimonies;
+  std::optional<CallKind> last_use;
+
+ private:
+  template <typename Function>
+  void ForEachDeviceMap(const Function& function) {
+    const auto for_each = [&](auto*... buffers) { (function(buffers), ...); };
+    for_each(&plane, &cost, &window_scales, &states, &testimonies, &verdicts);
+    for_each(&estimation.changed, &estimation.coarse_plane, &estimation.notes);
+    for_each(&sharing.leads, &sharing.nearest);
+    for_each(&inference.inverse_depths, &inference.node_bytes, &inference.node_floats, &inference.node_integers);
+  }
 };
 
 }  // namespace phi::gpu

@@ -10,4 +10,9 @@ struct DeviceError : ResourceError {
   using ResourceError::ResourceError;
 };
 
+// Work that does not fit a device's memory even in its smallest parts. The device is well, and may do other work.
+struct TooLargeForDevice : DeviceError {
+  using DeviceError::DeviceError;
+};
+
 }  // namespace phi

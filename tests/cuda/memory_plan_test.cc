@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -107,7 +108,7 @@ TEST(MemoryPlan, RefusesWithTheBytesNeededAndAvailable) {
   try {
     PlanEstimation(InputOf(scene), needed - 1, TestTask());
     FAIL();
-  } catch (const ResourceError& error) {
+  } catch (const TooLargeForDevice& error) {
     const std::string message = error.what();
     for (const char* part : {"a.jpg", "0.3 MB", "PhiStereo.device_memory", "max_image_size"}) {
       EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
@@ -131,13 +132,36 @@ TEST(MemoryBudget, ACallWaitsUntilTheOthersLeaveRoom) {
   EXPECT_TRUE(has_started);
 }
 
-TEST(MemoryBudget, LowersToWhatIsHeldAndFree) {
+TEST(MemoryBudget, FollowsWhatThereIsButNotBeyondWhatWasAllowed) {
   MemoryBudget budget(100);
-  const MemoryBudget::Lease lease(&budget, 30);
-  budget.Lower(80);
-  EXPECT_EQ(budget.bytes(), 100);
-  budget.Lower(20);
+  EXPECT_FALSE(budget.IsLowered());
+  budget.Set(50);
   EXPECT_EQ(budget.bytes(), 50);
+  EXPECT_TRUE(budget.IsLowered());
+  budget.Set(180);
+  EXPECT_EQ(budget.bytes(), 100);
+  EXPECT_FALSE(budget.IsLowered());
+}
+
+TEST(MemoryBudget, WhoIsAloneWaitsForTheOthersAndTheyForIt) {
+  MemoryBudget budget(100);
+  auto running = std::make_unique<MemoryBudget::Lease>(&budget, 10);
+  std::promise<void> is_alone, may_end;
+  std::thread alone([&] {
+    const MemoryBudget::Alone only(&budget);
+    const MemoryBudget::Lease own(&budget, 200);  // its own calls pass
+    is_alone.set_value();
+    may_end.get_future().wait();
+  });
+  std::future<void> began = is_alone.get_future();
+  EXPECT_EQ(began.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout) << "a call is under way";
+  running.reset();
+  began.wait();
+  std::future<void> other = std::async(std::launch::async, [&] { const MemoryBudget::Lease later(&budget, 1); });
+  EXPECT_EQ(other.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout) << "it is alone";
+  may_end.set_value();
+  alone.join();
+  other.wait();
 }
 
 class SplitTest : public CudaTest {

@@ -5,6 +5,7 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "cuda/buffer.h"
@@ -54,6 +55,61 @@ TEST_F(ResourcesTest, OutOfMemorySaysWhatIsNeededAndWhatIsFree) {
     }
   }
   EXPECT_NO_THROW(DeviceBuffer<float>(1024, task)) << "the error must not stick";
+}
+
+// As device.cc asks: a thread that has chosen no device.
+CUcontext CurrentContext() {
+  void* get = nullptr;
+#if CUDART_VERSION >= 12050
+  cudaGetDriverEntryPointByVersion("cuCtxGetCurrent", &get, 4000, cudaEnableDefault);
+#else
+  cudaGetDriverEntryPoint("cuCtxGetCurrent", &get, cudaEnableDefault);
+#endif
+  CUcontext context = nullptr;
+  reinterpret_cast<CUresult (*)(CUcontext*)>(get)(&context);
+  return context;
+}
+
+TEST_F(ResourcesTest, AScopedDeviceLeavesTheThreadAsItWas) {
+  std::thread([] {
+    {
+      const ScopedDevice current(0);
+      EXPECT_NE(CurrentContext(), nullptr);
+      const ScopedDevice again(0);
+    }
+    EXPECT_EQ(CurrentContext(), nullptr) << "to choose a device starts it";
+    EXPECT_EQ(cudaSetDevice(0), cudaSuccess);
+    const CUcontext own = CurrentContext();
+    { const ScopedDevice current(0); }
+    EXPECT_EQ(CurrentContext(), own);
+  }).join();
+}
+
+TEST_F(ResourcesTest, AnErrorOfAnotherUserOfTheThreadIsNoneOfOurs) {
+  EXPECT_NE(cudaSetDevice(1 << 20), cudaSuccess);
+  const ScopedDevice current(0);
+  EXPECT_NO_THROW(CheckLaunch("a kernel", Task{}));
+}
+
+TEST_F(ResourcesTest, OutOfMemoryIsOneInWhateverCall) {
+  EXPECT_THROW(Check(cudaErrorMemoryAllocation, "cudaStreamCreate", Task{}), OutOfDeviceMemory);
+  EXPECT_THROW(Check(cudaErrorLaunchFailure, "a kernel", Task{}), DeviceError);
+}
+
+// What the budget does not hold beside the call at hand.
+TEST_F(ResourcesTest, ACallKeepsNoMemoryOfAnotherKindNorMoreThanItMayTake) {
+  DeviceResources device(QueryDevice(0), 10000);
+  const ScopedDevice current(0);
+  const ScratchPool<Scratch>::Lease scratch(&device.scratch, Task{});
+  scratch->plane.Reserve(100, Task{});
+  scratch->verdicts.Reserve(100, Task{});
+  device.MakeRoom(CallKind::kFilter, 5000, {}, scratch.get());
+  EXPECT_EQ(scratch->DeviceMapBytes(), 0);
+  scratch->verdicts.Reserve(4000, Task{});
+  device.MakeRoom(CallKind::kFilter, 5000, {}, scratch.get());
+  EXPECT_GE(scratch->DeviceMapBytes(), 4000);
+  device.MakeRoom(CallKind::kFilter, 3000, {}, scratch.get());
+  EXPECT_EQ(scratch->DeviceMapBytes(), 0);
 }
 
 struct EmptyScratch {
