@@ -60,7 +60,9 @@ std::int64_t PeakHostBytes() {
 
 phi::ExitCode RunSummary::Code() const {
   if (num_waiting > 0) return kRetryLater;
-  return phi::CodeOfFailures(failures.size(), static_cast<std::size_t>(num_images));
+  const phi::ExitCode code = phi::CodeOfFailures(failures.size(), static_cast<std::size_t>(num_images));
+  const bool is_resource = !failures.empty() && static_cast<std::size_t>(num_too_large) == failures.size();
+  return code == phi::ExitCode::kBadInput && is_resource ? phi::ExitCode::kOutOfResources : code;
 }
 
 int RunSummary::NumMade() const {

@@ -38,6 +38,7 @@ struct RunSummary {
   InferenceSummary inference;
   std::vector<DeviceSummary> devices;
   std::vector<phi::Message> failures;  // one for each image that failed, about it and its stage
+  int num_too_large = 0;         // of these, because no device's memory holds them
   int num_images = 0;            // reference images of the job, without those that are left out, which a warning names
   int num_images_kept = 0;       // their results were there and up to date
   int num_failed_earlier = 0;    // images of a run of one stage (--stage) that failed in a stage before it
@@ -49,7 +50,7 @@ struct RunSummary {
   std::int64_t bytes_written = 0;
   double write_seconds = 0;  // summed over the writers
 
-  // Ok, retry later, some images failed, or bad input where all did.
+  // Ok, retry later, some images failed, or why all did: bad input, or too little memory.
   phi::ExitCode Code() const;
   // Images whose results this run made.
   int NumMade() const;

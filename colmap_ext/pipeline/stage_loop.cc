@@ -134,7 +134,7 @@ std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int e
     set_state(failure.task, State::kFailed);
     forget(failure.task);
     const auto [stage, job] = tasks.entries()[failure.task];
-    failures.push_back({stage, job, failure.message});
+    failures.push_back({stage, job, failure.message, failure.is_too_large});
   }
   return failures;
 }

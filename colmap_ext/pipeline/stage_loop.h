@@ -23,6 +23,7 @@ namespace colmap_ext {
 struct JobFailure {
   int stage = 0, job = 0;
   phi::Message message;
+  bool is_too_large = false;  // see TaskFailure
 };
 
 struct TaskOutcome {

@@ -115,6 +115,7 @@ void StageRunner::Save(int stage, int job, const StageResult& result, const Task
 void StageRunner::RecordFailure(const JobFailure& failure, const std::string& key) {
   const Stage& stage = StageOf(failure.stage);
   Fail(failure.job, stage.result, failure.message);
+  if (failure.is_too_large) ++summary_.num_too_large;
   if (stage.transient) return;
   TaskRecord record;
   record.state = "failed";

@@ -75,6 +75,7 @@ class Queue {
   void Done(int task, Device* device) {
     Finish(task, device, [&] {
       --num_left_;
+      refusals_.erase(task);
       for (const int reader : readers_[task]) {
         if (--num_needed_[reader] == 0) AddReady(reader);
       }
@@ -82,10 +83,17 @@ class Queue {
   }
 
   void Fail(int task, Device* device, const phi::Message& message) {
+    Finish(task, device, [&] { AddFailure({task, message}); });
+  }
+
+  // Too large for the device.
+  void Refuse(int task, Device* device, const phi::Message& message) {
     Finish(task, device, [&] {
-      --num_left_;
-      failures_.emplace(task, message);
-      LeaveOutReaders(task);
+      AddReady(task);
+      Refusal& refusal = refusals_[task];
+      refusal.message = message;
+      if (!device->failed) refusal.devices.insert(device);  // meanwhile, by another of its tasks
+      FailWhatNoneCanDo();
     });
   }
 
@@ -99,10 +107,13 @@ class Queue {
     bool others_go_on = false;
     Finish(task, device, [&] {
       AddReady(task);
-      if (device->failed) return;
-      device->failed = true;
-      others_go_on = --num_devices_ > 0;
-      if (!others_go_on) SetError();
+      if (!device->failed) {
+        device->failed = true;
+        others_go_on = --num_devices_ > 0;
+        if (!others_go_on) return SetError();
+        for (auto& [refused, refusal] : refusals_) refusal.devices.erase(device);
+      }
+      FailWhatNoneCanDo();
     });
     return others_go_on;
   }
@@ -117,13 +128,44 @@ class Queue {
   QueueOutcome Outcome() const {
     if (error_) std::rethrow_exception(error_);
     QueueOutcome outcome;
-    for (const auto& [task, message] : failures_) outcome.failures.push_back({task, message});
+    for (const auto& [task, failure] : failures_) outcome.failures.push_back(failure);
     outcome.left_out.assign(left_out_.begin(), left_out_.end());
     return outcome;
   }
 
  private:
+  // By devices that have not failed.
+  struct Refusal {
+    std::set<const Device*> devices;
+    phi::Message message;
+  };
+
   void AddReady(int task) { ready_[tasks_[task].kind].insert(task); }
+
+  void AddFailure(const TaskFailure& failure) {
+    --num_left_;
+    failures_.emplace(failure.task, failure);
+    refusals_.erase(failure.task);
+    LeaveOutReaders(failure.task);
+  }
+
+  // Of the tasks that do not run.
+  void FailWhatNoneCanDo() {
+    std::vector<int> hopeless;
+    for (const auto& [task, refusal] : refusals_) {
+      if (refusal.devices.size() == num_devices_ && ready_[tasks_[task].kind].erase(task) > 0) hopeless.push_back(task);
+    }
+    for (const int task : hopeless) AddFailure({task, refusals_[task].message, true});
+  }
+
+  // The earliest that the device has not refused.
+  std::optional<int> First(const std::set<int>& tasks, const Device& device) const {
+    for (const int task : tasks) {
+      const auto refused = refusals_.find(task);
+      if (refused == refusals_.end() || !refused->second.devices.contains(&device)) return task;
+    }
+    return {};
+  }
 
   // Of the lowest kind that is ready, if the device goes ahead with it.
   std::optional<int> FindAhead(const Device& device) const {
@@ -132,13 +174,14 @@ class Queue {
     std::size_t num_waiting = 0;
     for (const auto& [kind, tasks] : ready_) num_waiting += kind > lowest->first ? tasks.size() : 0;
     if (num_waiting > kMaxWaiting) return {};
-    return *lowest->second.begin();
+    return First(lowest->second, device);
   }
 
   std::optional<int> FindReady(const Device& device) const {
     if (const auto ahead = FindAhead(device)) return ahead;
     for (const auto& [kind, tasks] : ready_) {
-      if (!tasks.empty() && device.NumRunning(kind) < device.backend->NumConcurrentImages()) return *tasks.begin();
+      if (device.NumRunning(kind) >= device.backend->NumConcurrentImages()) continue;
+      if (const auto task = First(tasks, device)) return task;
     }
     return {};
   }
@@ -170,7 +213,8 @@ class Queue {
   std::map<int, std::set<int>, std::greater<>> ready_;  // by kind, the highest first
   std::vector<std::size_t> num_needed_;                 // by task: of what it needs, not done yet
   std::vector<std::vector<int>> readers_;               // by task: those that need it
-  std::map<int, phi::Message> failures_;                // by task
+  std::map<int, TaskFailure> failures_;                 // by task
+  std::map<int, Refusal> refusals_;                     // by task, of those that wait for another device
   std::set<int> left_out_;
   std::exception_ptr error_;
 };
@@ -183,6 +227,8 @@ void Work(const TaskFunction& run, Queue* queue, Device* device) {
       queue->Done(*task, device);
     } catch (const phi::InputError& error) {
       queue->Fail(*task, device, error.message());
+    } catch (const phi::TooLargeForDevice& error) {
+      queue->Refuse(*task, device, error.message());
     } catch (const phi::DeviceError& error) {
       if (!queue->GiveBack(*task, device)) continue;
       phi::LogWarning(device->backend->Name() +

@@ -19,6 +19,7 @@ struct QueuedTask {
 struct TaskFailure {
   int task = 0;  // place in the list
   phi::Message message;
+  bool is_too_large = false;  // for every device: no fault of the input
 };
 
 struct QueueOutcome {
@@ -33,9 +34,9 @@ using TaskFunction = std::function<void(int task, phi::Backend& backend)>;
 // ended before more is. A device that computes beside the host gets more workers than calls of one kind, so that what one kind does
 // on the host goes on while another keeps the device busy. Two of them go ahead with the lowest kind while few tasks wait: the
 // higher kinds, which work on the host for long, would leave the device idle and wait for it afterwards.
-// phi::InputError fails the task alone, and the others go on. phi::DeviceError fails the device: its tasks go back to the queue, and
-// the other devices do them. Any other error, a cancellation and the failure of the last device stop the queue once the running
-// tasks have ended, and are thrown.
+// phi::InputError fails the task alone, and the others go on. phi::TooLargeForDevice leaves the task to the other devices, and fails it
+// where none can do it. phi::DeviceError else fails the device: its tasks go back to the queue, and the other devices do them. Any
+// other error, a cancellation and the failure of the last device stop the queue once the running tasks have ended, and are thrown.
 QueueOutcome RunTasks(const std::vector<QueuedTask>& tasks,
                       const std::vector<std::unique_ptr<phi::Backend>>& backends, const TaskFunction& run);
 

@@ -21,6 +21,7 @@
 #include "colmap_ext/pipeline/stale_maps.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "phi/base/cancellation.h"
+#include "phi/base/device_error.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 #include "tests/support/error_message.h"
@@ -672,6 +673,22 @@ TEST_F(StereoPipelineTest, NothingDoneIsBadInput) {
     EXPECT_EQ(message.file, path);
     EXPECT_EQ(message.stage, "photometric");
   }
+}
+
+// The others are done, and too little memory for all is no bad input.
+TEST_F(StereoPipelineTest, AnImageThatNoDeviceHoldsFailsAlone) {
+  bool is_all = false;
+  calls_.on_call = [&](const std::string& stage, const std::string& image) {
+    if (stage == "infer" && (is_all || image == names_[1])) throw phi::TooLargeForDevice("image " + image + " is too large");
+  };
+  const RunSummary summary = Run();
+  EXPECT_EQ(summary.Code(), phi::ExitCode::kSomeImagesFailed);
+  ASSERT_EQ(summary.failures.size(), 1u);
+  EXPECT_EQ(summary.failures[0].image, names_[1]);
+  EXPECT_THAT(summary.failures[0].text, HasSubstr("is too large"));
+  is_all = true;
+  options_.overwrite = true;
+  EXPECT_EQ(Run().Code(), phi::ExitCode::kOutOfResources);
 }
 
 // Two images have one witness each, and the filter asks for two.

@@ -208,9 +208,55 @@ TEST_F(TaskQueueTest, WhatNeedsAFailedTaskIsLeftOut) {
   });
   ASSERT_EQ(outcome.failures.size(), 1u);
   EXPECT_EQ(outcome.failures[0].task, 0);
+  EXPECT_FALSE(outcome.failures[0].is_too_large);
   EXPECT_EQ(outcome.left_out, (std::vector<int>{2, 3}));
   EXPECT_EQ(num_run[1] + num_run[4], 2);
   EXPECT_EQ(num_run[2] + num_run[3], 0);
+}
+
+TEST_F(TaskQueueTest, WhatIsTooLargeForADeviceIsDoneByAnother) {
+  const auto backends = MakeBackends(2, 1);
+  std::atomic<int> num_refused = 0, num_done = 0;
+  const auto outcome = RunTasks(Independent(40), backends, [&](int task, phi::Backend& backend) {
+    if (task % 4 == 0 && &backend == backends[0].get()) {
+      ++num_refused;
+      throw phi::TooLargeForDevice("too large");
+    }
+    ++num_done;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  EXPECT_TRUE(outcome.failures.empty());
+  EXPECT_EQ(num_done, 40);
+  EXPECT_LE(num_refused, 10) << "no task is offered twice";
+}
+
+TEST_F(TaskQueueTest, WhatIsTooLargeForAllFailsAlone) {
+  const std::vector<QueuedTask> tasks = Chain(4);
+  const auto outcome = RunTasks(tasks, MakeBackends(2, 2), [&](int task, phi::Backend&) {
+    if (task == 0) throw phi::TooLargeForDevice("image 'a' is too large");
+  });
+  ASSERT_EQ(outcome.failures.size(), 1u);
+  EXPECT_EQ(outcome.failures[0].task, 0);
+  EXPECT_EQ(outcome.failures[0].message.text, "image 'a' is too large");
+  EXPECT_TRUE(outcome.failures[0].is_too_large);
+  EXPECT_EQ(outcome.left_out, (std::vector<int>{1, 3})) << "what needs it";
+}
+
+// The one that could have done it.
+TEST_F(TaskQueueTest, ARefusedTaskFailsWithTheLastOtherDevice) {
+  const auto backends = MakeBackends(2, 1);
+  std::atomic<bool> is_refused = false;
+  const auto outcome = RunTasks(Independent(3), backends, [&](int task, phi::Backend& backend) {
+    if (&backend == backends[1].get()) {
+      while (task != 1 && !is_refused) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      throw phi::DeviceError("lost");
+    }
+    if (task != 1) return;
+    is_refused = true;
+    throw phi::TooLargeForDevice("too large");
+  });
+  ASSERT_EQ(outcome.failures.size(), 1u);
+  EXPECT_EQ(outcome.failures[0].task, 1);
 }
 
 TEST(WorkingBackendsTest, ABadDeviceIsLeftOutAndNoneCountsTwice) {
