@@ -8,6 +8,7 @@
 #include "cuda/estimation_in_bands.h"
 #include "cuda/memory_plan.h"
 #include "phi/base/cancellation.h"
+#include "phi/base/whole_array.h"
 #include "phi/matching/coarse_start.h"
 #include "phi/matching/estimation_setup.h"
 #include "phi/nearest_point_ranges.h"
@@ -152,10 +153,10 @@ class PartsOnGpu {
 
 // Waits for the device.
 EstimationResult TakeResult(const Scratch& scratch, const Task& task) {
-  EstimationResult result{PlaneMap(task.width, task.height), CostMap(task.width, task.height)};
+  EstimationResult result{PlaneMap::Uninitialized(task.width, task.height), CostMap::Uninitialized(task.width, task.height)};
   scratch.stream.Synchronize(task);
-  std::memcpy(result.map.data(), scratch.host_plane.data(), result.map.bytes());
-  std::memcpy(result.cost.data(), scratch.host_cost.data(), result.cost.bytes());
+  CopyAll(scratch.host_plane.data(), result.map.size(), result.map.data());
+  CopyAll(scratch.host_cost.data(), result.cost.size(), result.cost.data());
   return result;
 }
 

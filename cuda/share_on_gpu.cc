@@ -1,6 +1,5 @@
 // The sharing of hypotheses for one image: maps come from the cache, sources and bands of rows take turns where memory is short.
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include "cuda/memory_plan.h"
 #include "cuda/sharing_kernels.h"
 #include "phi/base/cancellation.h"
+#include "phi/base/whole_array.h"
 #include "phi/matching/estimation_setup.h"
 
 namespace phi::gpu {
@@ -132,7 +132,7 @@ std::shared_ptr<const MeasurementMap> ShareOnGpu(DeviceResources* device, const 
   const auto shared =
       std::make_shared<MeasurementMap>(MeasurementMap{PlaneMap::Uninitialized(size.width, size.height), {}});
   scratch->stream.Synchronize(task);
-  std::memcpy(shared->planes.data(), scratch->host_plane.data(), shared->planes.bytes());
+  CopyAll(scratch->host_plane.data(), shared->planes.size(), shared->planes.data());
   // The filter reads it next, of this image and of those around it.
   if (plan.band_rows == size.height) {
     device->maps.GetOrMake(PlanesOf(shared), [&](DeviceMap* copy) {
