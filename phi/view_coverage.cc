@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstddef>
 #include <numbers>
 
 namespace phi {
@@ -54,13 +54,10 @@ float UsefulAngle(float angle, float scale) {
 ViewCoverage::ViewCoverage(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids,
                            float scale)
     : scale_(scale) {
-  std::map<std::uint32_t, int> view_of_id;
-  for (const ViewSample& sample : samples) view_of_id.emplace(image_ids[sample.view], sample.view);
-  std::map<int, int> candidate_of_view;
-  for (const auto& [id, view] : view_of_id) {
-    candidate_of_view.emplace(view, static_cast<int>(views_.size()));
-    views_.push_back(view);
-  }
+  FindViews(samples, image_ids);
+  gains_.assign(views_.size(), 0);
+  points_of_.resize(views_.size());
+  witnesses_.reserve(samples.size());
   std::vector<int> cells, num_points(kColumns * kRows, 0);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const ViewSample& sample = samples[i];
@@ -70,59 +67,75 @@ ViewCoverage::ViewCoverage(std::span<const ViewSample> samples, const std::vecto
       ++num_points[cells.back()];
     }
     ++points_.back().end;
-    witnesses_.push_back({candidate_of_view[sample.view], Worth(sample, scale), 1, sample.to_source});
+    const int candidate = candidate_of_view_[sample.view];
+    witnesses_.push_back({.candidate = candidate, .worth = Worth(sample, scale), .to_source = sample.to_source});
+    points_of_[candidate].push_back(points_.size() - 1);
   }
   for (std::size_t p = 0; p < points_.size(); ++p) {
     points_[p].weight = 1 / (static_cast<float>(num_points[cells[p]]) + scale * kFewPoints);
+    SetGains(points_[p]);
   }
 }
 
-// Of each of views_, were it taken next.
-std::vector<std::int64_t> ViewCoverage::Gains() const {
-  std::vector<std::int64_t> gains(views_.size(), 0);
-  for (const Point& point : points_) {
-    const double shown = Shown(point.shown);
-    for (std::size_t i = point.begin; i < point.end; ++i) {
-      const Witness& witness = witnesses_[i];
-      const double gain = point.weight * (Shown(point.shown + witness.worth * witness.novelty) - shown);
-      gains[witness.candidate] += std::llround(gain * kUnitsPerGain);
-    }
+void ViewCoverage::FindViews(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids) {
+  candidate_of_view_.assign(image_ids.size(), -1);
+  for (const ViewSample& sample : samples) {
+    if (candidate_of_view_[sample.view] < 0) views_.push_back(sample.view);
+    candidate_of_view_[sample.view] = 0;
   }
-  return gains;
+  std::sort(views_.begin(), views_.end(), [&](int a, int b) { return image_ids[a] < image_ids[b]; });
+  for (std::size_t c = 0; c < views_.size(); ++c) candidate_of_view_[views_[c]] = static_cast<int>(c);
+}
+
+// What each witness of a point gains there, in place of what it gained before.
+void ViewCoverage::SetGains(const Point& point) {
+  const double shown = Shown(point.shown);
+  for (std::size_t i = point.begin; i < point.end; ++i) {
+    Witness& witness = witnesses_[i];
+    const double gain = point.weight * (Shown(point.shown + witness.worth * witness.novelty) - shown);
+    gains_[witness.candidate] -= witness.gain;
+    witness.gain = std::llround(gain * kUnitsPerGain);
+    gains_[witness.candidate] += witness.gain;
+  }
 }
 
 void ViewCoverage::Add(int candidate) {
-  for (Point& point : points_) {
+  for (const std::size_t p : points_of_[candidate]) {
+    Point& point = points_[p];
     const auto begin = witnesses_.begin() + static_cast<std::ptrdiff_t>(point.begin);
-    const auto end = witnesses_.begin() + static_cast<std::ptrdiff_t>(point.end);
-    const auto taken =
-        std::find_if(begin, end, [candidate](const Witness& w) { return w.candidate == candidate; });
-    if (taken == end) continue;
-    point.shown += taken->worth * taken->novelty;
-    for (auto other = begin; other != end; ++other) {
-      // The chord, for the small angles that matter.
-      const float apart = (other->to_source - taken->to_source).norm();
-      other->novelty = std::min(other->novelty, Independence(apart, scale_));
-    }
+    Add(&point, *std::find_if(begin, witnesses_.end(), [candidate](const Witness& w) { return w.candidate == candidate; }));
   }
+}
+
+void ViewCoverage::Add(Point* point, const Witness& taken) {
+  point->shown += taken.worth * taken.novelty;
+  const Eigen::Vector3f direction = taken.to_source;
+  for (std::size_t i = point->begin; i < point->end; ++i) {
+    Witness& witness = witnesses_[i];
+    // The chord, for the small angles that matter.
+    const float squared_apart = (witness.to_source - direction).squaredNorm();
+    if (!(squared_apart < witness.squared_apart)) continue;
+    witness.squared_apart = squared_apart;
+    witness.novelty = Independence(std::sqrt(squared_apart), scale_);
+  }
+  SetGains(*point);
 }
 
 std::vector<int> ViewCoverage::Take(const std::vector<int>& candidates, std::size_t max_size) {
   std::vector<char> is_open(views_.size(), 0);
-  for (std::size_t c = 0; c < views_.size(); ++c) {
-    is_open[c] = std::find(candidates.begin(), candidates.end(), views_[c]) != candidates.end();
+  for (const int view : candidates) {
+    if (candidate_of_view_[view] >= 0) is_open[candidate_of_view_[view]] = 1;
   }
   std::vector<int> taken;
   std::int64_t first_gain = 0;
   while (taken.size() < max_size) {
-    const std::vector<std::int64_t> gains = Gains();
     int best = -1;
-    for (std::size_t c = 0; c < gains.size(); ++c) {
-      if (is_open[c] && (best < 0 || gains[c] > gains[best])) best = static_cast<int>(c);
+    for (std::size_t c = 0; c < gains_.size(); ++c) {
+      if (is_open[c] && (best < 0 || gains_[c] > gains_[best])) best = static_cast<int>(c);
     }
-    if (best < 0 || gains[best] <= 0) break;
-    if (taken.empty()) first_gain = gains[best];
-    if (static_cast<double>(gains[best]) < scale_ * kLeastGain * static_cast<double>(first_gain)) break;
+    if (best < 0 || gains_[best] <= 0) break;
+    if (taken.empty()) first_gain = gains_[best];
+    if (static_cast<double>(gains_[best]) < scale_ * kLeastGain * static_cast<double>(first_gain)) break;
     is_open[best] = 0;
     taken.push_back(views_[best]);
     Add(best);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,8 @@ class ViewCoverage {
     int candidate = 0;  // index into views_
     float worth = 0;    // of the pair at this point, [0, 1]
     float novelty = 1;  // share of it that no view that was taken shows already
+    float squared_apart = std::numeric_limits<float>::infinity();  // of its direction and the nearest one that was taken
+    std::int64_t gain = 0;                                         // at this point, were its view taken next
     Eigen::Vector3f to_source;
   };
   struct Point {
@@ -43,11 +46,16 @@ class ViewCoverage {
     float shown = 0;  // worth times novelty of the views that were taken
   };
 
-  std::vector<std::int64_t> Gains() const;
+  void FindViews(std::span<const ViewSample> samples, const std::vector<std::uint32_t>& image_ids);
+  void SetGains(const Point& point);
   void Add(int candidate);
+  void Add(Point* point, const Witness& taken);
 
   float scale_;
-  std::vector<int> views_;  // that samples name, by image id
+  std::vector<int> views_;                        // that samples name, by image id
+  std::vector<int> candidate_of_view_;            // index into views_
+  std::vector<std::int64_t> gains_;               // as views_: sums of the witnesses'
+  std::vector<std::vector<std::size_t>> points_of_;  // as views_: where it is a witness
   std::vector<Witness> witnesses_;
   std::vector<Point> points_;
 };

@@ -53,22 +53,25 @@ double MeanInPlace(std::vector<float>& values) {
 }
 
 // By source view.
-std::vector<PairSummary> Summarize(std::vector<ViewSample> samples, const Rules& rules) {
+std::vector<PairSummary> Summarize(const std::vector<ViewSample>& samples, const Rules& rules) {
   const double wide_percentile =
       std::min(1.0, static_cast<double>(rules.Scale(Rule::kWeakViews)) * kAnglePercentile);
-  std::stable_sort(samples.begin(), samples.end(),
-                   [](const ViewSample& a, const ViewSample& b) { return a.view < b.view; });
+  struct Values {
+    std::vector<float> angles, displacements;
+  };
+  std::vector<Values> of_view;
+  for (const ViewSample& sample : samples) {
+    const auto view = static_cast<std::size_t>(sample.view);
+    if (of_view.size() <= view) of_view.resize(view + 1);
+    of_view[view].angles.push_back(sample.angle);
+    of_view[view].displacements.push_back(sample.displacement);
+  }
   std::vector<PairSummary> all;
-  std::vector<float> angles, displacements;
-  for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
-    angles.clear();
-    displacements.clear();
-    for (end = begin; end < samples.size() && samples[end].view == samples[begin].view; ++end) {
-      angles.push_back(samples[end].angle);
-      displacements.push_back(samples[end].displacement);
-    }
-    all.push_back({.view = samples[begin].view,
-                   .num_points = static_cast<int>(end - begin),
+  for (std::size_t view = 0; view < of_view.size(); ++view) {
+    auto& [angles, displacements] = of_view[view];
+    if (angles.empty()) continue;
+    all.push_back({.view = static_cast<int>(view),
+                   .num_points = static_cast<int>(angles.size()),
                    .median_angle = Percentile(angles, 0.5),
                    .wide_angle = Percentile(angles, wide_percentile),
                    .displacement = MeanInPlace(displacements)});

@@ -18,7 +18,7 @@ TEST(ScaleScript, TimesPlanShardStatusAndFusionOfAFewImages) {
                                 "--finish", "--fuse", "--json", (folder / "rows.json").string()});
   ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
   const std::string rows = test_support::ReadBytes(folder / "rows.json");
-  for (const char* row : {"plan of all images", "start of shard 4/8", "finished run found finished", "status",
+  for (const char* row : {"plan of all images", "start of shard 4/8", "the same, sources from model", "finished run found finished", "status",
                           "fusion of a slab", "fusion of a part of 16 of it"}) {
     EXPECT_THAT(rows, HasSubstr(std::string("\"what\": \"") + row + "\""));
   }
