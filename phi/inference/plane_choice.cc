@@ -9,7 +9,6 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/inference/aligned_planes.h"
-#include "phi/inference/convex_hull.h"
 #include "phi/inference/mirror.h"
 #include "phi/inference/second_surface.h"
 
@@ -21,10 +20,6 @@ constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 // A plane is fitted again so often, as cells come to lie on it and leave; through fewer cells it stays.
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
-
-// Of the spots beside the cells so many are shown infinitely far away if the region is the sky; if it is not, so many of those that a
-// view shows on the plane are shown alike there, and so many times as many. What cameras make of brightness leaves a wall that much.
-constexpr double kMinShownSky = 0.5, kMinShownOn = 1.0 / 3, kMinOftener = 2;
 
 constexpr double kMinMirror = 0.5;  // reflected share, from which on a plane is a mirror
 
@@ -61,17 +56,6 @@ struct Judged {
   double num_behind;
 
   double Score(double reflected) const { return on - (1 - reflected) * behind; }
-};
-
-// Of spots, how many are something.
-struct SpotShare {
-  std::size_t num_asked = 0, num_such = 0;
-
-  void Add(bool is_such) {
-    ++num_asked;
-    if (is_such) ++num_such;
-  }
-  double Share() const { return num_asked > 0 ? static_cast<double>(num_such) / static_cast<double>(num_asked) : 0; }
 };
 
 class PlaneChoice {
@@ -120,7 +104,7 @@ class PlaneChoice {
       if (is_beaten(score)) continue;
       score -= limits_.unlike_weight * UnlikeShare(plane);
       if (is_beaten(score)) continue;
-      if (const Sky beyond = is_first ? JudgeSky(plane) : Sky::kNot; beyond != Sky::kNot) {
+      if (const Sky beyond = is_first ? SkyBeyond(plane) : Sky::kNot; beyond != Sky::kNot) {
         left_for = std::max(left_for, beyond);
         continue;
       }
@@ -232,6 +216,12 @@ class PlaneChoice {
     return sum;
   }
 
+  // What the region is if it is not on the plane.
+  Sky SkyBeyond(const ImagePlane& plane) const {
+    if (!region_.may_be_sky) return Sky::kNot;
+    return RegionSky(region_.spots, region_.views, limits_.sky).Judge(plane, [&] { return CellsOn(plane); });
+  }
+
   // Of what lies behind the plane, in whichever view.
   double Reflected(const ImagePlane& plane) const {
     if (region_.views == nullptr || !(limits_.full_reflected > 0)) return 0;
@@ -256,59 +246,6 @@ class PlaneChoice {
     if (region_.directions == nullptr) return 0;
     const double off = region_.directions->AngleTo(plane) / kMaxAlignedAngle;
     return std::max(0.0, 1 - off * off);
-  }
-
-  // What the region is if it is not on the plane.
-  Sky JudgeSky(const ImagePlane& plane) const {
-    if (!region_.may_be_sky) return Sky::kNot;
-    return IsUnlikeForetold(plane) ? Sky::kSeen : LookFar(plane);
-  }
-
-  // A plane moves from view to view, and its border with it: it foretells what the views show in the spots' directions. Between a
-  // tree and a house cells lie around the sky, which does not move. A region of one brightness that ends at things as far away as
-  // the plane looks the same either way.
-  bool IsUnlikeForetold(const ImagePlane& plane) const {
-    if (region_.views == nullptr || !(limits_.min_foretold > 0)) return false;
-    const Foretold foretold = region_.views->CountForetold(region_.spots, plane);
-    return foretold.num_unlike >= kFewSpots &&
-           static_cast<double>(foretold.num_seen) < limits_.min_foretold * static_cast<double>(foretold.num_unlike);
-  }
-
-  // Of the surface that the region's spots would be on the plane, too little, by area, lies between the cells on it or moves from
-  // view to view, so that other views show something else in the same direction. A wall goes on between its corners and the
-  // skirting; the sky begins where the cells of a roof end. Then it is the sky if views show it there, and may be if they do not show
-  // it on the plane; what no other view shows at all is on the plane. Cells of clues alone say nothing against the sky: just above a
-  // roof all views match its edge, and their agreement makes clues there.
-  Sky LookFar(const ImagePlane& plane) const {
-    const std::vector<AnchorCell> on = CellsOn(plane);
-    if (on.empty() || region_.spots.empty() || !(limits_.min_unlike_sky > 0)) return Sky::kNot;
-    std::vector<Place> places;
-    for (const AnchorCell& cell : on) {
-      if (cell.is_measured) places.push_back({cell.x, cell.y});
-    }
-    const ConvexHull hull(std::move(places));
-    double unlike_sky = 0, all = 0;
-    SpotShare far_away, on_plane;  // of the spots beside the cells
-    bool is_seen = false;          // any of them
-    for (const Spot& spot : region_.spots) {
-      const double w = plane.InverseDepth(spot.x, spot.y);
-      if (!(w > 0)) return Sky::kSeen;  // it goes on without end
-      const double area = 1 / (w * w * w);  // but for a factor that all spots share
-      all += area;
-      if (region_.views == nullptr || hull.Contains({static_cast<double>(spot.x), static_cast<double>(spot.y)})) {
-        unlike_sky += area;
-        continue;
-      }
-      const FarSpot far = region_.views->LookFar(spot, w);
-      unlike_sky += area * far.unlike;
-      is_seen |= far.is_seen;
-      far_away.Add(far.is_shown);
-      if (far.is_seen_on_plane) on_plane.Add(far.is_shown_on_plane);
-    }
-    if (!(unlike_sky < limits_.min_unlike_sky * all)) return Sky::kNot;
-    if (far_away.Share() >= kMinShownSky) return Sky::kSeen;
-    const bool is_shown = on_plane.Share() >= std::max(kMinShownOn, kMinOftener * far_away.Share());
-    return is_shown || !is_seen ? Sky::kNot : Sky::kMayBe;
   }
 
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_plane.h"
+#include "phi/inference/region_sky.h"
 #include "phi/inference/scene_directions.h"
 #include "phi/inference/source_regions.h"
 #include "phi/inference/spot_views.h"
@@ -25,11 +25,7 @@ struct PlaneChoiceLimits {
   double min_deviation;      // of a cell's place, pixels
   double unlike_weight = 0;  // of spots that other views show unlike, against the share of cells on the plane
   double source_weight = 0;  // of the other views' cells
-  // Share of the spots' surface that lies between cells on the plane, or that other views would show unlike if it were infinitely far
-  // (spot_views.h). With less the region is on the plane only if they show its spots there oftener than infinitely far away, or if none
-  // looks there.
-  double min_unlike_sky = 0;
-  double min_foretold = 0;  // share of what the plane foretells of the spots' directions (spot_views.h) that other views must show
+  SkyLimits sky = {};
   double full_reflected = 0;  // share of mirrored cells (mirror.h); 0: no plane is a mirror
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
   float continued_weight = 1;  // of the cells of regions that continue a region, in other views
@@ -45,16 +41,9 @@ struct RegionEvidence {
   bool may_be_sky = true;                       // too little of it carries anchors to say otherwise
 };
 
-// Of a region: why no plane was chosen.
-enum class Sky : std::uint8_t {
-  kNot,
-  kMayBe,  // too little says that it is not, and what other views show of the region is on no plane
-  kSeen,   // other views show it infinitely far or do not show what a plane foretells, or it shines (light_sources.h)
-};
-
 struct ChosenPlanes {
   std::array<RegionPlane, kPlanesPerRegion> planes{};
-  Sky sky = Sky::kNot;
+  Sky sky = Sky::kNot;  // why there is none
   bool is_mirror = false;  // the first plane: what lies behind it is its reflection
 };
 

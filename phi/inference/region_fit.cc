@@ -12,6 +12,7 @@
 #include "phi/inference/creases.h"
 #include "phi/inference/fitted_planes.h"
 #include "phi/inference/light_sources.h"
+#include "phi/inference/plane_choice.h"
 #include "phi/inference/region_anchors.h"
 #include "phi/inference/shaded_surface.h"
 
@@ -32,8 +33,9 @@ constexpr double kFullReflected = 0.4;  // of the cells behind a mirror: the res
 PlaneChoiceLimits ChoiceLimits(const RegionFitLimits& fit, float cell_side, const Rules& rules) {
   return {rules.Count(Rule::kScenePlanes, kMinCells), rules.Scale(Rule::kScenePlanes) * kMinCellShare, fit.min_apart,
           fit.reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
-          rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold, rules.Factor(Rule::kMirrors) * kFullReflected,
-          rules.Factor(Rule::kRightAngles) * kAlignedWeight, rules.Factor(Rule::kContinuedRegions)};
+          {rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold},
+          rules.Factor(Rule::kMirrors) * kFullReflected, rules.Factor(Rule::kRightAngles) * kAlignedWeight,
+          rules.Factor(Rule::kContinuedRegions)};
 }
 
 // Where the search for the surface of a region that has no plane starts: everywhere as far as its middle anchor.

@@ -13,9 +13,9 @@
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/image_regions.h"
 #include "phi/inference/line_hypothesis.h"
-#include "phi/inference/plane_choice.h"
 #include "phi/inference/plane_evidence.h"
 #include "phi/inference/region_plane.h"
+#include "phi/inference/region_sky.h"
 
 namespace phi {
 
