@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "phi/base/cauchy_weight.h"
 #include "phi/base/median.h"
 
 namespace phi {
@@ -50,7 +51,7 @@ class SourceFit {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const Eigen::Vector3d slope(there(i) * there(i), own_[0] * there(i) * pairs_[i].source.squared_radius,
                                   -ratios_[i] * here(i) * pairs_[i].reference.squared_radius);
-      const double off = residuals_[i] / (kFarOff * middle), weight = 1 / (1 + off * off);
+      const double weight = CauchyWeight(residuals_[i] / (kFarOff * middle));
       normal_ += weight * slope * slope.transpose();
       right_ += weight * residuals_[i] * slope;
     }

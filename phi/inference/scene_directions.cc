@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "phi/base/cauchy_weight.h"
 #include "phi/inference/camera_plane.h"
 
 namespace phi {
@@ -30,17 +31,14 @@ int ColumnAlong(const Directions& directions, const Eigen::Vector3d& normal) {
   return cosine > std::cos(kMaxDegrees * std::numbers::pi / 180) ? static_cast<int>(column) : -1;
 }
 
-// A residual of one tolerance counts half (Cauchy's weights).
-double WeightOf(double residual) { return 1 / (1 + residual * residual); }
-
-// Of the plane with that normal through the cells.
+// Of the plane with that normal through the cells. A residual of one tolerance counts half.
 double InverseDistance(const std::vector<AnchorCell>& cells, const Eigen::Vector3d& normal, const Pinhole& pinhole) {
   double k = 0;
   for (int round = 0; round < kDistanceRounds; ++round) {
     double ws = 0, ss = 0;
     for (const AnchorCell& cell : cells) {
       const double s = normal.dot(RayOf(cell.x, cell.y, pinhole)) / cell.tolerance, w = cell.w / cell.tolerance;
-      const double weight = round == 0 ? 1 : WeightOf(w - k * s);
+      const double weight = round == 0 ? 1 : CauchyWeight(w - k * s);
       ws += weight * w * s;
       ss += weight * s * s;
     }
@@ -62,7 +60,7 @@ class TurnEquations {
       const Eigen::Vector3d ray = RayOf(cell.x, cell.y, pinhole);
       const Eigen::Vector3d turned = k / cell.tolerance * normal.cross(ray);
       const double moved = normal.dot(ray) / cell.tolerance, residual = cell.w / cell.tolerance - k * moved;
-      const double weight = WeightOf(residual);
+      const double weight = CauchyWeight(residual);
       by_turn += weight * turned * turned.transpose();
       mixed += weight * moved * turned;
       by_distance += weight * moved * moved;

@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "phi/base/cauchy_weight.h"
+
 namespace phi {
 namespace {
 
@@ -158,10 +160,7 @@ class ShadeSearch {
     return observed;
   }
 
-  static double Weight(const Observation& o) {
-    const double off = o.change / kHalfWeight;
-    return 1 / (1 + off * off);
-  }
+  static double Weight(const Observation& o) { return CauchyWeight(o.change / kHalfWeight); }
   static double Cost(const std::vector<Observation>& observed) {
     double sum = 0;
     for (const Observation& o : observed) sum += std::log1p(o.change * o.change / (kHalfWeight * kHalfWeight));
