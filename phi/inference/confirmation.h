@@ -7,26 +7,18 @@
 
 #include "phi/base/array2d.h"
 #include "phi/geometry/depth_agreement.h"
-#include "phi/geometry/device_camera.h"
+#include "phi/inference/shown_point.h"
 #include "phi/measurement.h"
 
 namespace phi {
-
-// The point at inverse depth w on the ray of reference pixel (u, v), in the source image, homogeneous; z is the depth
-// in the source camera times w.
-PHI_HD Vec3f ProjectInverseDepth(const RelativeView& view, float u, float v, float w) {
-  return view.a * Vec3f{u, v, 1.0f} + w * view.b;
-}
 
 // Whether the source view measured the point at inverse depth w on the ray of pixel (u, v). Without data, or without evidence at the
 // pixel where the point lands, it knows nothing.
 PHI_HD bool Confirms(const RelativeView& view, const MeasuredDepthsView& source, float u, float v, float w) {
   if (!source.IsKnown()) return false;
-  const Vec3f p = ProjectInverseDepth(view, u, v, w);
-  if (!(p.z > 0)) return false;
-  const float su = p.x / p.z, sv = p.y / p.z;
-  if (!(su >= 0 && sv >= 0 && su < source.depths.width && sv < source.depths.height)) return false;
-  const int x = static_cast<int>(su), y = static_cast<int>(sv);
+  ShownPoint p;
+  if (!FindInImage(ProjectInverseDepth(view, u, v, w), source.depths.width, source.depths.height, &p)) return false;
+  const int x = p.x(), y = p.y();
   const float own = source.Evidence(x, y);
   if (!(own > 0)) return false;
   if (DepthsAgree(p.z, own * w, kSameDepth)) return true;

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "phi/geometry/device_camera.h"
-#include "phi/inference/confirmation.h"
 #include "phi/inference/line_hypothesis.h"
+#include "phi/inference/shown_point.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/matching/window_level.h"
 #include "phi/matching/zncc.h"

@@ -10,6 +10,7 @@
 #include "phi/base/images.h"
 #include "phi/base/random.h"
 #include "phi/geometry/depth_agreement.h"
+#include "phi/inference/shown_point.h"
 #include "phi/inference/source_anchors.h"
 
 namespace phi {
@@ -70,12 +71,11 @@ class SourcePool {
   // it, without its hash.
   template <typename Function>
   void ForRow(int y, int step, const Function& function) const {
-    const auto width = static_cast<float>(measured_.width()), height = static_cast<float>(measured_.height());
     SourceAnchorRow row;
     projected_.FindRow(y, step, &row);
     for (std::size_t i = 0; i < row.u.size(); ++i) {
       const float u = row.u[i], v = row.v[i], w = row.inverse_depth[i];
-      if (!(w > 0 && u >= 0 && v >= 0 && u < width && v < height)) continue;
+      if (!(w > 0 && IsInImage(u, v, measured_.width(), measured_.height()))) continue;
       function(static_cast<int>(i) * step, y, PooledAnchor{u - 0.5f, v - 0.5f, w});
     }
   }

@@ -8,7 +8,7 @@
 #include "phi/base/wide_vectors.h"
 #include "phi/geometry/camera.h"
 #include "phi/inference/camera_plane.h"
-#include "phi/inference/confirmation.h"
+#include "phi/inference/shown_point.h"
 
 namespace phi {
 namespace {

@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "phi/geometry/depth_agreement.h"
-#include "phi/inference/confirmation.h"
 #include "phi/inference/pooled_anchors.h"
 
 namespace phi {
@@ -57,7 +56,7 @@ double SpotViews::Unlike(const Spot& spot, double inverse_depth) const {
   const auto w = static_cast<float>(inverse_depth);
   int num_like = 0, num_unlike = 0;
   for (const Source& source : sources_) {
-    const std::optional<Shown> shown = Find(source, spot, w, kDepthGap);
+    const std::optional<ShownPoint> shown = Find(source, spot, w, kDepthGap);
     if (!shown) continue;
     ++(IsUnlikeThere(source, spot, *shown) ? num_unlike : num_like);
   }
@@ -69,10 +68,10 @@ FarSpot SpotViews::LookFar(const Spot& spot, double inverse_depth) const {
   FarSpot shown;
   int num_alike = 0, num_unlike = 0;
   for (const Source& source : sources_) {
-    const std::optional<Shown> far = Find(source, spot, 0, kDepthGap);
+    const std::optional<ShownPoint> far = Find(source, spot, 0, kDepthGap);
     if (!far) continue;
     shown.is_seen = true;
-    const std::optional<Shown> on_plane = Find(source, spot, w, kDepthGap);
+    const std::optional<ShownPoint> on_plane = Find(source, spot, w, kDepthGap);
     const bool is_alike_on_plane = on_plane && !IsUnlikeThere(source, spot, *on_plane);
     shown.is_seen_on_plane |= on_plane.has_value();
     shown.is_shown_on_plane |= is_alike_on_plane;
@@ -91,7 +90,7 @@ Foretold SpotViews::CountForetold(std::span<const Spot> spots, const ImagePlane&
   Foretold foretold;
   for (const Source& source : sources_) {
     for (const Spot& spot : spots) {
-      const std::optional<Shown> shown = Find(source, spot, 0, kDepthGap);
+      const std::optional<ShownPoint> shown = Find(source, spot, 0, kDepthGap);
       if (!shown || !ForetellsUnlike(source, spot, plane)) continue;
       ++foretold.num_unlike;
       if (IsUnlikeThere(source, spot, *shown)) ++foretold.num_seen;
@@ -115,11 +114,10 @@ SpotViews::Mirrored SpotViews::CountMirrored(std::span<const AnchorCell> behind,
 void SpotViews::AskMeasured(const Eigen::Vector3d& point, Mirrored* mirrored) const {
   bool is_measured = false, is_behind = false, is_nearer = false, is_farther = false;
   // `p`: an image point of a view times its depth.
-  const auto ask = [&](const Vec3f& p, int width, int height, const auto& measured_at) {
-    if (!(p.z > 0)) return;
-    const float u = p.x / p.z, v = p.y / p.z;
-    if (!(u >= 0 && v >= 0 && u < static_cast<float>(width) && v < static_cast<float>(height))) return;
-    const float measured = measured_at(static_cast<int>(u), static_cast<int>(v));
+  const auto ask = [&](const Vec3f& p, const GrayImage& image, const auto& measured_at) {
+    ShownPoint shown;
+    if (!FindInImage(p, image.width(), image.height(), &shown)) return;
+    const float measured = measured_at(shown.x(), shown.y());
     if (!(measured > 0)) return;
     is_measured |= DepthsAgree(measured, p.z, kDepthGap);
     is_behind |= measured > p.z;
@@ -127,15 +125,10 @@ void SpotViews::AskMeasured(const Eigen::Vector3d& point, Mirrored* mirrored) co
     is_farther |= DepthsAgree(measured, p.z * (1 + kBeside), kDepthGap);
   };
   const Vec3f here = {static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z())};
-  if (measured_ != nullptr) {
-    ask(here, reference_->width(), reference_->height(), [&](int x, int y) {
-      return IsMeasured(measured_->states(x, y)) ? measured_->planes(x, y).depth : 0.0f;
-    });
-  }
+  ask(here, *reference_, [&](int x, int y) { return MeasuredHere(x, y); });
   for (const Source& source : sources_) {
     if (!source.depths.IsKnown()) continue;
-    ask(source.view.a * here + source.view.b, source.image->width(), source.image->height(),
-        [&](int x, int y) { return source.depths.Evidence(x, y); });
+    ask(source.view.a * here + source.view.b, *source.image, [&](int x, int y) { return source.depths.Evidence(x, y); });
   }
   if (is_measured) {
     ++mirrored->num_measured;
@@ -157,7 +150,7 @@ std::optional<float> SpotViews::BrightnessHere(const Spot& spot) const {
 
 std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spot, const BoxMean& here, float w) const {
   const Source& source = sources_[index];
-  const std::optional<Shown> shown = Find(source, spot, w, kOtherSurface);
+  const std::optional<ShownPoint> shown = Find(source, spot, w, kOtherSurface);
   if (!shown) return std::nullopt;
   const std::optional<BoxMean> there = MeanBelowWhite(*source.image, shown->u, shown->v);
   if (!there) return std::nullopt;
@@ -165,29 +158,28 @@ std::optional<ShadeOfSpot> SpotViews::ShadeIn(std::size_t index, const Spot& spo
   const BrightSpot spot_there = source.frame.Spot(shown->x(), shown->y(), there->value);
   // The projected point moves by b with the inverse depth.
   const Vec3f& b = source.view.b;
-  const float du = (b.x - shown->u * b.z) / shown->relative_depth, dv = (b.y - shown->v * b.z) / shown->relative_depth;
+  const float du = (b.x - shown->u * b.z) / shown->z, dv = (b.y - shown->v * b.z) / shown->z;
   return ShadeOfSpot{here.value - source.exposure.Ratio(spot_here, spot_there) * there->value,
                      -source.exposure.Slope(spot_here, spot_there) * (there->du * du + there->dv * dv)};
 }
 
-std::optional<SpotViews::Shown> SpotViews::Find(const Source& source, const Spot& spot, float w, float gap) {
+std::optional<ShownPoint> SpotViews::Find(const Source& source, const Spot& spot, float w, float gap) {
   const Vec3f p = ProjectInverseDepth(source.view, static_cast<float>(spot.x) + 0.5f, static_cast<float>(spot.y) + 0.5f, w);
-  if (!(p.z > 0)) return std::nullopt;
-  const Shown shown = {p.x / p.z, p.y / p.z, p.z};
-  const auto width = static_cast<float>(source.image->width()), height = static_cast<float>(source.image->height());
-  if (!(shown.u >= 0 && shown.v >= 0 && shown.u < width && shown.v < height)) return std::nullopt;
+  ShownPoint shown;
+  if (!FindInImage(p, source.image->width(), source.image->height(), &shown)) return std::nullopt;
   const float measured = source.depths.IsKnown() ? source.depths.Evidence(shown.x(), shown.y()) : 0;
-  if (measured > 0 && !DepthsAgree(shown.relative_depth, measured * w, gap)) return std::nullopt;
+  if (measured > 0 && !DepthsAgree(shown.z, measured * w, gap)) return std::nullopt;
   return shown;
 }
 
-bool SpotViews::IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const {
+bool SpotViews::IsUnlikeThere(const Source& source, const Spot& spot, const ShownPoint& shown) const {
   const BrightSpot there = source.frame.Spot(shown.x(), shown.y(), static_cast<float>((*source.image)(shown.x(), shown.y())));
   return IsUnlike(source.exposure.Change(InReference(spot.x, spot.y), there));
 }
 
 bool SpotViews::IsHidden(int x, int y, float depth) const {
-  return measured_ != nullptr && IsMeasured(measured_->states(x, y)) && LiesBefore(measured_->planes(x, y).depth, depth);
+  const float measured = MeasuredHere(x, y);
+  return measured > 0 && LiesBefore(measured, depth);
 }
 
 bool SpotViews::ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const {

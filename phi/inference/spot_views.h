@@ -15,6 +15,7 @@
 #include "phi/inference/box_mean.h"
 #include "phi/inference/image_plane.h"
 #include "phi/inference/relative_exposure.h"
+#include "phi/inference/shown_point.h"
 #include "phi/inference/spot.h"
 
 namespace phi {
@@ -85,20 +86,12 @@ class SpotViews {
     PhotoFrame frame;
     RelativeExposure exposure;
   };
-  // Where a source shows a spot's point.
-  struct Shown {
-    float u, v;
-    float relative_depth;  // there, times the inverse depth here
 
-    int x() const { return static_cast<int>(u); }
-    int y() const { return static_cast<int>(v); }
-  };
-
-  // Of inverse depth w. nullopt: behind the source's camera, beside its image, or the source measured something there that is not that
-  // point, by more than `gap`.
-  static std::optional<Shown> Find(const Source& source, const Spot& spot, float w, float gap);
+  // Where the source shows the spot's point of inverse depth w. nullopt: behind its camera, beside its image, or it measured something
+  // there that is not that point, by more than `gap`.
+  static std::optional<ShownPoint> Find(const Source& source, const Spot& spot, float w, float gap);
   // Whether the spot and the place where the source shows it differ in brightness.
-  bool IsUnlikeThere(const Source& source, const Spot& spot, const Shown& shown) const;
+  bool IsUnlikeThere(const Source& source, const Spot& spot, const ShownPoint& shown) const;
   // Whether the place of `plane` that lies in the spot's direction from the source looks clearly unlike the spot.
   bool ForetellsUnlike(const Source& source, const Spot& spot, const ImagePlane& plane) const;
   bool IsUnlikeAround(const Spot& spot, int x, int y) const;
@@ -107,7 +100,11 @@ class SpotViews {
   // `point`: an image point of the reference times its depth, which may lie behind the camera.
   void AskMeasured(const Eigen::Vector3d& point, Mirrored* mirrored) const;
 
-  // Whether the reference measured something before that depth.
+  // The depth that the reference measured; 0: none, or it is unknown.
+  float MeasuredHere(int x, int y) const {
+    return measured_ != nullptr && IsMeasured(measured_->states(x, y)) ? measured_->planes(x, y).depth : 0.0f;
+  }
+  // Whether that is before `depth`.
   bool IsHidden(int x, int y, float depth) const;
 
   Eigen::Matrix3d calibration_;  // of the reference
