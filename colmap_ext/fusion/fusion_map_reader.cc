@@ -108,8 +108,9 @@ MapSize FusionMapReader::ReadSize(int image) const {
   return size;
 }
 
-phi::Camera FusionMapReader::ReadCamera(int image) const {
-  const MapSize size = ReadSize(image);
+phi::Camera FusionMapReader::ReadCamera(int image) const { return CameraOf(image, ReadSize(image)); }
+
+phi::Camera FusionMapReader::CameraOf(int image, const MapSize& size) const {
   phi::Camera camera = workspace_.views()[static_cast<std::size_t>(image)].camera;
   const phi::Pinhole of_map = CameraOfMap(camera.pinhole, size.width, size.height,
                                           phi::AboutFile(workspace_.DepthMapPath(image, input_.kind)));
@@ -118,14 +119,15 @@ phi::Camera FusionMapReader::ReadCamera(int image) const {
 }
 
 phi::FusionMap FusionMapReader::Read(int image) const {
-  const phi::Pinhole pinhole = ReadCamera(image).pinhole;
+  const MapSize size = ReadSize(image);
+  const phi::Pinhole pinhole = CameraOf(image, size).pinhole;
   HandedImage handed = Handed(image);
   if (handed.map == nullptr && fs::exists(CompactPath(image)))
     handed.map = std::make_shared<const phi::MeasurementMap>(ReadCompactMap(CompactPath(image)));
   phi::FusionMap map(pinhole.width, pinhole.height);
   ColorImage colors;
   phi::Mask states;
-  tbb::parallel_invoke([&] { AddMaps(image, handed, &map); },
+  tbb::parallel_invoke([&] { AddMaps(image, handed, size, phi::MakeRayModel(pinhole), &map); },
                        [&] { colors = workspace_.ReadColor(image, map.width(), map.height(), handed.photo.get()); },
                        [&] { states = ReadStates(image, handed); });
   AddColors(colors, &map);
@@ -144,9 +146,8 @@ std::int64_t FusionMapReader::ResidentBytes(std::int64_t num_pixels) {
   return num_pixels * static_cast<std::int64_t>(sizeof(phi::FusionPixel));
 }
 
-void FusionMapReader::AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const {
-  const MapSize source = handed.map != nullptr ? MapSize{handed.map->width(), handed.map->height(), 1} : ReadSize(image);
-  const phi::RayModel rays = phi::MakeRayModel(ReadCamera(image).pinhole);
+void FusionMapReader::AddMaps(int image, const HandedImage& handed, const MapSize& source, const phi::RayModel& rays,
+                              phi::FusionMap* map) const {
   const auto source_row = [&](int y) { return NearestPixel(y, map->height(), source.height); };
   // pack(source_x, normal, x): the pixel's normal.
   const auto add_row = [&](int y, const auto& plane_at, const auto& pack) {

@@ -60,7 +60,9 @@ class FusionMapReader final : public FusionMapSource {
   HandedImage Handed(int image) const { return handed_ != nullptr ? (*handed_)[image] : HandedImage(); }
   std::filesystem::path CompactPath(int image) const { return CompactMapPath(workspace_, image, input_.kind); }
   MapSize ReadSize(int image) const;
-  void AddMaps(int image, const HandedImage& handed, phi::FusionMap* map) const;
+  phi::Camera CameraOf(int image, const MapSize& size) const;
+  // `size`: of the maps; rays: of the fused map's camera.
+  void AddMaps(int image, const HandedImage& handed, const MapSize& size, const phi::RayModel& rays, phi::FusionMap* map) const;
   static void AddColors(const ColorImage& colors, phi::FusionMap* map);
   // The mask that says what a map's pixels are; empty where there is none, or the kind needs none.
   phi::Mask ReadStates(int image, const HandedImage& handed) const;

@@ -131,9 +131,12 @@ SceneFusionReport SceneFuser::MakeReport(const Findings& findings) const {
 }
 
 void SceneFuser::FindImages() {
-  for (const int image : ImagesToFuse(workspace_)) {
-    if (reader_.Exists(image)) {
-      images_.push_back(image);
+  const std::vector<int> asked = ImagesToFuse(workspace_);
+  std::vector<char> exists(asked.size());  // side by side: a shared disk takes half a millisecond to answer
+  tbb::parallel_for(std::size_t{0}, asked.size(), [&](std::size_t i) { exists[i] = reader_.Exists(asked[i]); });
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    if (exists[i]) {
+      images_.push_back(asked[i]);
     } else {
       ++known_.num_images_without_maps;
     }

@@ -5,6 +5,9 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <vector>
+
+#include <tbb/parallel_for.h>
 
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/pipeline/file_identity.h"
@@ -49,17 +52,25 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
   const RunRecord& record = *known;
   if (record.Tasks().empty()) return {};
   const std::set<std::string> failed_images = FailedImages(record, kind);
-  Images foreign, failed, unfinished, older;
-  int num_maps = 0;
-  for (std::size_t i = 0; i < workspace.views().size(); ++i) {
-    const std::string& name = workspace.views()[i].name;
+  const std::size_t num_views = workspace.views().size();
+  std::vector<char> exists(num_views), is_foreign(num_views);
+  // Side by side: a shared disk takes half a millisecond to answer.
+  tbb::parallel_for(std::size_t{0}, num_views, [&](std::size_t i) {
     const std::filesystem::path compact = CompactMapPath(workspace, static_cast<int>(i), kind);
     const std::filesystem::path path =
         std::filesystem::exists(compact) ? compact : workspace.DepthMapPath(static_cast<int>(i), kind);
-    if (!std::filesystem::exists(path)) continue;
+    if (!(exists[i] = std::filesystem::exists(path))) return;
+    const auto task = record.Find(workspace.views()[i].name, std::string(kind));
+    is_foreign[i] = !task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files));
+  });
+  Images foreign, failed, unfinished, older;
+  int num_maps = 0;
+  for (std::size_t i = 0; i < num_views; ++i) {
+    if (!exists[i]) continue;
     ++num_maps;
+    const std::string& name = workspace.views()[i].name;
     const auto task = record.Find(name, std::string(kind));
-    if (!task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) {
+    if (is_foreign[i]) {
       foreign.Add(name);
     } else if (failed_images.contains(name)) {
       failed.Add(name);
