@@ -206,11 +206,34 @@ TEST_F(ThinWorkspace, KeepsEveryOtherImageAndWhatTwoOfThemSee) {
 
 TEST_F(ThinWorkspace, ReadsTextAndLists) {
   WriteSparseModelText(model_, dense_ / "sparse");
+  EXPECT_THAT(Thin({"--images", "0,4"}).errors, HasSubstr("images 0 to 3"));
   const ProgramResult result = Thin({"--images", "2,0", "--copy_images"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   ExpectImages0And2();
   EXPECT_FALSE(fs::is_symlink(folder_ / "thin/dense/images/0.png"));
-  EXPECT_THAT(Thin({"--images", "0,4"}).errors, HasSubstr("images 0 to 3"));
+}
+
+// The folder above the workspace as the output, so that the workspace itself is what would be made; a link to it; a folder in it.
+TEST_F(ThinWorkspace, LeavesWhatIsThere) {
+  WriteSparseModelBinary(model_, dense_ / "sparse");
+  fs::create_directory_symlink(folder_.path(), folder_ / "link");
+  for (const fs::path& output : {folder_.path(), folder_ / "link", folder_ / "link/dense/thin"}) {
+    const ProgramResult result = Script("thin_workspace", {"--workspace_path", dense_, "--output_path", output, "--every", "2"});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.errors, HasSubstr("name another folder")) << output;
+    EXPECT_FALSE(fs::exists(dense_ / "thin"));
+    ASSERT_TRUE(fs::exists(dense_ / "images/1.png")) << output;
+  }
+  WriteBytes(folder_ / "thin/dense/notes", "mine");
+  EXPECT_THAT(Thin({"--every", "2"}).errors, HasSubstr("thin/dense exists; name another folder"));
+  EXPECT_EQ(ReadBytes(folder_ / "thin/dense/notes"), "mine");
+
+  WriteCloud(folder_ / "other/truth.ply", {{0.5f, 0.04f, 2}}, 9);
+  const ProgramResult truth =
+      Script("thin_workspace", {"--workspace_path", dense_, "--output_path", folder_ / "other", "--every", "2", "--truth_path",
+                                folder_ / "other/truth.ply", "--truth_depth_maps", folder_ / "truth"});
+  EXPECT_THAT(truth.errors, HasSubstr("truth.ply exists; name another folder"));
+  EXPECT_THAT(ReadCloud(folder_ / "other/truth.ply").views, ElementsAre(9));
 }
 
 TEST_F(ThinWorkspace, CountsTheImagesLeftThatSeeATruePoint) {
