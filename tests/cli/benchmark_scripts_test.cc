@@ -213,6 +213,11 @@ TEST_F(ThinWorkspace, ReadsTextAndLists) {
   EXPECT_FALSE(fs::is_symlink(folder_ / "thin/dense/images/0.png"));
 }
 
+TEST_F(ThinWorkspace, RefusesStepsThatNoImageIsAt) {
+  WriteSparseModelBinary(model_, dense_ / "sparse");
+  for (const char* step : {"0", "-2"}) EXPECT_EQ(Thin({"--every", step}).errors, "thin_workspace: --every must be 1 or more\n");
+}
+
 // The folder above the workspace as the output, so that the workspace itself is what would be made; a link to it; a folder in it.
 TEST_F(ThinWorkspace, LeavesWhatIsThere) {
   WriteSparseModelBinary(model_, dense_ / "sparse");
@@ -254,6 +259,26 @@ TEST_F(ThinWorkspace, CountsTheImagesLeftThatSeeATruePoint) {
   const Cloud cloud = ReadCloud(folder_ / "thin/truth.ply");
   EXPECT_THAT(cloud.views, ElementsAre(2, 2, 1, 2, 1, 0, 2, 0));
   EXPECT_NEAR(cloud.points[1].x(), 0.96, 1e-6);
+}
+
+// 257 images see the point: more than the property holds.
+TEST_F(ThinWorkspace, ManyViewsCountAsTheMost) {
+  for (int i = 0; i < 254; ++i) {
+    colmap_ext::SparseImage image = model_.images[0];
+    image.image_id = 5 + i;
+    image.name = "more" + std::to_string(i) + ".png";
+    image.observations.clear();
+    model_.images.push_back(image);
+    colmap_ext::WriteDepthMap(folder_ / "truth" / (image.name + ".bin"), Array2D<float>(kWidth, kHeight, 2.0f));
+    WriteBytes(dense_ / "images" / image.name, "pixels");
+  }
+  WriteSparseModelBinary(model_, dense_ / "sparse");
+  WriteCloud(folder_ / "truth.ply", {{0.5f, 0.04f, 2}}, 9);
+  const ProgramResult result =
+      Thin({"--every", "1", "--truth_path", folder_ / "truth.ply", "--truth_depth_maps", folder_ / "truth"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("1 of 1 true points seen by two or more"));
+  EXPECT_THAT(ReadCloud(folder_ / "thin/truth.ply").views, ElementsAre(255));
 }
 
 // One scene of the judging half and its variant with every second of four images.
