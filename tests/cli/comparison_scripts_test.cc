@@ -427,4 +427,18 @@ TEST_F(CompareWithColmap, WarnsOfVersionsThatShearUnequalWidths) {
               Not(HasSubstr("shears")));
 }
 
+// A comma parts the names of --evaluation_path; Python writes in the encoding of the terminal.
+TEST_F(CompareWithColmap, TakesAnyFolderAndWordsInQuotes) {
+  const fs::path out = folder_ / "Küche, neu";
+  const ProgramResult result = RunProgram(
+      {"python3", PHIMVS_SOURCE_DIR "/scripts/compare_with_colmap", "--workspace_path", *room_ / "room/dense", "--output_path", out,
+       "--truth_path", folder_ / "exact.ply", "--phimvs", folder_ / "phimvs", "--colmap", "", "--phimvs_options",
+       "--PhiStereo.mask_path 'my masks'", "--truth_depth_maps", TruthDepths()},
+      {"LC_ALL=C", "PYTHONUTF8=0", "PYTHONCOERCECLOCALE=0"});
+  ASSERT_EQ(result.exit_code, 0) << result.output << result.errors;
+  EXPECT_THAT(ReadBytes(out / "summary.md"), HasSubstr("| phimvs | phimvs | "));
+  EXPECT_THAT(ReadBytes(out / "report.html"), HasSubstr("phimvs_maps_phimvs_fusion"));
+  EXPECT_EQ(nlohmann::json::parse(ReadBytes(out / "phimvs.step.json"))["command"].back(), "my masks");
+}
+
 }  // namespace
