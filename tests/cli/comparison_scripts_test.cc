@@ -332,8 +332,16 @@ class CompareWithColmap : public ComparisonScripts {
     return Script("compare_with_colmap", arguments);
   }
 
+  // From now on `command` of the stand-in ends so.
+  void EndStepsWith(const std::string& command, const std::string& code) {
+    const std::string program = ReadBytes(folder_ / "phimvs");
+    WriteProgram(folder_ / "phimvs", "if [ $1 = " + command + " ]; then " + code + "; fi\n" + program.substr(program.find('\n') + 1));
+  }
+
   nlohmann::json Summary() { return nlohmann::json::parse(ReadBytes(folder_ / "out/summary.json")); }
 };
+
+constexpr const char* kColmapWithCuda = "COLMAP 3.11.1 -- with (Commit x on y with CUDA)";
 
 TEST_F(CompareWithColmap, RunsBothAndCrossesFusers) {
   const ProgramResult result = Compare("COLMAP 3.11.1 -- with (Commit x on y with CUDA)");
@@ -425,6 +433,37 @@ TEST_F(CompareWithColmap, WarnsOfVersionsThatShearUnequalWidths) {
               HasSubstr("shears"));
   EXPECT_THAT(Compare("COLMAP 4.2.0 -- (with CUDA)", {"--workspace_path", folder_ / "unequal"}).output,
               Not(HasSubstr("shears")));
+}
+
+TEST_F(CompareWithColmap, AsksForWhatIsMissingBeforeItBegins) {
+  for (const char* option : {"--truth_path", "--truth_depth_maps", "--colmap_maps"}) {
+    const ProgramResult result = Compare(kColmapWithCuda, {option, folder_ / "none.ply"});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_EQ(result.errors, option + (": there is no " + (folder_ / "none.ply").string()) + "\n");
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  }
+}
+
+TEST_F(CompareWithColmap, EndsWithOneWhereAStepOfPhimvsFailed) {
+  EndStepsWith("evaluate", "exit 2");
+  const ProgramResult scores = Compare(kColmapWithCuda);
+  EXPECT_EQ(scores.exit_code, 1);
+  EXPECT_THAT(scores.output, HasSubstr("phimvs evaluate of phimvs_maps_colmap_fusion.ply failed: see "));
+  EXPECT_EQ(Summary()["clouds"].size(), 4u);
+  EXPECT_TRUE(fs::exists(folder_ / "out/report.html"));
+
+  EndStepsWith("stereo_fusion", "exit 2");
+  const ProgramResult fusion = Compare("", {"--colmap", "", "--output_path", folder_ / "second"});
+  EXPECT_EQ(fusion.exit_code, 1);
+  EXPECT_THAT(fusion.output, HasSubstr("phimvs stereo_fusion of phimvs's maps failed: see "));
+}
+
+TEST_F(CompareWithColmap, TellsOfCloudsWithoutSomeImages) {
+  EndStepsWith("stereo_fusion", "cp '" + (folder_ / "exact.ply").string() + "' \"$5\"; exit 4");
+  const ProgramResult result = Compare("", {"--colmap", ""});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("phimvs stereo_fusion of phimvs's maps is without some images: see "));
+  EXPECT_FALSE(Summary()["clouds"][0]["scores"].is_null());
 }
 
 // A comma parts the names of --evaluation_path; Python writes in the encoding of the terminal.
