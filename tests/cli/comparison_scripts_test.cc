@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/sparse_model.h"
@@ -322,14 +323,33 @@ class CompareWithColmap : public ComparisonScripts {
  protected:
   // A COLMAP whose head line is `head` and that runs as the stand-in does.
   ProgramResult Compare(const std::string& head, std::vector<std::string> more = {}) {
-    WriteProgram(folder_ / "colmap", "if [ \"$1\" = help ]; then echo '" + head + "'; exit 0; fi\nexec '" +
-                                         (folder_ / "phimvs").string() + "' \"$@\"\n");
+    // A program that is written again is another one.
+    if (head != head_) {
+      WriteProgram(folder_ / "colmap", "if [ \"$1\" = help ]; then echo '" + head + "'; exit 0; fi\nexec '" +
+                                           (folder_ / "phimvs").string() + "' \"$@\"\n");
+      head_ = head;
+    }
     std::vector<std::string> arguments{"--workspace_path", *room_ / "room/dense", "--output_path",
                                        folder_ / "out",    "--truth_path",        folder_ / "exact.ply",
                                        "--phimvs",         folder_ / "phimvs",    "--colmap",
                                        folder_ / "colmap"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Script("compare_with_colmap", arguments);
+  }
+
+  // The programs' steps in order since the last call, such as "fusion of colmap by phimvs".
+  std::vector<std::string> Steps() {
+    std::vector<std::string> steps;
+    std::istringstream calls(fs::exists(folder_ / "calls") ? ReadBytes(folder_ / "calls") : "");
+    fs::remove(folder_ / "calls");
+    for (std::string line; std::getline(calls, line);) {
+      std::istringstream words(line);
+      std::string command, option, path;
+      words >> command >> option >> path;
+      if (command == "stereo_fusion") words >> option >> path;
+      steps.push_back(command + " " + fs::path(path).stem().string());
+    }
+    return steps;
   }
 
   // From now on `command` of the stand-in ends so.
@@ -339,6 +359,8 @@ class CompareWithColmap : public ComparisonScripts {
   }
 
   nlohmann::json Summary() { return nlohmann::json::parse(ReadBytes(folder_ / "out/summary.json")); }
+
+  std::string head_;
 };
 
 constexpr const char* kColmapWithCuda = "COLMAP 3.11.1 -- with (Commit x on y with CUDA)";
@@ -409,6 +431,60 @@ TEST_F(CompareWithColmap, SaysWhatIsMissingWithoutCudaAndMaps) {
   EXPECT_FALSE(Summary()["maps"].contains("colmap"));
 }
 
+TEST_F(CompareWithColmap, RunsWhatAChangeReachesAndNothingElse) {
+  const std::vector<std::string> of_phimvs{"patch_match_stereo phimvs",
+                                           "stereo_fusion phimvs_maps_phimvs_fusion",
+                                           "evaluate phimvs_maps_phimvs_fusion",
+                                           "stereo_fusion phimvs_maps_colmap_fusion",
+                                           "evaluate phimvs_maps_colmap_fusion",
+                                           "report phimvs"};
+  ASSERT_EQ(Compare(kColmapWithCuda).exit_code, 0);
+  EXPECT_EQ(Steps().size(), 11u);
+  ASSERT_EQ(Compare(kColmapWithCuda).exit_code, 0);
+  EXPECT_THAT(Steps(), testing::IsEmpty());
+
+  const std::string option = "--phimvs_options=--PhiInference.mode off";
+  ASSERT_EQ(Compare(kColmapWithCuda, {option}).exit_code, 0);
+  EXPECT_EQ(Steps(), of_phimvs);
+  ASSERT_EQ(Compare(kColmapWithCuda, {option}).exit_code, 0);
+  EXPECT_THAT(Steps(), testing::IsEmpty());
+
+  WritePly(folder_ / "exact.ply", {world_.begin(), world_.begin() + 1000});
+  ASSERT_EQ(Compare(kColmapWithCuda, {option}).exit_code, 0);
+  EXPECT_EQ(Steps(), (std::vector<std::string>{"evaluate colmap_maps_phimvs_fusion", "evaluate colmap_maps_colmap_fusion",
+                                               "evaluate phimvs_maps_phimvs_fusion", "evaluate phimvs_maps_colmap_fusion",
+                                               "report phimvs"}))
+      << "another truth";
+  EXPECT_LT(Summary()["clouds"][2]["scores"]["accuracy"][0].get<double>(), 50);
+
+  fs::remove(folder_ / "out/phimvs_maps_colmap_fusion.ply");
+  ASSERT_EQ(Compare(kColmapWithCuda, {option}).exit_code, 0);
+  EXPECT_EQ(Steps(), (std::vector<std::string>{"stereo_fusion phimvs_maps_colmap_fusion", "evaluate phimvs_maps_colmap_fusion",
+                                               "report phimvs"}));
+
+  EndStepsWith("nothing", "exit 1");
+  ASSERT_EQ(Compare(kColmapWithCuda, {option}).exit_code, 0);
+  const std::vector<std::string> steps = Steps();
+  EXPECT_EQ(steps.size(), 9u) << "another phimvs: all but COLMAP's stereo and COLMAP's fusion of its maps";
+  EXPECT_THAT(steps, Not(testing::Contains("patch_match_stereo colmap")));
+}
+
+// COLMAP goes on where its maps are, whatever they were made with.
+TEST_F(CompareWithColmap, RemovesColmapsMapsOfOtherOptions) {
+  const fs::path old = folder_ / "out/colmap/stereo/depth_maps/old.geometric.bin";
+  ASSERT_EQ(Compare(kColmapWithCuda).exit_code, 0);
+  const fs::path record = folder_ / "out/colmap.step.json";
+  auto stopped = nlohmann::json::parse(ReadBytes(record));
+  stopped["exit_code"] = nullptr;
+  WriteBytes(record, stopped.dump());
+  fs::copy_file(*fs::directory_iterator(old.parent_path()), old);
+  ASSERT_EQ(Compare(kColmapWithCuda).exit_code, 0);
+  EXPECT_TRUE(fs::exists(old)) << "a run that was stopped goes on";
+  ASSERT_EQ(Compare(kColmapWithCuda, {"--colmap_options=--PatchMatchStereo.num_iterations 3"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(*room_ / "room/dense/images"));
+}
+
 TEST_F(CompareWithColmap, SaysWhatToGiveWhereThereIsNoPhimvs) {
   const fs::path program = folder_ / "none/phimvs";
   const ProgramResult result = Script(
@@ -429,10 +505,22 @@ TEST_F(CompareWithColmap, WarnsOfVersionsThatShearUnequalWidths) {
   other.width += 8;
   model.cameras[99] = other;
   colmap_ext::WriteSparseModelBinary(model, folder_ / "unequal/sparse");
-  EXPECT_THAT(Compare("COLMAP 4.1.1 -- (with CUDA)", {"--workspace_path", folder_ / "unequal"}).output,
-              HasSubstr("shears"));
-  EXPECT_THAT(Compare("COLMAP 4.2.0 -- (with CUDA)", {"--workspace_path", folder_ / "unequal"}).output,
-              Not(HasSubstr("shears")));
+  const std::vector<std::string> unequal{"--workspace_path", folder_ / "unequal", "--output_path", folder_ / "other"};
+  EXPECT_THAT(Compare("COLMAP 4.1.1 -- (with CUDA)", unequal).output, HasSubstr("shears"));
+  EXPECT_THAT(Compare("COLMAP 4.2.0 -- (with CUDA)", unequal).output, Not(HasSubstr("shears")));
+}
+
+TEST_F(CompareWithColmap, LeavesFoldersThatItDidNotMake) {
+  // A project whose workspace has the name of a copy; another workspace's comparison.
+  fs::create_directories(folder_ / "project");
+  fs::copy(*room_ / "room/dense", folder_ / "project/colmap", fs::copy_options::recursive);
+  const ProgramResult own = Compare(kColmapWithCuda, {"--output_path", folder_ / "project"});
+  EXPECT_EQ(own.exit_code, 1);
+  EXPECT_THAT(own.errors, HasSubstr("project/colmap is there, and was not made by a comparison"));
+  ASSERT_EQ(Compare(kColmapWithCuda).exit_code, 0);
+  EXPECT_THAT(Compare(kColmapWithCuda, {"--workspace_path", folder_ / "project/colmap"}).errors, HasSubstr("name another --output_path"));
+  EXPECT_THAT(Compare(kColmapWithCuda, {"--colmap_maps", folder_ / "out/colmap"}).errors, HasSubstr("copy it elsewhere"));
+  EXPECT_FALSE(fs::is_empty(folder_ / "out/colmap/stereo/depth_maps"));
 }
 
 TEST_F(CompareWithColmap, AsksForWhatIsMissingBeforeItBegins) {
@@ -453,9 +541,10 @@ TEST_F(CompareWithColmap, EndsWithOneWhereAStepOfPhimvsFailed) {
   EXPECT_TRUE(fs::exists(folder_ / "out/report.html"));
 
   EndStepsWith("stereo_fusion", "exit 2");
-  const ProgramResult fusion = Compare("", {"--colmap", "", "--output_path", folder_ / "second"});
+  const ProgramResult fusion = Compare("COLMAP 3.8 -- (Commit x on y without CUDA)", {"--colmap", ""});
   EXPECT_EQ(fusion.exit_code, 1);
   EXPECT_THAT(fusion.output, HasSubstr("phimvs stereo_fusion of phimvs's maps failed: see "));
+  EXPECT_THAT(ReadBytes(folder_ / "out/report.step.json"), Not(HasSubstr("--cloud_path"))) << "an earlier run's";
 }
 
 TEST_F(CompareWithColmap, TellsOfCloudsWithoutSomeImages) {
