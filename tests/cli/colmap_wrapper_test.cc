@@ -88,6 +88,54 @@ TEST_F(ColmapWrapper, MakesTheDenseModelsOfAutomaticReconstructor) {
   EXPECT_THAT(result.errors, testing::Not(HasSubstr("dense/1/meshed-poisson.ply has no faces")));
 }
 
+// COLMAP has made two sparse models, and says what it undistorts and meshes.
+class ColmapWrapperDense : public ColmapWrapper {
+ protected:
+  ColmapWrapperDense() {
+    fs::create_directories(project_ / "sparse/0");
+    fs::create_directories(project_ / "sparse/1");
+    WriteProgram(folder_ / "real/colmap", "case $1 in image_undistorter | poisson_mesher) echo \"$1 ${5#*dense/}\" ;; esac\n");
+  }
+
+  ProgramResult Reconstruct(const fs::path& images) {
+    return Colmap({"automatic_reconstructor", "--workspace_path", project_, "--image_path", images});
+  }
+
+  const fs::path project_ = folder_ / "project";
+};
+
+TEST_F(ColmapWrapperDense, GoesOnWhereSomeImagesFailed) {
+  WriteProgram(folder_ / "bin/phimvs", "case $3 in */0) exit 4 ;; esac\n");
+  const ProgramResult result = Reconstruct("photos");
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.output, HasSubstr("poisson_mesher 0/meshed-poisson.ply\n"));
+  EXPECT_THAT(result.output, HasSubstr("poisson_mesher 1/meshed-poisson.ply\n"));
+
+  WriteProgram(folder_ / "bin/phimvs", "exit 3\n");
+  const ProgramResult failed = Reconstruct("photos");
+  EXPECT_EQ(failed.exit_code, 3);
+  EXPECT_THAT(failed.output, testing::Not(HasSubstr("poisson_mesher")));
+}
+
+TEST_F(ColmapWrapperDense, RepeatsAnUndistortionThatWasStopped) {
+  WriteProgram(folder_ / "bin/phimvs", "");
+  const fs::path stopped = project_ / "dense/0/images/a.jpg", whole = project_ / "dense/1/images/a.jpg";
+  test_support::WriteBytes(stopped, "half");
+  test_support::WriteBytes(whole, "whole");
+  test_support::WriteBytes(project_ / "dense/1/stereo/fusion.cfg", "a.jpg\n");
+  const std::string undistorted = "image_undistorter " + (project_ / "sparse/").string();
+  const ProgramResult result = Reconstruct(folder_ / "photos");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr(undistorted + "0/\n"));
+  EXPECT_THAT(result.output, testing::Not(HasSubstr(undistorted + "1/\n")));
+  EXPECT_FALSE(fs::exists(stopped)) << "COLMAP does not copy over it";
+  EXPECT_TRUE(fs::exists(whole));
+
+  test_support::WriteBytes(stopped, "the photo itself");
+  EXPECT_THAT(Reconstruct(stopped.parent_path()).output, HasSubstr(undistorted + "0/\n"));
+  EXPECT_EQ(test_support::ReadBytes(stopped), "the photo itself");
+}
+
 // As COLMAP 3.8 does where it finds no display for its features on the GPU. It aborts as well where there is no workspace.
 TEST_F(ColmapWrapper, SaysWhatToTryWithoutADisplay) {
   const fs::path project = folder_ / "project";
