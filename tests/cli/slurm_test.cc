@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/pipeline/result_key.h"
@@ -97,7 +98,7 @@ std::string AllLogs(const fs::path& folder) {
 
 TEST_F(Slurm, FourShardsOneOfThemKilledLeaveTheBytesOfOneRun) {
   const fs::path sharded = folder_ / "sharded/dense", whole = folder_ / "whole/dense",
-                 logs = folder_ / "logs";
+                 logs = folder_ / "logs of 100%j";
   ASSERT_EQ(RunProgram({PHIMVS_BINARY, "make_scene", "--output_path", (folder_ / "sharded").string(),
                         "--width", "96", "--height", "64", "--num_views", "8"})
                 .exit_code,
@@ -135,6 +136,33 @@ TEST_F(Slurm, FourShardsOneOfThemKilledLeaveTheBytesOfOneRun) {
   EXPECT_EQ(HashFiles(sharded), HashFiles(whole)) << AllLogs(logs);
   EXPECT_THAT(Run({PHIMVS_BINARY, "status", "--workspace_path", sharded.string()}).output,
               HasSubstr("8 images"));
+}
+
+// With a stand-in for sbatch that says what it was given.
+TEST(SlurmSubmit, PercentSignsOfFoldersAreNoPatterns) {
+  const TemporaryFolder folder;
+  for (const auto& [name, body] : {std::pair("sbatch", "echo \"$*\" >> '" + (folder / "calls").string() + "'; echo 7"),
+                                   std::pair("phimvs", std::string("echo photometric"))}) {
+    test_support::WriteBytes(folder / "bin" / name, "#!/bin/sh\n" + body + "\n");
+    fs::permissions(folder / "bin" / name, fs::perms::owner_all);
+  }
+  const fs::path workspace = folder / "100%j";
+  fs::create_directories(workspace);
+  const ProgramResult result = RunProgram({(kRoot / "scripts/slurm/submit").string(), workspace.string(), "--shards", "2"},
+                                          {"PATH=" + (folder / "bin").string() + ":/usr/bin:/bin"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const std::string calls = ReadBytes(folder / "calls");
+  EXPECT_THAT(calls, HasSubstr("--output=" + (folder / "100%%j/slurm/photometric-%A_%a.log").string() + " "));
+  EXPECT_THAT(calls, HasSubstr("--output=" + (folder / "100%%j/slurm/cloud-%j.log").string() + " "));
+  EXPECT_THAT(calls, HasSubstr("--workspace_path " + workspace.string() + " "));
+}
+
+TEST(SlurmSubmit, HelpNamesWhatTheTasksReadOfTheEnvironment) {
+  const std::string help = RunProgram({(kRoot / "scripts/slurm/submit").string(), "--help"}).output;
+  for (const char* name : {"PHIMVS_WAIT_SECONDS", "PHIMVS_MOST_RESTARTS"}) {
+    EXPECT_THAT(ReadBytes(kRoot / "scripts/slurm/task"), HasSubstr(name));
+    EXPECT_THAT(help, HasSubstr(name));
+  }
 }
 
 }  // namespace
