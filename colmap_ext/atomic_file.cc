@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -45,6 +46,26 @@ std::string OwnPrefix() {
 fs::path NextTemporaryPath(const fs::path& target) {
   static std::atomic<std::uint64_t> counter{0};
   return target.parent_path() / (OwnPrefix() + std::to_string(counter.fetch_add(1)) + std::string(kTemporarySuffix));
+}
+
+// Of a file that is closed now and then the name tells its guard: A.tmp of A.B.tmp. Empty: it has none.
+fs::path GuardOf(const fs::path& temporary) {
+  const fs::path guarded = temporary.stem();
+  return guarded.has_extension() ? temporary.parent_path() / (guarded.stem().string() + std::string(kTemporarySuffix)) : fs::path();
+}
+
+fs::path GuardedBy(const fs::path& guard, const fs::path& temporary) {
+  const std::string number = temporary.stem().string().substr(OwnPrefix().size());
+  return guard.parent_path() / (guard.stem().string() + "." + number + std::string(kTemporarySuffix));
+}
+
+// Whether a process writes it.
+bool IsLocked(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool is_locked = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+  ::close(descriptor);
+  return is_locked;
 }
 
 bool IsShortageOfSpace(int error) { return error == ENOSPC || error == EDQUOT || error == EFBIG; }
@@ -153,14 +174,39 @@ void RemoveIfLeftOver(const fs::path& path) {
   if (path.filename().string().starts_with(OwnPrefix())) return;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  const bool is_free = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  const fs::path guard = GuardOf(path);
+  if (is_free && (guard.empty() || !IsLocked(guard))) ::unlink(path.c_str());
   ::close(descriptor);
 }
 
 void KeepLeftOvers() { g_keep_left_overs = true; }
 
-AtomicFile::AtomicFile(const fs::path& path, Durability durability)
-    : path_(path), target_(FollowLinks(path)), durability_(durability) {
+OpenFiles::~OpenFiles() = default;
+
+const AtomicFile& OpenFiles::GuardFor(const AtomicFile& file) {
+  std::unique_ptr<AtomicFile>& guard = guards_[file.folder()];
+  if (guard == nullptr) guard = std::make_unique<AtomicFile>(file.path(), Durability::kProcess);
+  return *guard;
+}
+
+void OpenFiles::PutFirst(AtomicFile* file) {
+  const auto place = std::find(open_.begin(), open_.end(), file);
+  if (place != open_.end()) {
+    open_.splice(open_.begin(), open_, place);
+    return;
+  }
+  while (open_.size() >= max_open_) {
+    open_.back()->MakeRoom();
+    open_.pop_back();
+  }
+  open_.push_front(file);
+}
+
+void OpenFiles::Forget(AtomicFile* file) { open_.remove(file); }
+
+AtomicFile::AtomicFile(const fs::path& path, Durability durability, std::shared_ptr<OpenFiles> open_files)
+    : path_(path), target_(FollowLinks(path)), durability_(durability), open_files_(std::move(open_files)) {
   if (path_.filename().empty()) throw phi::InputError(phi::AboutFile(path_) + ": this is not a file name");
   RefuseSpecialFile(path_);
   std::error_code error;
@@ -172,12 +218,25 @@ AtomicFile::AtomicFile(const fs::path& path, Durability durability)
     if (error) ThrowWriteError(path_, "create the folder", error.value());
   }
   RemoveLeftOversOnce(folder());
-  Create();
+  if (open_files_ == nullptr) {
+    Create();
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(open_files_->mutex_);
+  guard_ = open_files_->GuardFor(*this).temporary_path();
+  open_files_->PutFirst(this);
+  try {
+    Create();
+  } catch (...) {
+    open_files_->Forget(this);
+    throw;
+  }
 }
 
 void AtomicFile::Create() {
   for (;;) {
     temporary_ = NextTemporaryPath(target_);
+    if (!guard_.empty()) temporary_ = GuardedBy(guard_, temporary_);
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     // A name may be taken by a process of another computer that shares the folder: try the next one.
     if (descriptor_ < 0 && (errno == EEXIST || errno == EINTR)) continue;
@@ -190,8 +249,39 @@ void AtomicFile::Create() {
 }
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  CloseForGood();
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+bool AtomicFile::CloseForGood() {
+  std::unique_lock<std::mutex> lock;
+  if (open_files_ != nullptr) {
+    lock = std::unique_lock<std::mutex>(open_files_->mutex_);
+    open_files_->Forget(this);
+  }
+  const int descriptor = std::exchange(descriptor_, -1);
+  return descriptor < 0 || ::close(descriptor) == 0;
+}
+
+std::unique_lock<std::mutex> AtomicFile::Use() {
+  if (open_files_ == nullptr) return {};
+  std::unique_lock<std::mutex> lock(open_files_->mutex_);
+  open_files_->PutFirst(this);
+  if (descriptor_ < 0) Reopen();
+  return lock;
+}
+
+void AtomicFile::Reopen() {
+  do {
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CLOEXEC);
+  } while (descriptor_ < 0 && errno == EINTR);
+  if (descriptor_ < 0 || ::lseek(descriptor_, static_cast<off_t>(bytes_in_file_), SEEK_SET) < 0) Fail("open the file again");
+}
+
+void AtomicFile::MakeRoom() {
+  Flush();
+  buffer_.shrink_to_fit();
+  if (::close(std::exchange(descriptor_, -1)) != 0) Fail("write the file");
 }
 
 void AtomicFile::Fail(const char* action) {
@@ -200,6 +290,7 @@ void AtomicFile::Fail(const char* action) {
 }
 
 void AtomicFile::Write(const void* data, std::size_t num_bytes) {
+  const auto use = Use();
   const char* bytes = static_cast<const char*>(data);
   bytes_written_ += num_bytes;
   if (buffer_.size() + num_bytes > kBufferBytes) Flush();
@@ -211,6 +302,7 @@ void AtomicFile::Write(const void* data, std::size_t num_bytes) {
 }
 
 void AtomicFile::WriteAt(std::uint64_t offset, const void* data, std::size_t num_bytes) {
+  const auto use = Use();
   Flush();
   const char* bytes = static_cast<const char*>(data);
   while (num_bytes > 0) {
@@ -260,22 +352,21 @@ fs::path AtomicFile::folder() const { return target_.parent_path(); }
 
 void AtomicFile::Complete() {
   if (is_complete_) return;
-  Flush();
-  is_complete_ = true;
-  if (durability_ == Durability::kPowerCut) {
-    // Open, and with it locked, until it has its name. Network file systems report a full disk here.
-    if (!SyncFile(descriptor_)) Fail("write the file");
-    return;
+  {
+    const auto use = Use();
+    Flush();
+    is_complete_ = true;
+    // Locked until it has its name. Network file systems report a full disk here.
+    if (durability_ == Durability::kPowerCut && !SyncFile(descriptor_)) Fail("write the file");
   }
-  const int descriptor = std::exchange(descriptor_, -1);
-  if (::close(descriptor) != 0) Fail("write the file");  // or here
+  if (durability_ == Durability::kProcess && !CloseForGood()) Fail("write the file");  // or here
 }
 
 void AtomicFile::Publish() {
   Complete();
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) Fail("rename the finished file");
   temporary_.clear();
-  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  CloseForGood();
 }
 
 void AtomicFile::Commit() {

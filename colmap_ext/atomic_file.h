@@ -9,6 +9,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <set>
 #include <string_view>
 #include <vector>
@@ -38,11 +42,40 @@ void SyncFileSystems(const std::set<std::filesystem::path>& folders);
 // Puts the names of a folder's files on the disk. Does nothing where a file system knows no such thing.
 void SyncFolder(const std::filesystem::path& folder);
 
+class AtomicFile;
+
+// For files that are written side by side and may be more than a process can hold open: which of them are. The one that was written
+// least recently is closed when others need its place, and goes on where it was when it is written again.
+class OpenFiles {
+ public:
+  explicit OpenFiles(std::size_t max_open) : max_open_(max_open) {}
+  ~OpenFiles();
+  OpenFiles(const OpenFiles&) = delete;
+  OpenFiles& operator=(const OpenFiles&) = delete;
+
+  std::size_t num_open() const { return open_.size(); }
+
+ private:
+  friend class AtomicFile;
+  // The rest is called with the mutex locked. A closed file has no lock of its own: as long as that of its folder's guard is held, no
+  // other process takes it for a left-over.
+  const AtomicFile& GuardFor(const AtomicFile& file);
+  void PutFirst(AtomicFile* file);
+  void Forget(AtomicFile* file);
+
+  const std::size_t max_open_;
+  std::mutex mutex_;
+  std::list<AtomicFile*> open_;  // the last written first
+  std::map<std::filesystem::path, std::unique_ptr<AtomicFile>> guards_;
+};
+
 class AtomicFile {
  public:
   // Creates missing folders. A link's target is written, and the link stays. Throws phi::InputError when the place
   // cannot be written, or when it is a device, a pipe or a folder, which a file must not replace.
-  explicit AtomicFile(const std::filesystem::path& path, Durability durability = Durability::kPowerCut);
+  // open_files: of which this is to be one; none: it stays open. Files of one may be written on any threads.
+  explicit AtomicFile(const std::filesystem::path& path, Durability durability = Durability::kPowerCut,
+                      std::shared_ptr<OpenFiles> open_files = nullptr);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -72,7 +105,13 @@ class AtomicFile {
   std::filesystem::path folder() const;
 
  private:
+  friend class OpenFiles;
   void Create();
+  // Opens it where it is closed. As long as the result is held, no other thread closes it.
+  [[nodiscard]] std::unique_lock<std::mutex> Use();
+  void Reopen();
+  void MakeRoom();      // closes it, until Use()
+  bool CloseForGood();  // false: errno says why not
   void Flush();
   void WriteToFile(const char* data, std::size_t num_bytes);
   void StartWriteBack();
@@ -81,7 +120,9 @@ class AtomicFile {
   std::filesystem::path path_;    // as the user knows it
   std::filesystem::path target_;  // what a link at path_ leads to; else path_
   std::filesystem::path temporary_;
+  std::filesystem::path guard_ = {};  // see OpenFiles; empty: none
   const Durability durability_;
+  const std::shared_ptr<OpenFiles> open_files_;
   int descriptor_ = -1;
   bool is_complete_ = false;
   std::uint64_t bytes_written_ = 0;

@@ -1,10 +1,12 @@
 #include "colmap_ext/ply_writer.h"
 
+#include <utility>
+
 namespace colmap_ext {
 
 PlyWriter::PlyWriter(const std::filesystem::path& path, const std::vector<PlyVertexProperty>& properties,
-                     const std::vector<std::string>& comments)
-    : file_(path) {
+                     const std::vector<std::string>& comments, std::shared_ptr<OpenFiles> open_files)
+    : file_(path, Durability::kPowerCut, std::move(open_files)) {
   file_.Write("ply\nformat binary_little_endian 1.0\n");
   for (const std::string& comment : comments) file_.Write("comment " + comment + "\n");
   count_offset_ = file_.bytes_written();

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +21,7 @@ struct PlyVertexProperty {
 class PlyWriter {
  public:
   PlyWriter(const std::filesystem::path& path, const std::vector<PlyVertexProperty>& properties,
-            const std::vector<std::string>& comments);
+            const std::vector<std::string>& comments, std::shared_ptr<OpenFiles> open_files = nullptr);
 
   // Rows packed as the properties say.
   void WriteVertices(const void* rows, std::size_t num_bytes, std::uint64_t num_vertices);

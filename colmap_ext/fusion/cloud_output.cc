@@ -96,10 +96,9 @@ std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const C
     phi::LogInfo(written.string() + FormatText(": positions are from the offset %.17g %.17g %.17g, which headers name", offset[0],
                                                offset[1], offset[2]));
   }
-  const auto queues = std::make_shared<WriteQueues>();
-  if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path, queues);
+  if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path, std::make_shared<WriteQueues>());
   return MakeTiledCloudWriter({.path = output.path, .size = output.tile_size, .origin = {0, 0}},
-                              [output, coordinates, queues](const std::filesystem::path& path) {
+                              [output, coordinates, queues = MakeQueuesOfTiles()](const std::filesystem::path& path) {
                                 return MakeFileWriter(output, coordinates, path, queues);
                               });
 }

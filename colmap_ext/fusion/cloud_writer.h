@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "colmap_ext/atomic_file.h"
 #include "colmap_ext/sparse_model.h"
 #include "colmap_ext/write_queue.h"
 #include "phi/fusion/image_fusion.h"
@@ -46,10 +47,12 @@ class CloudWriter {
 };
 
 // The threads of a cloud's files, which write while its points are made: on many cores fusion would wait for them. Tiles share one pair,
-// so that there are no more threads than of one file.
+// so that there are no more threads than of one file, and of each kind so many files at most are open.
 struct WriteQueues {
   WriteQueue points, views;
+  std::shared_ptr<OpenFiles> point_files = nullptr, view_files = nullptr;  // none: all are
 };
+std::shared_ptr<WriteQueues> MakeQueuesOfTiles(std::size_t max_open_files = 400);  // of each kind: 1024 are usual of a process
 
 struct PlyCloudOptions {
   std::filesystem::path path;
@@ -95,7 +98,7 @@ struct TileOptions {
 };
 
 // A file for each square of x and y that has points which its format can hold, made by `make_writer(path)`, and NAME.tiles.json, which
-// lists them with their bounds and numbers of points. Throws phi::InputError for more tiles than files that can be open.
+// lists them with their bounds and numbers of points. Throws phi::InputError for a size that coordinates do not tell apart.
 std::unique_ptr<CloudWriter> MakeTiledCloudWriter(
     const TileOptions& options,
     std::function<std::unique_ptr<CloudWriter>(const std::filesystem::path&)> make_writer);

@@ -82,7 +82,9 @@ std::vector<std::string> MakeRecords(const std::string& crs) {
 class LasCloudWriter : public CloudWriter {
  public:
   explicit LasCloudWriter(const LasCloudOptions& options)
-      : options_(options), records_(MakeRecords(options.crs)), file_(std::make_shared<AtomicFile>(options.path)) {
+      : options_(options),
+        records_(MakeRecords(options.crs)),
+        file_(std::make_shared<AtomicFile>(options.path, Durability::kPowerCut, options.queues->point_files)) {
     file_->Write(Header());
     for (const std::string& record : records_) file_->Write(record);
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colmap_ext/atomic_file.h"
@@ -33,7 +34,10 @@ std::vector<PlyVertexProperty> Properties(bool in_doubles) {
 // The .vis file: its count, too, is completed at the end.
 class VisibilityFile {
  public:
-  explicit VisibilityFile(const fs::path& path) : file_(path) { file_.Write(CountBytes(0)); }
+  VisibilityFile(const fs::path& path, std::shared_ptr<OpenFiles> open_files)
+      : file_(path, Durability::kPowerCut, std::move(open_files)) {
+    file_.Write(CountBytes(0));
+  }
   void Write(const void* data, std::size_t num_bytes) { file_.Write(data, num_bytes); }
   void Complete(std::uint64_t count) {
     file_.WriteAt(0, CountBytes(count));
@@ -119,8 +123,9 @@ class PlyCloudWriter : public CloudWriter {
       line << "offset " << offset[0] << " " << offset[1] << " " << offset[2];
       comments.push_back(line.str());
     }
-    files_.push_back(std::shared_ptr<File>(
-        new File{{path, Properties(options_.in_doubles), comments}, VisibilityFile(path.string() + ".vis")}));
+    const WriteQueues& queues = *options_.queues;
+    files_.push_back(std::shared_ptr<File>(new File{{path, Properties(options_.in_doubles), comments, queues.point_files},
+                                                    VisibilityFile(path.string() + ".vis", queues.view_files)}));
   }
 
   Packed Pack(const phi::FusedBlock& block) const {

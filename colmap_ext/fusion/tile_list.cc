@@ -1,7 +1,7 @@
 #include "colmap_ext/fusion/tile_list.h"
 
-#include <algorithm>
 #include <fstream>
+#include <set>
 #include <string>
 
 #include "colmap_ext/fusion/cloud_files.h"
@@ -77,12 +77,12 @@ void RefuseTilesOfOtherFormat(const std::filesystem::path& cloud) {
 }
 
 void RemoveUnlistedTiles(const std::filesystem::path& cloud) {
-  std::vector<std::filesystem::path> listed, next;
-  ReadTileList(TileListPath(cloud), cloud, &listed);
+  std::vector<std::filesystem::path> tiles, next;
+  ReadTileList(TileListPath(cloud), cloud, &tiles);
   ReadTileList(NextTileListPath(cloud), cloud, &next);
+  const std::set<std::filesystem::path> listed(tiles.begin(), tiles.end());
   for (const std::filesystem::path& tile : next) {
-    if (IsOfFormatOf(tile, cloud) && std::find(listed.begin(), listed.end(), tile) == listed.end())
-      RemoveEarlierCloud(tile);  // where it is ours: the run may not have come to it
+    if (IsOfFormatOf(tile, cloud) && !listed.contains(tile)) RemoveEarlierCloud(tile);  // where it is ours: the run may not have come to it
   }
   RemoveEarlierPart(NextTileListPath(cloud));
 }

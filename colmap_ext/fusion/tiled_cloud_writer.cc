@@ -16,7 +16,6 @@
 namespace colmap_ext {
 namespace {
 
-constexpr std::size_t kMaxTiles = 400;  // open at once, each up to two files of the usual 1024
 constexpr double kMaxPlace = 9007199254740992.0;  // 2^53: doubles beyond do not tell a tile from the next
 
 struct TileIndex {
@@ -95,13 +94,12 @@ class TiledCloudWriter : public CloudWriter {
   Tile& TileOf(const phi::FusedPoint& point) {
     const auto place = [&](std::size_t axis) {
       const double index = std::floor((point.xyz[axis] - options_.origin[axis]) / options_.size);
-      if (!(std::abs(index) < kMaxPlace)) RefuseSize("is finer than the points' coordinates");
+      if (!(std::abs(index) < kMaxPlace)) RefuseSize();
       return static_cast<std::int64_t>(index);
     };
     const TileIndex index{place(0), place(1)};
     const auto found = tiles_.find(index);
     if (found != tiles_.end()) return found->second;
-    if (tiles_.size() == kMaxTiles) RefuseSize("gives more than " + std::to_string(kMaxTiles) + " tiles");
     Tile& tile = tiles_[index];
     tile.path = TilePath(options_.path, index.column, index.row);
     tile.writer = make_writer_(tile.path);
@@ -110,9 +108,9 @@ class TiledCloudWriter : public CloudWriter {
     return tile;
   }
 
-  [[noreturn]] void RefuseSize(const std::string& why) const {
-    throw phi::InputError("--tile_size " + DumpJson(nlohmann::ordered_json(options_.size), -1) + " " + why +
-                          "; ask for larger tiles, or for the part in --bbox_path alone");
+  [[noreturn]] void RefuseSize() const {
+    throw phi::InputError("--tile_size " + DumpJson(nlohmann::ordered_json(options_.size), -1) +
+                          " is finer than the points' coordinates; ask for larger tiles");
   }
 
   static bool IsEmpty(const std::pair<const TileIndex, Tile>& tile) { return tile.second.num_points == 0; }
@@ -137,6 +135,13 @@ class TiledCloudWriter : public CloudWriter {
 };
 
 }  // namespace
+
+std::shared_ptr<WriteQueues> MakeQueuesOfTiles(std::size_t max_open_files) {
+  auto queues = std::make_shared<WriteQueues>();
+  queues->point_files = std::make_shared<OpenFiles>(max_open_files);
+  queues->view_files = std::make_shared<OpenFiles>(max_open_files);
+  return queues;
+}
 
 std::unique_ptr<CloudWriter> MakeTiledCloudWriter(
     const TileOptions& options,

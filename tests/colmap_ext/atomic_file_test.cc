@@ -11,7 +11,9 @@
 
 #include <csignal>
 #include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/support/error_message.h"
 #include "tests/support/temporary_folder.h"
@@ -186,6 +188,100 @@ TEST(AtomicFileTest, RemovesWhatAKilledProcessOfTheSameNumberLeft) {
     RemoveIfLeftOver(left);
     EXPECT_FALSE(fs::exists(left)) << left;
   }
+}
+
+std::vector<std::unique_ptr<AtomicFile>> MakeFiles(const fs::path& folder, int count, const std::shared_ptr<OpenFiles>& open_files) {
+  std::vector<std::unique_ptr<AtomicFile>> files;
+  for (int i = 0; i < count; ++i)
+    files.push_back(std::make_unique<AtomicFile>(folder / std::to_string(i), Durability::kPowerCut, open_files));
+  return files;
+}
+
+TEST(OpenFilesTest, MoreFilesThanAreOpenAreWhole) {
+  constexpr int kNumFiles = 6;
+  TemporaryFolder folder;
+  const auto count_open = [&] {
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
+      std::error_code gone;
+      count += fs::read_symlink(entry.path(), gone).string().starts_with(folder.path().string());
+    }
+    return count;
+  };
+  std::vector<std::string> expected(kNumFiles);
+  {
+    const auto files = MakeFiles(folder.path(), kNumFiles, std::make_shared<OpenFiles>(2));
+    for (int round = 0; round < 5; ++round) {
+      for (int i = 0; i < kNumFiles; ++i) {
+        const std::string piece((i + 1) * (round == 3 ? 100000 : 10), static_cast<char>('a' + round));
+        files[i]->Write(piece);
+        expected[i] += piece;
+        EXPECT_LE(count_open(), 3) << "two, and the guard";
+      }
+    }
+    for (int i = 0; i < kNumFiles; ++i) {
+      files[i]->WriteAt(3, "HEAD");
+      expected[i].replace(3, 4, "HEAD");
+    }
+    for (const auto& file : files) file->Complete();
+    EXPECT_FALSE(fs::exists(folder / "0"));
+    for (const auto& file : files) file->Commit();
+  }
+  for (int i = 0; i < kNumFiles; ++i) EXPECT_TRUE(ReadBytes(folder / std::to_string(i)) == expected[i]) << i;
+  EXPECT_EQ(CountFiles(folder.path()), kNumFiles);
+}
+
+TEST(OpenFilesTest, TheOneWrittenLeastRecentlyIsClosed) {
+  TemporaryFolder folder;
+  const auto files = MakeFiles(folder.path(), 3, std::make_shared<OpenFiles>(2));
+  const auto bytes_of = [&](int i) { return fs::file_size(files[static_cast<std::size_t>(i)]->temporary_path()); };
+  files[0]->Write("first");
+  files[1]->Write("second");
+  files[0]->Write("again");
+  files[2]->Write("third");
+  EXPECT_EQ(bytes_of(1), 6u) << "what it had is written when it is closed";
+  files[1]->Write("second");
+  EXPECT_EQ(bytes_of(0), 10u);
+  EXPECT_EQ(bytes_of(2), 0u);
+}
+
+// As another process does when it writes into the folder.
+int RemoveAllLeftOvers(const fs::path& folder) {
+  return RunInChild([&] {
+    std::vector<fs::path> paths;
+    for (const auto& entry : fs::directory_iterator(folder)) paths.push_back(entry.path());
+    for (const fs::path& path : paths) RemoveIfLeftOver(path);
+    return static_cast<int>(kAsExpected);
+  });
+}
+
+TEST(OpenFilesTest, NoOtherProcessTakesAClosedFileForALeftOver) {
+  TemporaryFolder folder;
+  {
+    const auto files = MakeFiles(folder.path(), 3, std::make_shared<OpenFiles>(1));
+    for (const auto& file : files) file->Write("one, ");
+    ASSERT_EQ(CountFiles(folder.path()), 4);
+    EXPECT_EQ(RemoveAllLeftOvers(folder.path()), kAsExpected);
+    EXPECT_EQ(CountFiles(folder.path()), 4);
+    for (const auto& file : files) file->Write("two");
+    files[1]->Commit();
+  }
+  EXPECT_EQ(ReadBytes(folder / "1"), "one, two");
+  EXPECT_EQ(CountFiles(folder.path()), 1) << "those without Commit() are gone, and so is the guard";
+}
+
+TEST(OpenFilesTest, WhatAKilledProcessLeftGoes) {
+  TemporaryFolder folder;
+  EXPECT_EQ(RunInChild([&] {
+              const auto files = MakeFiles(folder.path(), 3, std::make_shared<OpenFiles>(1));
+              for (const auto& file : files) file->Write("half");
+              ::_exit(kAsExpected);
+              return 0;
+            }),
+            kAsExpected);
+  ASSERT_EQ(CountFiles(folder.path()), 4);
+  EXPECT_EQ(RemoveAllLeftOvers(folder.path()), kAsExpected);
+  EXPECT_EQ(CountFiles(folder.path()), 0);
 }
 
 // Maps may be put there, and their disk must not be asked for by a folder that nobody may open.
