@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "colmap_ext/format_text.h"
@@ -39,6 +41,19 @@ std::unique_ptr<CloudWriter> MakeFileWriter(const CloudOutput& output, const Clo
   }
   return MakePlyCloudWriter(
       {.path = path, .offset = coordinates.offset, .in_doubles = coordinates.in_doubles, .queues = std::move(queues)});
+}
+
+// Such as a size in another unit than the model's: a disk may take hours to fill with tiles of a point each.
+void WarnOfManyTiles(const Workspace& workspace, double tile_size) {
+  constexpr std::size_t kMany = 10000;
+  std::set<std::array<double, 2>> tiles;
+  for (const SparsePoint& point : workspace.model().points) {
+    tiles.insert({std::floor(point.xyz.x() / tile_size), std::floor(point.xyz.y() / tile_size)});
+    if (tiles.size() <= kMany) continue;
+    phi::LogWarning("--tile_size " + FormatText("%g", tile_size) + ": the sparse points alone lie on more than " + std::to_string(kMany) +
+                    " tiles, which are a file each; is it in the sparse model's units?");
+    return;
+  }
 }
 
 }  // namespace
@@ -97,6 +112,7 @@ std::unique_ptr<CloudWriter> MakeCloudWriter(const Workspace& workspace, const C
                                                offset[1], offset[2]));
   }
   if (output.tile_size <= 0) return MakeFileWriter(output, coordinates, output.path, std::make_shared<WriteQueues>());
+  WarnOfManyTiles(workspace, output.tile_size);
   return MakeTiledCloudWriter({.path = output.path, .size = output.tile_size, .origin = {0, 0}},
                               [output, coordinates, queues = MakeQueuesOfTiles()](const std::filesystem::path& path) {
                                 return MakeFileWriter(output, coordinates, path, queues);

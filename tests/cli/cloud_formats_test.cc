@@ -548,6 +548,22 @@ TEST_F(CloudFormats, OfManyTilesSomeAreOpen) {
   EXPECT_EQ(writer->num_files(), 450u);
 }
 
+TEST_F(CloudFormats, ASizeThatMakesTenThousandsOfTilesIsAWarning) {
+  SparseModel model = ReadSparseModel(folder_ / "sparse");
+  for (SparseImage& image : model.images) image.observations.clear();
+  model.points.assign(10100, {});
+  for (std::size_t i = 0; i < model.points.size(); ++i) model.points[i].xyz = {5e5 + static_cast<double>(i), 5.3e6, 400};
+  WriteSparseModelBinary(model, folder_ / "sparse");
+  const Workspace workspace({.path = folder_.path()});
+  for (const double size : {1.0, 2.0}) {
+    const test_support::LogCapture log;
+    MakeCloudWriter(workspace, {.path = folder_ / "c.las", .type = CloudType::kLas, .crs = {}, .tile_size = size});
+    const auto messages = log.messages();
+    const auto is_warning = [](const std::string& m) { return m.find("lie on more than 10000 tiles") != std::string::npos; };
+    EXPECT_EQ(std::count_if(messages.begin(), messages.end(), is_warning), size == 1.0 ? 1 : 0) << size;
+  }
+}
+
 // Tiles are given up while the threads still have something to write to them.
 TEST_F(CloudFormats, AFullDiskLeavesNoTile) {
   const Workspace workspace({.path = folder_.path()});
