@@ -58,11 +58,15 @@ std::string NumberedPartComment(const fs::path& cloud) {
   return comment;
 }
 
-void RemoveNumberedParts(const fs::path& cloud, std::size_t first) {
+std::size_t EndOfNumberedParts(const fs::path& cloud, std::size_t first) {
   const std::string line = "comment " + NumberedPartComment(cloud);
   std::size_t end = first;
   while (HasHeaderLine(NumberedPart(cloud, end), line)) ++end;
-  for (; end > first; --end) RemoveFile(NumberedPart(cloud, end - 1));
+  return end;
+}
+
+void RemoveNumberedParts(const fs::path& cloud, std::size_t first) {
+  for (std::size_t end = EndOfNumberedParts(cloud, first); end > first; --end) RemoveFile(NumberedPart(cloud, end - 1));
 }
 
 void RemoveEarlierPart(const fs::path& part) {

@@ -19,6 +19,8 @@ std::filesystem::path PartOfCloud(const std::filesystem::path& cloud, const std:
 std::filesystem::path NumberedPart(const std::filesystem::path& cloud, std::size_t number);
 // A comment in the headers of those after the first: tells them from clouds that were given such a name.
 std::string NumberedPartComment(const std::filesystem::path& cloud);
+// The number after that of the last file from `first` on that the cloud goes on in; `first`: it does not.
+std::size_t EndOfNumberedParts(const std::filesystem::path& cloud, std::size_t first);
 
 // What follows removes files of an earlier cloud, each with its .vis; that one first: what names a file is there as long as any of it.
 // Folders stay; what cannot be removed is a warning.

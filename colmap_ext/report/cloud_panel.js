@@ -126,6 +126,7 @@ function showCloud() {
   byId('cloud').hidden = false;
   const few = cloud.num_shown < cloud.num_points ? `${cloud.num_shown.toLocaleString('en')} of ` : '';
   byId('cloud-caption').textContent = `${few}${cloud.num_points.toLocaleString('en')} points of ${cloud.file}` +
+    (cloud.num_files > 1 ? ` and the files it goes on in; those shown are of this first of ${cloud.num_files}` : '') +
     (few ? ', chosen at random. ' : '. ') + 'Drag to turn, scroll or pinch to zoom, right-drag or two fingers to move; ' +
     'with the keyboard: arrows, +, - and 0.';
   const view = startCloudView(byId('cloud-canvas'), cloud, {

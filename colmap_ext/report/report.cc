@@ -165,8 +165,10 @@ void AddPoints(const ReportOptions& options, const Workspace& workspace, const s
     CompareWithTruth(workspace, FindTruthMapsOf(workspace, options.truth_depth_maps), options.values_per_unit, &sample);
   }
   const ReportCloud cloud = PackCloud(sample);
+  const CloudCount count = CountCloud(path, sample.num_points);
   report["cloud"] = {{"file", path.string()},
-                     {"num_points", sample.num_points},
+                     {"num_points", count.num_points},
+                     {"num_files", count.num_files},
                      {"num_shown", cloud.num_shown},
                      {"center", cloud.center},
                      {"scale", cloud.scale},

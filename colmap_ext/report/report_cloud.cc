@@ -11,6 +11,7 @@
 
 #include "colmap_ext/evaluation/ply_rows.h"
 #include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/fusion/cloud_files.h"
 #include "colmap_ext/report/report_pictures.h"
 #include "colmap_ext/visibility_file.h"
 #include "phi/base/cancellation.h"
@@ -136,6 +137,15 @@ bool TruthAt(const phi::SceneView& view, const phi::Array2D<float>& truth, const
 }
 
 }  // namespace
+
+CloudCount CountCloud(const std::filesystem::path& ply, std::uint64_t num_points_of_first) {
+  CloudCount count{.num_points = num_points_of_first, .num_files = EndOfNumberedParts(ply, 2) - 1};
+  for (std::size_t number = 2; number <= count.num_files; ++number) {
+    const PlyRows rows(NumberedPart(ply, number));
+    if (const PlyElement* vertex = rows.Find("vertex")) count.num_points += vertex->count;
+  }
+  return count;
+}
 
 CloudSample SampleCloud(const std::filesystem::path& ply, int max_points) {
   const PlyRows rows(ply);

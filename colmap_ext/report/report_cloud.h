@@ -32,6 +32,13 @@ struct CloudSample {
   bool has_normals = false, has_origin = false;  // properties of the file
 };
 
+// Of all files that a cloud is written in, as their headers say.
+struct CloudCount {
+  std::uint64_t num_points = 0;
+  std::size_t num_files = 1;
+};
+CloudCount CountCloud(const std::filesystem::path& ply, std::uint64_t num_points_of_first);
+
 // At most max_points, each point of the file as likely as any other; the same for the same file. Views are read from the
 // .vis file beside it, where there is one for as many points. Throws phi::InputError for a damaged file.
 CloudSample SampleCloud(const std::filesystem::path& ply, int max_points);

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/report/report.h"
 #include "colmap_ext/report/report_cloud.h"
@@ -357,6 +358,28 @@ TEST_F(ReportCommand, IsTheSameForAnyNumberOfThreads) {
     other.erase("written");
     EXPECT_EQ(one, other) << name;
   }
+}
+
+// The files after the first one name it; another cloud's name alone makes none of them.
+TEST_F(ReportCommand, CountsThePointsOfAllFilesOfACloud) {
+  const auto cloud = folder_ / "dense/fused.ply";
+  const auto count = [&] {
+    EXPECT_EQ(Write().exit_code, 0);
+    const auto data = Data()["cloud"];
+    return std::pair<int, int>{data["num_points"], data["num_files"]};
+  };
+  WriteCloud(cloud, 7);
+  WriteCloud(folder_ / "dense/fused_2.ply", 50);
+  EXPECT_EQ(count(), std::pair(7, 1));
+  const auto writer = colmap_ext::MakePlyCloudWriter({.path = cloud, .max_points_per_file = 2});
+  phi::FusedBlock block;
+  block.points.resize(5);
+  block.view_counts.resize(5);
+  writer->Write(block);
+  writer->Commit();
+  ASSERT_TRUE(std::filesystem::exists(folder_ / "dense/fused_3.ply"));
+  EXPECT_EQ(count(), std::pair(5, 3));
+  EXPECT_EQ(Data()["cloud"]["num_shown"], 2);
 }
 
 // One camera at the origin, f = 60, the truth at depth 2 everywhere: a point at 2.02 is 1 % off, one beside the image is
