@@ -13,6 +13,7 @@
 
 #include "colmap_ext/compact_codes.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
 
 namespace colmap_ext {
@@ -205,6 +206,43 @@ phi::MeasurementMap ReadCompactMap(const fs::path& path) {
   file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   if (!file) ThrowDamaged(phi::AboutFile(path));
   return DecodeCompactMap(bytes, phi::AboutFile(path));
+}
+
+phi::DepthMap ReadCompactDepthRows(const fs::path& path, int max_rows) {
+  std::ifstream file = OpenRegularFile(path);
+  const Header header = ReadHeader(file, path);
+  const phi::Message whose = phi::AboutFile(path);
+  const Grid grid{header.width, header.height};
+  const auto read = [&](std::size_t offset, std::size_t num_bytes) {
+    Bytes bytes(num_bytes);
+    file.seekg(static_cast<std::streamoff>(offset));
+    file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!file) ThrowDamaged(whose);
+    return bytes;
+  };
+  const Bytes scale_bytes = read(sizeof(header), grid.num_blocks() * kScaleBytes);
+  const std::vector<BlockScale> scales = ReadScales(scale_bytes.data(), grid.num_blocks(), whose);
+  std::size_t at = sizeof(header) + scale_bytes.size();
+  std::array<Bytes, kNumPlanes> planes;
+  for (int p = 0; p < kNumPlanes; ++p) {
+    const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
+    const bool is_state = p == kNumPlanes - 1, is_wanted = p < 2 || (is_state && header.has_states != 0);
+    if (is_wanted) planes[p] = Decompressed(read(at, size).data(), size, grid.num_pixels(), whose);
+    at += size;
+  }
+  phi::DepthMap depths(grid.width, std::min(max_rows, grid.height));
+  for (int y = 0; y < depths.height(); ++y) {
+    const int row = NearestPixel(y, depths.height(), grid.height);
+    for (int x = 0; x < grid.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
+      const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
+      const bool is_clue = header.has_states != 0 && planes[5][i] == static_cast<std::uint8_t>(PixelState::kClue);
+      if (code == 0 || is_clue) continue;
+      const int block = row / compact::kBlock * grid.columns() + x / compact::kBlock;
+      depths(x, y) = compact::DepthAt(scales[static_cast<std::size_t>(block)], code - 1);
+    }
+  }
+  return depths;
 }
 
 MapSize ReadCompactMapSize(const fs::path& path) {

@@ -14,6 +14,8 @@
 
 namespace colmap_ext {
 
+inline constexpr int kAllRows = std::numeric_limits<int>::max();
+
 struct MapSize {
   int width = 0, height = 0, channels = 0;
 };
@@ -25,6 +27,8 @@ phi::Array2D<float> ReadDepthMap(const std::filesystem::path& path);
 phi::Array2D<phi::Vec3f> ReadNormalMap(const std::filesystem::path& path);
 // Thinned to a longer side of at most `longest_side` pixels (thinning.h). Read no other rows.
 phi::Array2D<float> ReadThinnedDepthMap(const std::filesystem::path& path, int longest_side);
+// At most `max_rows` of its rows, evenly over the height, each of them whole.
+phi::Array2D<float> ReadDepthRows(const std::filesystem::path& path, int max_rows);
 phi::Array2D<phi::Vec3f> ReadThinnedNormalMap(const std::filesystem::path& path, int longest_side);
 phi::PlaneMap ReadPlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path);
 
@@ -36,7 +40,7 @@ struct PlaneRow {
 
 // Rows [begin, end) of a map, as far as it has them.
 struct RowRange {
-  int begin = 0, end = std::numeric_limits<int>::max();
+  int begin = 0, end = kAllRows;
 };
 
 // Calls consume(y, row) for each row in turn, without holding the maps: for readers that keep another form of them.

@@ -9,6 +9,7 @@
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
+#include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
 #include "phi/base/whole_array.h"
 
@@ -112,23 +113,31 @@ phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, st
   return map;
 }
 
-std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind) {
-  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) {
-    const phi::MeasurementMap map = ReadCompactMap(compact);
-    return phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map));
-  }
+std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows) {
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact))
+    return ReadCompactDepthRows(compact, max_rows);
   const fs::path depth_path = workspace.DepthMapPath(image, kind);
   if (!fs::exists(depth_path)) return std::nullopt;
-  return ReadPublishedDepths(depth_path);
+  return ReadPublishedDepths(depth_path, max_rows);
 }
 
-phi::DepthMap ReadPublishedDepths(const fs::path& depth_path) {
-  phi::DepthMap depths = ReadDepthMap(depth_path);
+MapSize ReadSizeOfMap(const Workspace& workspace, int image, std::string_view kind) {
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) return ReadCompactMapSize(compact);
+  return ReadMapSize(workspace.DepthMapPath(image, kind));
+}
+
+phi::DepthMap ReadPublishedDepths(const fs::path& depth_path, int max_rows) {
+  phi::DepthMap depths = ReadDepthRows(depth_path, max_rows);
   const fs::path mask_path = MaskBeside(depth_path);
   if (mask_path.empty() || !fs::exists(mask_path)) return depths;
   const phi::Mask mask = ReadMask(mask_path);
-  for (std::size_t i = 0; i < std::min(depths.size(), mask.size()); ++i) {
-    if (mask.data()[i] == kClueValue) depths.data()[i] = 0;
+  const int height = ReadMapSize(depth_path).height;
+  const auto width = static_cast<std::size_t>(depths.width());
+  for (int y = 0; y < depths.height(); ++y) {
+    const std::size_t row = static_cast<std::size_t>(NearestPixel(y, depths.height(), height)) * width;
+    for (std::size_t x = 0; x < width && row + x < mask.size(); ++x) {
+      if (mask.data()[row + x] == kClueValue) depths(static_cast<int>(x), y) = 0;
+    }
   }
   return depths;
 }

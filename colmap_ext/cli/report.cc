@@ -31,7 +31,7 @@ int RunReport(int argc, char** argv) {
   parser.Add("compare_name", &o.compare_name, "That program's name");
   parser.Add("picture_size", &o.picture_size, "Longest side of the pictures").Unit("pixels");
   parser.Add("max_images", &o.max_images,
-             "Images with pictures, evenly over the workspace; figures are for all");
+             "Images with pictures, evenly over the workspace; figures are for all, those of the others from at most 256 rows of a map");
   parser.Add("max_points", &o.max_points, "Points of the cloud to show");
   if (!parser.Parse(argc, argv)) return 0;
   o.workspace = FindWorkspaceFolder(o.workspace);

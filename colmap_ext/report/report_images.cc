@@ -20,6 +20,7 @@
 #include "colmap_ext/measurement_file.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/report/report_pictures.h"
+#include "colmap_ext/thinning.h"
 #include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 
@@ -29,14 +30,17 @@ namespace {
 using DepthMap = phi::Array2D<float>;
 using TruthFiles = std::map<std::string, std::filesystem::path>;
 
+// Of images without pictures: some thousands of large maps are terabytes, and shares and percentiles hardly change.
+constexpr int kRowsForFigures = 256;
+
 double ValidPercent(const DepthMap& depth) {
   if (depth.empty()) return 0;
   const auto valid = std::count_if(depth.begin(), depth.end(), [](float d) { return d > 0; });
   return 100.0 * static_cast<double>(valid) / static_cast<double>(depth.size());
 }
 
-// Pixels by floor(8 log2(depth)).
-std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth) {
+// Pixels of a map of `height` rows, of which these are some, by floor(8 log2(depth)).
+std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth, int height) {
   constexpr int kBinsPerOctave = 8, kLowest = -150 * kBinsPerOctave, kEnd = 129 * kBinsPerOctave;  // of all floats
   std::array<float, kBinsPerOctave> bins{};  // where they begin, of the octave from 0.5 to 1
   for (int k = 0; k < kBinsPerOctave; ++k) bins[k] = std::exp2(static_cast<float>(k) / kBinsPerOctave - 1);
@@ -51,7 +55,7 @@ std::map<int, std::int64_t> DepthHistogram(const DepthMap& depth) {
   }
   std::map<int, std::int64_t> histogram;
   for (int bin = kLowest; bin < kEnd; ++bin) {
-    if (counts[bin - kLowest] > 0) histogram[bin] = counts[bin - kLowest];
+    if (counts[bin - kLowest] > 0) histogram[bin] = counts[bin - kLowest] * height / depth.height();
   }
   return histogram;
 }
@@ -81,9 +85,13 @@ class ImageMaker {
     result_.view = image_;
     DoAll({[&](Part* part) { photometric_ = ReadDepths(kPhotometric, part); },
            [&](Part* part) { measured_ = ReadDepths(kMeasured, part); },
-           [&](Part* part) { geometric_ = Read(workspace_.DepthMapPath(image_, kGeometric), ReadDepthMap, part); },
+           [&](Part* part) { geometric_ = ReadDepths(kGeometric, part); },
            [&](Part* part) { filled_ = Read(workspace_.FilledMaskPath(image_), ReadMaskImage, part); }});
     if (!photometric_ && !geometric_) result_.warnings.push_back("has no depth map");
+    if (Best()) {
+      result_.width = Best()->width();
+      result_.height = ReadSizeOfMap(workspace_, image_, geometric_ ? kGeometric : measured_ ? kMeasured : kPhotometric).height;
+    }
     DoAll({[&](Part*) { AddShares(); }, [&](Part*) { AddDepths(); }, [&](Part*) { AddHistogram(); },
            [&](Part* part) { AddPhoto(part); }});
     if (with_pictures_ && Best()) AddPictures();
@@ -129,7 +137,7 @@ class ImageMaker {
   // Of a map in whatever form.
   std::optional<DepthMap> ReadDepths(std::string_view kind, Part* part) {
     try {
-      return FindPublishedDepths(workspace_, image_, kind);
+      return FindPublishedDepths(workspace_, image_, kind, with_pictures_ ? kAllRows : kRowsForFigures);
     } catch (const phi::InputError& error) {
       part->warnings.push_back(error.what());
       return std::nullopt;
@@ -138,10 +146,13 @@ class ImageMaker {
 
   const std::optional<DepthMap>& Best() const { return geometric_ ? geometric_ : measured_ ? measured_ : photometric_; }
 
-  static double FilledPercent(const DepthMap& depth, const phi::Mask& filled) {
-    if (filled.size() != depth.size()) return -1;
+  static double FilledPercent(const DepthMap& depth, int height, const phi::Mask& filled) {
+    if (filled.width() != depth.width() || filled.height() != height) return -1;
     std::int64_t count = 0;
-    for (std::size_t i = 0; i < depth.size(); ++i) count += depth.data()[i] > 0 && filled.data()[i] > 0;
+    for (int y = 0; y < depth.height(); ++y) {
+      const int row = NearestPixel(y, depth.height(), height);
+      for (int x = 0; x < depth.width(); ++x) count += depth(x, y) > 0 && filled(x, row) > 0;
+    }
     return 100.0 * static_cast<double>(count) / static_cast<double>(depth.size());
   }
 
@@ -149,15 +160,13 @@ class ImageMaker {
     if (photometric_) result_.photometric = ValidPercent(*photometric_);
     if (measured_) result_.measured = ValidPercent(*measured_);
     if (geometric_) result_.geometric = ValidPercent(*geometric_);
-    if (geometric_ && filled_) result_.filled = FilledPercent(*geometric_, *filled_);
+    if (geometric_ && filled_) result_.filled = FilledPercent(*geometric_, result_.height, *filled_);
   }
 
   void AddDepths() {
     if (!Best()) return;
     const DepthMap& depth = *Best();
     const MapStatistics statistics = DepthStatistics(depth);
-    result_.width = depth.width();
-    result_.height = depth.height();
     if (statistics.num_valid == 0) return;
     result_.near_depth = statistics.low;
     result_.median_depth = statistics.median;
@@ -167,7 +176,7 @@ class ImageMaker {
   }
 
   void AddHistogram() {
-    if (Best()) result_.depth_histogram = DepthHistogram(*Best());
+    if (Best()) result_.depth_histogram = DepthHistogram(*Best(), result_.height);
   }
 
   void AddPhoto(Part* part) {

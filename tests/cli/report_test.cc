@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/fusion/cloud_writer.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/report/report.h"
@@ -357,6 +358,37 @@ TEST_F(ReportCommand, IsTheSameForAnyNumberOfThreads) {
     nlohmann::json other = Data(name);
     other.erase("written");
     EXPECT_EQ(one, other) << name;
+  }
+}
+
+// Of 512 rows those of odd number have depth; they are the 256 that are read where there are no pictures.
+TEST_F(ReportCommand, FiguresOfLargeMapsWithoutPicturesAreOfSomeRows) {
+  constexpr int kRows = 512;
+  WriteWorkspace(folder_ / "dense", {"a.png", "b.png"});
+  phi::Array2D<float> depth(kWidth, kRows);
+  cv::Mat filled(kRows, kWidth, CV_8UC1, cv::Scalar(0));
+  for (int y = 1; y < kRows; y += 2) {
+    for (int x = 0; x < kWidth; ++x) depth(x, y) = 2;
+    filled.row(y).colRange(0, kWidth / 4) = 255;
+  }
+  phi::MeasurementMap raw{phi::PlaneMap(kWidth, kRows), {}};
+  for (std::size_t i = 0; i < raw.size(); ++i) raw.planes.data()[i] = {{0, 0, -1}, depth.data()[i]};
+  const colmap_ext::Workspace workspace({.path = folder_ / "dense"});
+  for (const int image : {0, 1}) {
+    for (const char* kind : {"measured", "geometric"}) colmap_ext::WriteDepthMap(workspace.DepthMapPath(image, kind), depth);
+    colmap_ext::PrepareCompactMap(colmap_ext::CompactMapPath(workspace, image, "photometric"), raw)->Commit();
+    cv::imwrite(workspace.FilledMaskPath(image).string(), filled);
+  }
+  ASSERT_EQ(Write({"--max_images", "1"}).exit_code, 0);
+  const auto images = Data()["images"];
+  for (const int i : {0, 1}) {
+    const auto& image = images[static_cast<std::size_t>(i)];
+    const double share = i == 0 ? 50 : 100;
+    for (const char* kind : {"photometric", "measured", "geometric"}) EXPECT_EQ(image[kind], share) << i << kind;
+    EXPECT_EQ(image["filled"], share / 4) << i;
+    EXPECT_EQ(image["height"], kRows);
+    const int num_pixels = kWidth * kRows * static_cast<int>(share) / 100;
+    EXPECT_EQ(image["depth_histogram"], nlohmann::json::array({{8, num_pixels}})) << "pixels of the map, not of its rows";
   }
 }
 

@@ -77,6 +77,29 @@ TEST(CompactMap, ASmoothSurfaceKeepsItsDepthsToTheLastBits) {
     ASSERT_EQ(map.planes.data()[i].depth, rounded.planes.data()[i].depth);
 }
 
+TEST(CompactMap, DepthsAloneAreThoseOfTheMapWithoutClues) {
+  const test_support::TemporaryFolder folder;
+  for (const bool has_states : {false, true}) {
+    const phi::MeasurementMap map = RoundToCompact(RandomMap(5, has_states, 4));
+    PrepareCompactMap(folder / "m.map", map)->Commit();
+    for (const int max_rows : {37, 5}) {
+      const phi::DepthMap depths = ReadCompactDepthRows(folder / "m.map", max_rows);
+      ASSERT_EQ(depths.width(), 53);
+      ASSERT_EQ(depths.height(), max_rows);
+      for (int y = 0; y < max_rows; ++y) {
+        const int row = (2 * y + 1) * 37 / (2 * max_rows);
+        for (int x = 0; x < 53; ++x) {
+          const bool is_clue = has_states && map.states(x, row) == PixelState::kClue;
+          ASSERT_EQ(depths(x, y), is_clue ? 0 : map.planes(x, row).depth) << x << " " << row;
+        }
+      }
+    }
+  }
+  const std::string bytes = test_support::ReadBytes(folder / "m.map");
+  test_support::WriteBytes(folder / "m.map", bytes.substr(0, bytes.size() - 1));
+  EXPECT_THAT(test_support::InputErrorOf([&] { ReadCompactDepthRows(folder / "m.map", 5); }), ::testing::HasSubstr("m.map"));
+}
+
 TEST(CompactMap, GivesBackWhatWasRounded) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const float largest = std::pow(10.0f, static_cast<float>(seed) / 8);

@@ -106,6 +106,24 @@ TEST(MapFileTest, ThinnedMapsAreTheNearestPixels) {
   EXPECT_THAT(InputErrorOf([&] { ReadThinnedNormalMap(folder / "d.bin", 4); }), HasSubstr("normal map has 3"));
 }
 
+TEST(MapFileTest, SomeRowsAreWholeAndEvenlyOverTheHeight) {
+  TemporaryFolder folder;
+  phi::Array2D<float> depth(7, 5);
+  for (int y = 0; y < 5; ++y) {
+    for (int x = 0; x < 7; ++x) depth(x, y) = static_cast<float>(10 * y + x);
+  }
+  WriteDepthMap(folder / "d.bin", depth);
+  const phi::Array2D<float> rows = ReadDepthRows(folder / "d.bin", 2);
+  ASSERT_EQ(rows.width(), 7);
+  ASSERT_EQ(rows.height(), 2);
+  for (int x = 0; x < 7; ++x) {
+    EXPECT_EQ(rows(x, 0), 10 + x);
+    EXPECT_EQ(rows(x, 1), 30 + x);
+  }
+  const phi::Array2D<float> all = ReadDepthRows(folder / "d.bin", 5);
+  EXPECT_TRUE(std::equal(all.begin(), all.end(), depth.begin(), depth.end()));
+}
+
 TEST(MapFileTest, EveryOtherLengthIsAnInputErrorThatNamesTheFile) {
   TemporaryFolder folder;
   const std::string whole = GoldenDepth();

@@ -116,8 +116,22 @@ TEST_F(MeasurementFileTest, WhoTakesAllDepthsForDepthsGetsNoClues) {
   for (const std::string kind : {"measured", "photometric"}) Write(kind, depths, {0, 128, 255, 0, 128, 0});
   EXPECT_EQ(read("measured"), (std::vector<float>{1, 0, 3, 0, 0, 6}));
   EXPECT_EQ(read("photometric"), depths);
+  EXPECT_EQ(ReadPublishedDepths(Open().DepthMapPath(0, "measured"), 1)(1, 0), 0);
   fs::remove(Open().FilledMaskPath(0, "measured"));
   EXPECT_EQ(read("measured"), depths);
+}
+
+TEST_F(MeasurementFileTest, SomeRowsHaveNoCluesEither) {
+  const Workspace workspace = Open();
+  phi::PlaneMap map(2, 12, {{0, 0, -1}, 3});
+  phi::Mask mask(2, 12);
+  mask(0, 2) = mask(1, 6) = mask(0, 7) = 128;  // of the rows 2, 6 and 10 that are read
+  WritePlaneMap(workspace.DepthMapPath(0, "measured"), workspace.NormalMapPath(0, "measured"), map);
+  WriteMask(workspace.FilledMaskPath(0, "measured"), mask);
+  const auto rows = FindPublishedDepths(workspace, 0, "measured", 3);
+  ASSERT_TRUE(rows);
+  EXPECT_EQ(std::vector<float>(rows->begin(), rows->end()), (std::vector<float>{0, 3, 3, 0, 3, 3}));
+  EXPECT_EQ(ReadSizeOfMap(workspace, 0, "measured").height, 12);
 }
 
 }  // namespace
