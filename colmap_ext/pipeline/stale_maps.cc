@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -40,6 +41,22 @@ std::set<std::string> FailedImages(const RunRecord& record, std::string_view kin
   return images;
 }
 
+// Whose work a map is. kOlder: of other options than the last run's.
+enum class Origin { kNoMap, kForeign, kFailed, kUnfinished, kOlder, kLastRun };
+
+Origin OriginOf(const Workspace& workspace, int image, std::string_view kind, const RunRecord& record,
+                const std::set<std::string>& failed_images) {
+  const std::filesystem::path compact = CompactMapPath(workspace, image, kind);
+  const std::filesystem::path path = std::filesystem::exists(compact) ? compact : workspace.DepthMapPath(image, kind);
+  if (!std::filesystem::exists(path)) return Origin::kNoMap;
+  const std::string& name = workspace.views()[static_cast<std::size_t>(image)].name;
+  const auto task = record.Find(name, std::string(kind));
+  if (!task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files))) return Origin::kForeign;
+  if (failed_images.contains(name)) return Origin::kFailed;
+  if (task->state != "done") return Origin::kUnfinished;
+  return task->IsOfOptions(record.options_hash()) ? Origin::kLastRun : Origin::kOlder;
+}
+
 }  // namespace
 
 std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::string_view kind) {
@@ -52,46 +69,27 @@ std::vector<std::string> DescribeStaleMaps(const Workspace& workspace, std::stri
   const RunRecord& record = *known;
   if (record.Tasks().empty()) return {};
   const std::set<std::string> failed_images = FailedImages(record, kind);
-  const std::size_t num_views = workspace.views().size();
-  std::vector<char> exists(num_views), is_foreign(num_views);
+  std::vector<Origin> origins(workspace.views().size());
   // Side by side: a shared disk takes half a millisecond to answer.
-  tbb::parallel_for(std::size_t{0}, num_views, [&](std::size_t i) {
-    const std::filesystem::path compact = CompactMapPath(workspace, static_cast<int>(i), kind);
-    const std::filesystem::path path =
-        std::filesystem::exists(compact) ? compact : workspace.DepthMapPath(static_cast<int>(i), kind);
-    if (!(exists[i] = std::filesystem::exists(path))) return;
-    const auto task = record.Find(workspace.views()[i].name, std::string(kind));
-    is_foreign[i] = !task || (task->state == "done" && !task->files.empty() && !IsOneOf(path, task->files));
+  tbb::parallel_for(std::size_t{0}, origins.size(), [&](std::size_t i) {
+    origins[i] = OriginOf(workspace, static_cast<int>(i), kind, record, failed_images);
   });
-  Images foreign, failed, unfinished, older;
-  int num_maps = 0;
-  for (std::size_t i = 0; i < num_views; ++i) {
-    if (!exists[i]) continue;
-    ++num_maps;
-    const std::string& name = workspace.views()[i].name;
-    const auto task = record.Find(name, std::string(kind));
-    if (is_foreign[i]) {
-      foreign.Add(name);
-    } else if (failed_images.contains(name)) {
-      failed.Add(name);
-    } else if (task->state != "done") {
-      unfinished.Add(name);
-    } else if (!task->IsOfOptions(record.options_hash())) {
-      older.Add(name);
-    }
-  }
+  std::map<Origin, Images> of_origin;
+  for (std::size_t i = 0; i < origins.size(); ++i) of_origin[origins[i]].Add(workspace.views()[i].name);
+  const int num_maps = static_cast<int>(origins.size()) - of_origin[Origin::kNoMap].count;
   std::vector<std::string> sentences;
-  const auto tell = [&](const Images& images, const std::string& what) {
+  const auto tell = [&](Origin origin, const std::string& what) {
+    const Images& images = of_origin[origin];
     if (images.count == 0) return;
     sentences.push_back(std::to_string(images.count) + " of " + std::to_string(num_maps) + " " +
                         std::string(kind) + " maps, " + images.first + " the first, " + what);
   };
-  tell(foreign, "were not made by phimvs, the others were");
-  tell(failed, "are of an earlier run, since their images failed in the last one; `phimvs status` says why");
+  tell(Origin::kForeign, "were not made by phimvs, the others were");
+  tell(Origin::kFailed, "are of an earlier run, since their images failed in the last one; `phimvs status` says why");
   const bool is_at_work = FindLockUse(workspace.StereoFolder()) == LockUse::kHeld;
-  tell(unfinished, is_at_work ? "are to be made again by a run that is at work; fuse again when it is done"
+  tell(Origin::kUnfinished, is_at_work ? "are to be made again by a run that is at work; fuse again when it is done"
                               : "were to be made again by a run that stopped; run patch_match_stereo again");
-  tell(older,
+  tell(Origin::kOlder,
        "were made with other options than those of the last run, which left them as they were; run "
        "patch_match_stereo again with the options that you want, or choose another --input_type");
   return sentences;
