@@ -32,17 +32,16 @@ std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpus& gpus) {
     indices.resize(static_cast<std::size_t>(num_gpus));
     std::iota(indices.begin(), indices.end(), 0);
   }
-  const int last = indices.back();
-  for (const int index : indices) {
+  for (std::size_t i = 0;; ++i) {
+    const int index = indices[i];
     if (index >= num_gpus) throw phi::NoDeviceError("fusion: there is no GPU " + std::to_string(index));
     try {
       return phi::gpu::MakeCudaFusion(index, gpus.memory_bytes);
     } catch (const phi::DeviceError& error) {
-      if (index == last) throw;
+      if (i + 1 == indices.size()) throw;
       phi::LogWarning("fusion: GPU " + std::to_string(index) + " is left out: " + error.what());
     }
   }
-  return nullptr;
 }
 #else
 std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpus&) {
