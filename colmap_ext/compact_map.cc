@@ -35,6 +35,8 @@ static_assert(std::endian::native == std::endian::little, "compact maps are litt
 
 constexpr char kMagic[8] = {'P', 'H', 'I', 'M', 'A', 'P', '1', '\n'};
 constexpr int kNumPlanes = 6;    // depth's low and high byte; low bytes of the normal's axes, their upper bits; state
+constexpr int kFirstNormalPlane = 2, kStatePlane = kNumPlanes - 1;
+using Planes = std::array<Bytes, kNumPlanes>;
 constexpr int kMaxSide = 1 << 20;
 constexpr std::size_t kScaleBytes = 5;  // of a block
 
@@ -122,12 +124,43 @@ std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blo
   return scales;
 }
 
+// part(offset, size): so many bytes of the file, which stay until the next call. Without those of normals, which are not asked for then.
+template <typename Part>
+Planes ReadPlanes(const Header& header, bool with_normals, const phi::Message& whose, const Part& part) {
+  const Grid grid{header.width, header.height};
+  std::size_t at = sizeof(header) + grid.num_blocks() * kScaleBytes;
+  Planes planes;
+  for (int p = 0; p < kNumPlanes; ++p) {
+    const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
+    const bool is_normal = p >= kFirstNormalPlane && p < kStatePlane, is_absent = p == kStatePlane && header.has_states == 0;
+    if (with_normals || !is_normal) planes[p] = Decompressed(part(at, size), size, is_absent ? 0 : grid.num_pixels(), whose);
+    at += size;
+  }
+  return planes;
+}
+
+// Of pixel i; 0: none.
+float DepthOf(const Planes& planes, std::size_t i, const BlockScale& scale, const phi::Message& whose) {
+  const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
+  if (code == 0) return 0;
+  const float depth = compact::DepthAt(scale, code - 1);
+  if (!std::isnormal(depth)) ThrowDamaged(whose);
+  return depth;
+}
+
+// Of pixel i, which has a depth.
+PixelState StateOf(const Planes& planes, std::size_t i, const phi::Message& whose) {
+  const std::uint8_t state = planes[kStatePlane][i];
+  if (state == 0 || state > static_cast<std::uint8_t>(PixelState::kInferredConfirmed)) ThrowDamaged(whose);
+  return static_cast<PixelState>(state);
+}
+
 }  // namespace
 
 Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
   const Grid grid{map.width(), map.height()};
   const std::vector<BlockScale> scales = compact::ScalesOf(map, grid);
-  std::array<Bytes, kNumPlanes> planes;
+  Planes planes;
   for (Bytes& plane : planes) plane.assign(grid.num_pixels(), 0);
   if (map.states.empty()) planes.back().clear();
   grid.ForPixels([&](std::size_t b, std::size_t i) {
@@ -161,27 +194,17 @@ phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const phi::Message& who
   if (bytes.size() != NumBytes(header)) ThrowDamaged(whose);
   const Grid grid{header.width, header.height};
   const std::vector<BlockScale> scales = ReadScales(bytes.data() + sizeof(header), grid.num_blocks(), whose);
-  std::size_t at = sizeof(header) + grid.num_blocks() * kScaleBytes;
-  std::array<Bytes, kNumPlanes> planes;
-  for (int p = 0; p < kNumPlanes; ++p) {
-    const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
-    const bool is_absent = p == kNumPlanes - 1 && header.has_states == 0;
-    planes[p] = Decompressed(bytes.data() + at, size, is_absent ? 0 : grid.num_pixels(), whose);
-    at += size;
-  }
+  const Planes planes = ReadPlanes(header, true, whose, [&](std::size_t offset, std::size_t) { return bytes.data() + offset; });
   phi::MeasurementMap map{phi::PlaneMap(grid.width, grid.height), {}};
   if (header.has_states != 0) map.states = phi::StateMap(grid.width, grid.height);
   grid.ForPixels([&](std::size_t b, std::size_t i) {
-    const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
-    if (code == 0) return;
+    const float depth = DepthOf(planes, i, scales[b], whose);
+    if (depth == 0) return;
     const std::uint32_t upper = planes[4][i];
     const NormalCode normal{planes[2][i] | (upper & 15) << 8, planes[3][i] | upper >> 4 << 8};
-    map.planes.data()[i] = {NormalOf(normal), compact::DepthAt(scales[b], code - 1)};
-    if (std::max(normal.x, normal.y) > 2 * compact::kHalf || !std::isnormal(map.planes.data()[i].depth)) ThrowDamaged(whose);
-    if (header.has_states == 0) return;
-    map.states.data()[i] = static_cast<PixelState>(planes[5][i]);
-    const bool has_state = planes[5][i] > 0 && planes[5][i] <= static_cast<std::uint8_t>(PixelState::kInferredConfirmed);
-    if (!has_state) ThrowDamaged(whose);
+    if (std::max(normal.x, normal.y) > 2 * compact::kHalf) ThrowDamaged(whose);
+    map.planes.data()[i] = {NormalOf(normal), depth};
+    if (header.has_states != 0) map.states.data()[i] = StateOf(planes, i, whose);
   });
   return map;
 }
@@ -213,33 +236,25 @@ phi::DepthMap ReadCompactDepthRows(const fs::path& path, int max_rows) {
   const Header header = ReadHeader(file, path);
   const phi::Message whose = phi::AboutFile(path);
   const Grid grid{header.width, header.height};
-  const auto read = [&](std::size_t offset, std::size_t num_bytes) {
-    Bytes bytes(num_bytes);
+  Bytes read;
+  const auto part = [&](std::size_t offset, std::size_t num_bytes) {
+    read.resize(num_bytes);
     file.seekg(static_cast<std::streamoff>(offset));
-    file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.read(reinterpret_cast<char*>(read.data()), static_cast<std::streamsize>(read.size()));
     if (!file) ThrowDamaged(whose);
-    return bytes;
+    return read.data();
   };
-  const Bytes scale_bytes = read(sizeof(header), grid.num_blocks() * kScaleBytes);
-  const std::vector<BlockScale> scales = ReadScales(scale_bytes.data(), grid.num_blocks(), whose);
-  std::size_t at = sizeof(header) + scale_bytes.size();
-  std::array<Bytes, kNumPlanes> planes;
-  for (int p = 0; p < kNumPlanes; ++p) {
-    const auto size = static_cast<std::size_t>(header.num_plane_bytes[p]);
-    const bool is_state = p == kNumPlanes - 1, is_wanted = p < 2 || (is_state && header.has_states != 0);
-    if (is_wanted) planes[p] = Decompressed(read(at, size).data(), size, grid.num_pixels(), whose);
-    at += size;
-  }
+  const std::vector<BlockScale> scales = ReadScales(part(sizeof(header), grid.num_blocks() * kScaleBytes), grid.num_blocks(), whose);
+  const Planes planes = ReadPlanes(header, false, whose, part);
   phi::DepthMap depths(grid.width, std::min(max_rows, grid.height));
   for (int y = 0; y < depths.height(); ++y) {
     const int row = NearestPixel(y, depths.height(), grid.height);
     for (int x = 0; x < grid.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
-      const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
-      const bool is_clue = header.has_states != 0 && planes[5][i] == static_cast<std::uint8_t>(PixelState::kClue);
-      if (code == 0 || is_clue) continue;
       const int block = row / compact::kBlock * grid.columns() + x / compact::kBlock;
-      depths(x, y) = compact::DepthAt(scales[static_cast<std::size_t>(block)], code - 1);
+      const float depth = DepthOf(planes, i, scales[static_cast<std::size_t>(block)], whose);
+      const bool is_hidden = depth > 0 && header.has_states != 0 && !IsPublished(StateOf(planes, i, whose));
+      if (!is_hidden) depths(x, y) = depth;
     }
   }
   return depths;

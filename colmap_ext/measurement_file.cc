@@ -114,8 +114,11 @@ phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, st
 }
 
 std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows) {
-  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact))
-    return ReadCompactDepthRows(compact, max_rows);
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) {
+    if (max_rows < kAllRows) return ReadCompactDepthRows(compact, max_rows);
+    const phi::MeasurementMap map = ReadCompactMap(compact);
+    return phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map));
+  }
   const fs::path depth_path = workspace.DepthMapPath(image, kind);
   if (!fs::exists(depth_path)) return std::nullopt;
   return ReadPublishedDepths(depth_path, max_rows);

@@ -3,8 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <fstream>
+#include <string>
+#include <vector>
 
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
 #include "tests/support/error_message.h"
@@ -132,6 +137,29 @@ TEST_F(MeasurementFileTest, SomeRowsHaveNoCluesEither) {
   ASSERT_TRUE(rows);
   EXPECT_EQ(std::vector<float>(rows->begin(), rows->end()), (std::vector<float>{0, 3, 3, 0, 3, 3}));
   EXPECT_EQ(ReadSizeOfMap(workspace, 0, "measured").height, 12);
+}
+
+// The file ends with six planes of eight bytes, which are as they are: two of depth, three of normals, states.
+TEST_F(MeasurementFileTest, DamageOfACompactMapIsFoundWhereItIsRead) {
+  const Workspace workspace = Open();
+  const fs::path path = CompactMapPath(workspace, 0, "measured");
+  const phi::MeasurementMap map{phi::PlaneMap(4, 2, {{0, 0, -1}, 3}), phi::StateMap(4, 2, PixelState::kMeasured)};
+  std::vector<std::uint8_t> bytes = EncodeCompactMap(map);
+  const auto write = [&] {
+    fs::create_directories(path.parent_path());
+    test_support::WriteBytes(path, std::string(bytes.begin(), bytes.end()));
+  };
+  const auto problem = [&](int max_rows) {
+    return test_support::InputErrorOf([&] { FindPublishedDepths(workspace, 0, "measured", max_rows); });
+  };
+  std::fill(bytes.end() - 32, bytes.end() - 8, std::uint8_t{255});
+  write();
+  EXPECT_THAT(problem(kAllRows), HasSubstr(path.string()));
+  EXPECT_EQ((*FindPublishedDepths(workspace, 0, "measured", 1))(0, 0), 3) << "without normals";
+  bytes = EncodeCompactMap(map);
+  std::fill(bytes.end() - 8, bytes.end(), std::uint8_t{9});
+  write();
+  for (const int max_rows : {1, kAllRows}) EXPECT_THAT(problem(max_rows), HasSubstr(path.string())) << max_rows;
 }
 
 }  // namespace
