@@ -1,6 +1,6 @@
 // Where a photo shows its points beside where its camera sees them: poses that were given and not adjusted to the points, a rest
 // of distortion, a rolling shutter. Matching looks along the cameras' rays, so a mismatch of half a pixel costs it dearly; photos
-// that are moved to their points lose little (docs/development/rules.md).
+// that are moved to their points lose little (docs/development/notes/photographs.md).
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // From one cost per source view to one cost per pixel: a power mean over the views that see the window. Weights of views by how well
-// the neighbouring pixels match in them were tried and lost (docs/development/rules.md).
+// the neighbouring pixels match in them were tried and lost (docs/development/notes/ablations_small_images.md).
 #pragma once
 
 #include <cstdint>

@@ -44,7 +44,8 @@ TEST(StereoAccuracy, FixedRoom) {
       score.RawCorrectPercent(), score.KeptTexturedPercent(), score.KeptTexturedCorrectPercent(),
       score.KeptCorrectPercent());
   EXPECT_GE(score.RawCorrectPercent(), 90);           // 92.36
-  // With neighbours and probability as judges it kept 94.5 %, 98.9 % of these right, and of all 97.5 %: docs/development/rules.md.
+  // With neighbours and probability as judges it kept 94.5 %, 98.9 % of these right, and of all 97.5 %:
+  // docs/development/notes/ablations_small_images.md.
   EXPECT_GE(score.KeptTexturedPercent(), 97);           // 98.30
   EXPECT_GE(score.KeptTexturedCorrectPercent(), 97);    // 97.79
   EXPECT_GE(score.KeptCorrectPercent(), 93);            // 95.28
