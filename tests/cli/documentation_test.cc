@@ -90,7 +90,9 @@ TEST(Documentation, SentencesForUsersHaveThirtyWordsAtMost) {
 TEST(Documentation, LinksLeadToFiles) {
   const std::regex link(R"(\]\(([^)#\s]+))");
   std::vector<fs::path> pages = UserPages();
-  for (const fs::path& page : Pages(kRoot / "docs/development")) pages.push_back(page);
+  for (const char* folder : {"docs/development", "docs/development/notes"}) {
+    for (const fs::path& page : Pages(kRoot / folder)) pages.push_back(page);
+  }
   for (const fs::path& page : pages) {
     const std::string text = test_support::ReadBytes(page);
     for (std::sregex_iterator it(text.begin(), text.end(), link), none; it != none; ++it) {
