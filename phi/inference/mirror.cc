@@ -11,8 +11,6 @@ namespace phi {
 namespace {
 
 constexpr double kMinFramed = 0.9;  // of the spots: between cells on the plane
-// Relative inverse depth. Behind a plane that leans out of its wall lies the wall; its mirror image lies on what hangs before it.
-constexpr double kClearlyBehind = 0.1;
 // Of the cells behind: where so many lie clearly behind, the others are what is reflected near the mirror's foot.
 constexpr double kMinClear = 0.5;
 constexpr std::size_t kMaxAsked = 256;  // of the cells behind; of more, evenly drawn ones
@@ -34,22 +32,10 @@ std::vector<AnchorCell> Drawn(const std::vector<AnchorCell>& cells) {
 
 }  // namespace
 
-double ReflectedShare(std::span<const AnchorCell> cells, std::span<const Spot> spots, const ImagePlane& plane, double min_apart,
-                      double full_share, const SpotViews& views) {
-  std::vector<Place> on;
-  std::vector<AnchorCell> behind;
-  for (const AnchorCell& cell : cells) {
-    if (IsOn(plane, cell)) {
-      on.push_back({cell.x, cell.y});
-    } else if (IsBehind(plane, cell, min_apart)) {
-      behind.push_back(cell);
-    }
-  }
-  const auto num_behind = static_cast<double>(behind.size());
-  std::erase_if(behind, [&](const AnchorCell& cell) { return !IsBehind(plane, cell, kClearlyBehind); });
-  const auto num_clearly = static_cast<double>(behind.size());
-  if (behind.size() < kFewTold || !IsFramed(std::move(on), spots)) return 0;
-  const SpotViews::Mirrored mirrored = views.CountMirrored(Drawn(behind), plane);
+double ReflectedShare(PlaneSides sides, std::span<const Spot> spots, const ImagePlane& plane, double full_share, const SpotViews& views) {
+  const auto num_behind = static_cast<double>(sides.num_behind), num_clearly = static_cast<double>(sides.clearly_behind.size());
+  if (sides.clearly_behind.size() < kFewTold || !IsFramed(std::move(sides.on), spots)) return 0;
+  const SpotViews::Mirrored mirrored = views.CountMirrored(Drawn(sides.clearly_behind), plane);
   const std::size_t num_told = mirrored.num_measured + mirrored.num_seen_past;
   if (num_told < kFewTold) return 0;
   const double more_than_chance = static_cast<double>(mirrored.num_measured) - mirrored.num_by_chance;

@@ -165,7 +165,7 @@ class PlaneChoice {
       }
       if (offers_plane) offering.push_back(r);
     }
-    source.AddCells(offering, limits_.continued_weight, cells);
+    source.ForCells(offering, [&](const AnchorCell& cell, bool continues) { cells->push_back(Weighed(cell, continues)); });
   }
 
   Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
@@ -225,7 +225,9 @@ class PlaneChoice {
   // Of what lies behind the plane, in whichever view.
   double Reflected(const ImagePlane& plane) const {
     if (region_.views == nullptr || !(limits_.full_reflected > 0)) return 0;
-    return ReflectedShare(CellsUnder(plane), region_.spots, plane, limits_.min_apart, limits_.full_reflected, *region_.views);
+    PlaneSides sides;
+    ForCellsUnder(plane, [&](const AnchorCell& cell, bool) { sides.Add(plane, cell, limits_.min_apart); });
+    return ReflectedShare(std::move(sides), region_.spots, plane, limits_.full_reflected, *region_.views);
   }
 
   // Those that enough cells lie on; first what is best if all that lies behind it is its reflection.
@@ -263,21 +265,29 @@ class PlaneChoice {
     return sum / static_cast<double>(open_.size());
   }
 
-  // The region's, and those of the other views' regions that its spots fall in if they lie on the plane.
-  std::vector<AnchorCell> CellsUnder(const ImagePlane& plane) const {
-    std::vector<AnchorCell> cells = region_.cells;
+  // function(cell, continues) for the region's, and those of the other views' regions that its spots fall in if they lie on the plane.
+  template <typename Function>
+  void ForCellsUnder(const ImagePlane& plane, const Function& function) const {
+    for (const AnchorCell& cell : region_.cells) function(cell, false);
     for (const SourceRegions& source : region_.sources) {
       std::vector<std::size_t> under;
       for (const auto& overlap : source.OverlapsUnder(plane, region_.spots)) under.push_back(static_cast<std::size_t>(overlap.region));
-      source.AddCells(under, limits_.continued_weight, &cells);
+      source.ForCells(under, function);
     }
-    return cells;
   }
 
   std::vector<AnchorCell> CellsOn(const ImagePlane& plane) const {
-    std::vector<AnchorCell> on = CellsUnder(plane);
-    std::erase_if(on, [&](const AnchorCell& cell) { return !IsOn(plane, cell); });
+    std::vector<AnchorCell> on;
+    ForCellsUnder(plane, [&](const AnchorCell& cell, bool continues) {
+      if (IsOn(plane, cell)) on.push_back(Weighed(cell, continues));
+    });
     return on;
+  }
+
+  // A cell of another view's region, which one of these continues or not.
+  AnchorCell Weighed(AnchorCell cell, bool continues) const {
+    if (continues) cell.weight *= limits_.continued_weight;
+    return cell;
   }
 
   RegionEvidence region_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <set>
 #include <utility>
 
 #include "phi/base/wide_vectors.h"
@@ -59,6 +58,13 @@ SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const C
   rotation_ << Times(view_.rotation, {1, 0, 0}), Times(view_.rotation, {0, 1, 0}),
       Times(view_.rotation, {0, 0, 1});
   for (const std::int32_t label : regions_->label) end_label_ = std::max(end_label_, label + 1);
+  for (const ViewRegions::Region& region : regions_->regions) {
+    std::vector<AnchorCell>& here = cells_.emplace_back();
+    here.reserve(region.cells.size());
+    for (const AnchorCell& cell : region.cells) {
+      if (AnchorCell moved; ToReference(cell, &moved)) here.push_back(moved);
+    }
+  }
 }
 
 bool SourceRegions::ToSource(const ImagePlane& plane, ImagePlane* result) const {
@@ -86,26 +92,6 @@ bool SourceRegions::ToReference(const AnchorCell& cell, AnchorCell* result) cons
   result->w = 1 / point.z();
   result->tolerance *= result->w / cell.w;
   return true;
-}
-
-void SourceRegions::AddCells(std::span<const std::size_t> regions, float continued_weight, std::vector<AnchorCell>* cells) const {
-  std::set<std::size_t> own(regions.begin(), regions.end()), continued;
-  for (const std::size_t r : own) {
-    for (const std::int32_t other : this->regions()[r].continued) continued.insert(static_cast<std::size_t>(other));
-  }
-  for (const std::size_t r : own) AddCellsOf(r, 1, cells);
-  for (const std::size_t r : continued) {
-    if (!own.contains(r)) AddCellsOf(r, continued_weight, cells);
-  }
-}
-
-void SourceRegions::AddCellsOf(std::size_t region, float weight, std::vector<AnchorCell>* cells) const {
-  for (const AnchorCell& cell : regions()[region].cells) {
-    AnchorCell here;
-    if (!ToReference(cell, &here)) continue;
-    here.weight *= weight;
-    cells->push_back(here);
-  }
 }
 
 std::vector<std::int32_t> SourceRegions::RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const {

@@ -42,9 +42,22 @@ class SourceRegions {
   bool ToReference(const ImagePlane& plane, ImagePlane* result) const;
   // A cell in the reference image and camera; false: it lies behind the camera. Its column and row mean nothing then.
   bool ToReference(const AnchorCell& cell, AnchorCell* result) const;
-  // The cells of some regions of the source and, with another weight, of those that continue them, in the reference, each once; those
-  // behind its camera are left out.
-  void AddCells(std::span<const std::size_t> regions, float continued_weight, std::vector<AnchorCell>* cells) const;
+  // function(cell, continues) for the cells of some regions of the source and of those that continue them, in the reference, each once;
+  // those behind its camera are left out.
+  template <typename Function>
+  void ForCells(std::span<const std::size_t> regions, const Function& function) const {
+    std::vector<bool> is_own(cells_.size()), continues(cells_.size());
+    for (const std::size_t r : regions) {
+      is_own[r] = true;
+      for (const std::int32_t other : this->regions()[r].continued) continues[static_cast<std::size_t>(other)] = true;
+    }
+    for (std::size_t r = 0; r < cells_.size(); ++r) {
+      if (is_own[r]) ForEach(cells_[r], function, false);
+    }
+    for (std::size_t r = 0; r < cells_.size(); ++r) {
+      if (continues[r] && !is_own[r]) ForEach(cells_[r], function, true);
+    }
+  }
 
   // For each spot the source's region that its point on the plane falls in; -1: none.
   std::vector<std::int32_t> RegionsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
@@ -62,10 +75,14 @@ class SourceRegions {
                 const SpotBox& box) const;
 
  private:
-  void AddCellsOf(std::size_t region, float weight, std::vector<AnchorCell>* cells) const;
+  template <typename Function>
+  static void ForEach(const std::vector<AnchorCell>& cells, const Function& function, bool continues) {
+    for (const AnchorCell& cell : cells) function(cell, continues);
+  }
   bool BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const;
 
   std::shared_ptr<const ViewRegions> regions_;
+  std::vector<std::vector<AnchorCell>> cells_;  // of each region, in the reference: every region of it asks for them, plane by plane
   std::int32_t end_label_ = 0;
   SpotGrid grid_;  // of the source, as `label`'s
   RayModel source_, reference_;

@@ -67,7 +67,9 @@ struct BeforeAMirror {
 
   SpotViews Views() const { return {input, std::vector<RelativeExposure>(views.size())}; }
   double Share(const std::vector<AnchorCell>& cells, double full_share = 0.5) const {
-    return ReflectedShare(cells, spots, kMirror, 0.02, full_share, Views());
+    PlaneSides sides;
+    for (const AnchorCell& cell : cells) sides.Add(kMirror, cell, 0.02);
+    return ReflectedShare(std::move(sides), spots, kMirror, full_share, Views());
   }
   ChosenPlanes Choose(double full_reflected) const {
     PlaneChoiceLimits limits{3, 0.05, 0.02, 5, 8};

@@ -66,10 +66,8 @@ TEST(SourceRegions, CellsOfRegionsThatContinueEachOtherAreGatheredOnce) {
   told.regions = {{{}, {cell_at(100), cell_at(110)}, {1}, {}}, {{}, {cell_at(200)}, {0}, {}}, {{}, {cell_at(300)}, {}, {}}};
   const SourceRegions regions = TwoViews().Regions(told);
   const auto weights = [&](const std::vector<std::size_t>& of) {
-    std::vector<AnchorCell> cells;
-    regions.AddCells(of, 0.5f, &cells);
     std::vector<float> weights;
-    for (const AnchorCell& cell : cells) weights.push_back(cell.weight);
+    regions.ForCells(of, [&](const AnchorCell& cell, bool continues) { weights.push_back(continues ? 0.5f * cell.weight : cell.weight); });
     return weights;
   };
   EXPECT_EQ(weights({0}), (std::vector<float>{1, 1, 0.5f}));
