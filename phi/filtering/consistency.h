@@ -32,24 +32,39 @@ struct ConsistencyThresholds {
   float min_facing_cosine = kMinFacingCosine, min_rays_cosine = kMinRaysCosine, depth_gap = kDepthGap;
 };
 
-// Depth of `map` at (u, v): bilinear where the four taps agree within 1 % (paper: where they have depth), else the nearest
-// pixel's. 0 = none.
-PHI_HD float InterpolatedDepth(ArrayView2D<const PlaneHypothesis> map, float u, float v, Formulas formulas,
-                               float same_depth = kSameDepth) {
+// What a map holds around a place (u, v).
+struct MapTaps {
+  float nearest = 0;  // the nearest pixel's depth; 0: none, or beside the map
+  Vec3f normal = {};  // its normal
+  float d00 = 0, d10 = 0, d01 = 0, d11 = 0;  // of the four pixels around; 0 where one of them lies beside the map
+  float fx = 0, fy = 0;                      // how far from the first to the last of them
+};
+
+PHI_HD MapTaps ReadTaps(ArrayView2D<const PlaneHypothesis> map, float u, float v) {
   const int nearest_x = static_cast<int>(floorf(u)), nearest_y = static_cast<int>(floorf(v));
-  if (!map.Contains(nearest_x, nearest_y)) return 0;
-  const float nearest = map(nearest_x, nearest_y).depth;
+  MapTaps taps;
+  if (!map.Contains(nearest_x, nearest_y)) return taps;
+  const PlaneHypothesis& h = map(nearest_x, nearest_y);
+  taps.nearest = h.depth;
+  taps.normal = h.normal;
   const float x = u - 0.5f, y = v - 0.5f;
   const int x0 = static_cast<int>(floorf(x)), y0 = static_cast<int>(floorf(y));
-  if (!map.Contains(x0, y0) || !map.Contains(x0 + 1, y0 + 1) || !(nearest > 0)) return nearest;
-  const float d00 = map(x0, y0).depth, d10 = map(x0 + 1, y0).depth;
-  const float d01 = map(x0, y0 + 1).depth, d11 = map(x0 + 1, y0 + 1).depth;
-  const float lowest = Min(Min(d00, d10), Min(d01, d11)), highest = Max(Max(d00, d10), Max(d01, d11));
-  if (!(lowest > 0)) return nearest;
-  if (formulas == Formulas::kRobust && highest - lowest > same_depth * highest) return nearest;
-  const float fx = x - x0, fy = y - y0;
-  const float top = d00 + fx * (d10 - d00), bottom = d01 + fx * (d11 - d01);
-  return top + fy * (bottom - top);
+  if (!map.Contains(x0, y0) || !map.Contains(x0 + 1, y0 + 1)) return taps;
+  taps.d00 = map(x0, y0).depth, taps.d10 = map(x0 + 1, y0).depth;
+  taps.d01 = map(x0, y0 + 1).depth, taps.d11 = map(x0 + 1, y0 + 1).depth;
+  taps.fx = x - x0, taps.fy = y - y0;
+  return taps;
+}
+
+// Bilinear where the four taps agree within 1 % (paper: where they have depth), else the nearest pixel's. 0 = none. No branch tells one
+// place from the next, so that a processor works on several.
+PHI_HD float InterpolatedDepth(const MapTaps& taps, Formulas formulas, float same_depth = kSameDepth) {
+  const float lowest = Min(Min(taps.d00, taps.d10), Min(taps.d01, taps.d11));
+  const float highest = Max(Max(taps.d00, taps.d10), Max(taps.d01, taps.d11));
+  const bool is_one_surface = (formulas != Formulas::kRobust) | !(highest - lowest > same_depth * highest);
+  const float top = taps.d00 + taps.fx * (taps.d10 - taps.d00), bottom = taps.d01 + taps.fx * (taps.d11 - taps.d01);
+  const float blended = top + taps.fy * (bottom - top);
+  return (taps.nearest > 0) & (lowest > 0) & is_one_surface ? blended : taps.nearest;
 }
 
 // What a source view's map says of a hypothesis.
@@ -91,59 +106,62 @@ struct ProjectedPoint {
   ImagePoint at_reference, at_source;
 };
 
-// Whether the source view can see the hypothesis at all.
-PHI_HD bool CanSee(const FilterSource& source, const PlaneHypothesis& h, const ProjectedPoint& point,
-                   const ConsistencyThresholds& t) {
+// Where the point lies behind the source camera, `at_source` means nothing.
+PHI_HD ProjectedPoint ProjectHypothesis(const RayModel& reference, ImagePoint at, float depth, const RelativeView& view) {
+  ProjectedPoint point;
+  point.at_reference = at;
+  point.in_reference = depth * reference.Ray(at.u, at.v);
+  point.in_source = view.rotation * point.in_reference + view.translation;
+  point.at_source = view.source.Project(point.in_source);
+  return point;
+}
+
+// Whether the source view could see the hypothesis, but for what may lie before it.
+PHI_HD bool FacesView(const FilterSource& source, Vec3f normal, const ProjectedPoint& point, const ConsistencyThresholds& t) {
   const ImagePoint at = point.at_source;
-  if (!(at.u >= t.window_reach && at.v >= t.window_reach && at.u <= source.map.width - t.window_reach &&
-        at.v <= source.map.height - t.window_reach)) {
-    return false;
-  }
+  const bool is_within = (at.u >= t.window_reach) & (at.v >= t.window_reach) & (at.u <= source.map.width - t.window_reach) &
+                         (at.v <= source.map.height - t.window_reach);
   const float distance = Norm(point.in_source);
   const Vec3f ray =
       TransposedTimes(source.view.rotation, point.in_source);  // from the source's centre, in the reference's axes
-  if (!(-Dot(h.normal, ray) > t.min_facing_cosine * distance)) return false;
-  if (!(Dot(ray, point.in_reference) > t.min_rays_cosine * distance * Norm(point.in_reference))) return false;
-  return !IsHidden(source.map, at.u, at.v, point.in_source.z, t.depth_gap);
+  const bool is_faced = -Dot(normal, ray) > t.min_facing_cosine * distance;
+  const bool is_near_by = Dot(ray, point.in_reference) > t.min_rays_cosine * distance * Norm(point.in_reference);
+  return is_within & is_faced & is_near_by;
 }
 
 // Of a hypothesis and what a source's map holds where its point is seen: whether both describe one surface.
 enum class Agreement : std::uint8_t { kNothingThere, kNone, kWithin, kClose };  // kNothingThere: the map has no depth
 
-// `point`: of `h`.
-PHI_HD Agreement CompareWithMap(const RayModel& reference, const FilterSource& source, const PlaneHypothesis& h,
-                                const ProjectedPoint& point, const ConsistencyThresholds& t) {
-  const RelativeView& view = source.view;
+// `point`: of a hypothesis with that normal. `taps`: of the source's map where it sees the point. All of it is worked out wherever the
+// point lies, without branches as in InterpolatedDepth.
+PHI_HD Agreement CompareWithMap(const RayModel& reference, const RelativeView& view, Vec3f normal, const ProjectedPoint& point,
+                                const MapTaps& taps, const ConsistencyThresholds& t) {
   const ImagePoint at = point.at_source;
-  const float depth = InterpolatedDepth(source.map, at.u, at.v, t.formulas, t.same_depth);
-  if (!(depth > 0)) return Agreement::kNothingThere;
-
+  const float depth = InterpolatedDepth(taps, t.formulas, t.same_depth);
   const float own_depth = point.in_source.z;
-  const bool depths_agree = t.max_depth_error > 0 ? fabsf(own_depth - depth) < t.max_depth_error
-                                                  : DepthsAgree(own_depth, depth, t.max_relative_depth_error);
-  if (!depths_agree) return Agreement::kNone;
+  const float max_depth_error = t.max_depth_error > 0 ? t.max_depth_error : t.max_relative_depth_error * own_depth;
+  const bool depths_agree = fabsf(own_depth - depth) < max_depth_error;
 
   // Back from the source's own depth to the reference image.
   const Vec3f y_source = depth * view.source.Ray(at.u, at.v);
   const Vec3f y_reference = TransposedTimes(view.rotation, y_source - view.translation);
-  if (!(y_reference.z > 0)) return Agreement::kNone;
   const ImagePoint met = reference.Project(y_reference);
   const float du = met.u - point.at_reference.u, dv = met.v - point.at_reference.v;
   const float error = sqrtf(du * du + dv * dv);
-  if (!(error < t.max_reprojection_error)) return Agreement::kNone;
+  const bool meets = (y_reference.z > 0) & (error < t.max_reprojection_error);
 
-  const Vec3f source_normal = source.map(static_cast<int>(floorf(at.u)), static_cast<int>(floorf(at.v))).normal;
-  if (Dot(h.normal, TransposedTimes(view.rotation, source_normal)) < t.min_normal_cosine) return Agreement::kNone;
+  const bool normals_agree = !(Dot(normal, TransposedTimes(view.rotation, taps.normal)) < t.min_normal_cosine);
 
-  if (t.max_ray_cosine < 1) {
-    // The angle at the point between the rays to both centres.
-    const Vec3f to_reference = view.rotation * point.in_reference;
-    const float cosine = Dot(point.in_source, to_reference) / (Norm(point.in_source) * Norm(to_reference));
-    if (cosine > t.max_ray_cosine) return Agreement::kNone;
-  }
-  const bool is_close = DepthsAgree(own_depth, depth, t.close_depth * t.max_relative_depth_error) &&
-                        error < t.close_reprojection * t.max_reprojection_error;
-  return is_close ? Agreement::kClose : Agreement::kWithin;
+  // The angle at the point between the rays to both centres.
+  const Vec3f to_reference = view.rotation * point.in_reference;
+  const float cosine = Dot(point.in_source, to_reference) / (Norm(point.in_source) * Norm(to_reference));
+  const bool is_wide = (t.max_ray_cosine >= 1) | !(cosine > t.max_ray_cosine);
+
+  const bool is_close = DepthsAgree(own_depth, depth, t.close_depth * t.max_relative_depth_error) &
+                        (error < t.close_reprojection * t.max_reprojection_error);
+  const Agreement if_same = is_close ? Agreement::kClose : Agreement::kWithin;
+  const Agreement if_there = depths_agree & meets & normals_agree & is_wide ? if_same : Agreement::kNone;
+  return depth > 0 ? if_there : Agreement::kNothingThere;
 }
 
 PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, ImagePoint at) {
@@ -151,22 +169,24 @@ PHI_HD bool IsLeftOut(ArrayView2D<const std::uint8_t> mask, ImagePoint at) {
   return mask.data != nullptr && mask.Contains(x, y) && mask(x, y) == 0;
 }
 
-// Of the source view about `h` at a point of the reference image.
-PHI_HD Testimony Ask(const RayModel& reference, ImagePoint at, const PlaneHypothesis& h, const FilterSource& source,
-                     const ConsistencyThresholds& t) {
-  ProjectedPoint point;
-  point.at_reference = at;
-  point.in_reference = h.depth * reference.Ray(at.u, at.v);
-  point.in_source = source.view.rotation * point.in_reference + source.view.translation;
-  if (!(point.in_source.z > 0)) return Testimony::kNone;
-  point.at_source = source.view.source.Project(point.in_source);
-  if (IsLeftOut(source.mask, point.at_source)) return Testimony::kNone;
-  const Agreement agreement = CompareWithMap(reference, source, h, point, t);
+// What follows from a source's map and from what lies before the point in it.
+PHI_HD Testimony TestimonyOf(const FilterSource& source, const ProjectedPoint& point, Agreement agreement, bool faces_view, float gap) {
+  if (!(point.in_source.z > 0) || IsLeftOut(source.mask, point.at_source)) return Testimony::kNone;
   if (agreement == Agreement::kClose) return Testimony::kConfirmsClosely;
   if (agreement == Agreement::kWithin) return Testimony::kConfirms;
   // What hides the point is looked for only here: it takes nine reads.
-  if (!CanSee(source, h, point, t)) return Testimony::kNone;
+  if (!faces_view || IsHidden(source.map, point.at_source.u, point.at_source.v, point.in_source.z, gap)) return Testimony::kNone;
   return agreement == Agreement::kNothingThere ? Testimony::kFindsNothing : Testimony::kContradicts;
+}
+
+// Of the source view about `h` at a point of the reference image.
+PHI_HD Testimony Ask(const RayModel& reference, ImagePoint at, const PlaneHypothesis& h, const FilterSource& source,
+                     const ConsistencyThresholds& t) {
+  const ProjectedPoint point = ProjectHypothesis(reference, at, h.depth, source.view);
+  if (!(point.in_source.z > 0)) return Testimony::kNone;
+  const MapTaps taps = ReadTaps(source.map, point.at_source.u, point.at_source.v);
+  const Agreement agreement = CompareWithMap(reference, source.view, h.normal, point, taps, t);
+  return TestimonyOf(source, point, agreement, FacesView(source, h.normal, point, t), t.depth_gap);
 }
 
 }  // namespace phi

@@ -64,32 +64,44 @@ PHI_HD bool IsEmptyForMost(const FilterReference& f, const Testimonies& t) {
   return f.max_empty_ratio > 0 && static_cast<float>(t.num_empty) >= f.max_empty_ratio * static_cast<float>(num_carrying);
 }
 
+inline constexpr int kMostTestimonies = 255;  // of a kind that are counted
+
+PHI_HD void Count(Testimony testimony, Testimonies* t) {
+  switch (testimony) {
+    case Testimony::kNone:
+      break;
+    case Testimony::kFindsNothing:
+      if (t->num_empty < kMostTestimonies) ++t->num_empty;
+      [[fallthrough]];
+    case Testimony::kContradicts:
+      if (t->num_contradicting < kMostTestimonies) ++t->num_contradicting;
+      break;
+    case Testimony::kConfirmsClosely:
+      ++t->num_close;
+      [[fallthrough]];
+    case Testimony::kConfirms:
+      ++t->num_confirming;
+      break;
+  }
+}
+
+// Whether another source is asked of the pixel, after those that are in `t`.
+PHI_HD bool AsksOn(const FilterReference& f, int x, int y, const Testimonies& t) {
+  if (!(f.map(x, y).depth > 0) || WasJudged(f, x, y)) return false;
+  const bool was_inferred = WasInferred(f, x, y);
+  return t.num_confirming < (CountsAll(f, was_inferred) ? kMostTestimonies : RequiredViews(f, was_inferred));
+}
+
+PHI_HD float MaxReprojectionError(const FilterReference& f, int x, int y) {
+  return WasInferred(f, x, y) ? f.max_reprojection_error_inferred : f.thresholds.max_reprojection_error;
+}
+
 // Asks the turn's sources. Neither how the sources are divided among turns nor their order changes the verdict.
 PHI_HD void AskSources(const FilterReference& f, const FilterTurn& turn, int x, int y, Testimonies* t) {
-  const PlaneHypothesis h = f.map(x, y);
-  if (!(h.depth > 0) || WasJudged(f, x, y)) return;
-  constexpr int kMost = 255;
-  const bool was_inferred = WasInferred(f, x, y);
-  const int required = CountsAll(f, was_inferred) ? kMost : RequiredViews(f, was_inferred);
   ConsistencyThresholds thresholds = f.thresholds;
-  if (was_inferred) thresholds.max_reprojection_error = f.max_reprojection_error_inferred;
-  for (int j = 0; j < turn.num_sources && t->num_confirming < required; ++j) {
-    switch (Ask(f.rays, {x + 0.5f, y + 0.5f}, h, turn.sources[j], thresholds)) {
-      case Testimony::kNone:
-        break;
-      case Testimony::kFindsNothing:
-        if (t->num_empty < kMost) ++t->num_empty;
-        [[fallthrough]];
-      case Testimony::kContradicts:
-        if (t->num_contradicting < kMost) ++t->num_contradicting;
-        break;
-      case Testimony::kConfirmsClosely:
-        ++t->num_close;
-        [[fallthrough]];
-      case Testimony::kConfirms:
-        ++t->num_confirming;
-        break;
-    }
+  thresholds.max_reprojection_error = MaxReprojectionError(f, x, y);
+  for (int j = 0; j < turn.num_sources && AsksOn(f, x, y, *t); ++j) {
+    Count(Ask(f.rays, {x + 0.5f, y + 0.5f}, f.map(x, y), turn.sources[j], thresholds), t);
   }
 }
 

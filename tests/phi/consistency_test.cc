@@ -3,10 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <vector>
 
+#include <Eigen/Geometry>
+
+#include "phi/base/random.h"
 #include "phi/cpu/cpu_filter.h"
 #include "phi/filtering/filter_setup.h"
 #include "phi/geometry/camera.h"
@@ -107,8 +112,8 @@ TEST_F(ConsistencyTest, DepthIsNotBlendedAcrossAnEdge) {
   for (int y = 0; y < 60; ++y) {
     for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
   }
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 39.9f, 20.5f, Formulas::kRobust), 2.0f);
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kRobust), 3.0f);
+  EXPECT_EQ(InterpolatedDepth(ReadTaps(map_.view(), 39.9f, 20.5f), Formulas::kRobust), 2.0f);
+  EXPECT_EQ(InterpolatedDepth(ReadTaps(map_.view(), 40.1f, 20.5f), Formulas::kRobust), 3.0f);
 }
 
 TEST_F(ConsistencyTest, ThePaperInterpolatesWhereverThereIsDepth) {
@@ -116,9 +121,9 @@ TEST_F(ConsistencyTest, ThePaperInterpolatesWhereverThereIsDepth) {
     for (int x = 0; x < 80; ++x) map_(x, y).depth = x < 40 ? 2.0f : 3.0f;
   }
   // 0.6 of the way from the centre of column 39 to that of column 40.
-  EXPECT_NEAR(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 2.6f, 1e-5);
+  EXPECT_NEAR(InterpolatedDepth(ReadTaps(map_.view(), 40.1f, 20.5f), Formulas::kPaper), 2.6f, 1e-5);
   map_(39, 20).depth = 0;
-  EXPECT_EQ(InterpolatedDepth(map_.view(), 40.1f, 20.5f, Formulas::kPaper), 3.0f);
+  EXPECT_EQ(InterpolatedDepth(ReadTaps(map_.view(), 40.1f, 20.5f), Formulas::kPaper), 3.0f);
 }
 
 TEST_F(ConsistencyTest, ALengthTakesThePlaceOfTheRelativeError) {
@@ -435,6 +440,41 @@ TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
     const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data(), testimonies.data()).planes;
     EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
+}
+
+// 80 pixels a row, which the CPU asks 64 at a time; rough maps with holes and a mask, so that each says something else.
+TEST_F(FilterTest, PixelsAskedSideBySideSayWhatEachSaysAlone) {
+  const auto rough = [](std::uint32_t key) {
+    PlaneMap map(80, 60);
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const Random4 random = Philox({0, key}, i, 0, 0);
+      const auto share = [&](int j) { return static_cast<float>(random.v[j] >> 8) / (1 << 24); };
+      map.data()[i] = {Normalized({share(1) - 0.5f, share(2) - 0.5f, -1}), random.v[3] % 16 == 0 ? 0 : 2 + 0.06f * (share(0) - 0.5f)};
+    }
+    return map;
+  };
+  source_.pose.rotation = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const SceneView turned{"b", 2, source_};
+  ImageMask mask(80, 60, 1);
+  for (int y = 0; y < 60; ++y) std::fill(&mask(50, y), &mask(59, y), std::uint8_t{0});
+  input_.reference.map = Estimate(rough(1));
+  input_.sources = {{&turned, [map = Estimate(rough(2))] { return map; }, [mask] { return std::make_shared<const ImageMask>(mask); }}};
+  const auto said = FilterOnCpu(input_, options_).testimonies;
+
+  const FilterReference reference = MakeFilterReference(input_, options_);
+  const PlaneMap map = rough(2);
+  const FilterSource source{MakeRelativeView(reference_, source_), map.view(), mask.view()};
+  std::array<int, 5> num_of = {};
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 0; x < 80; ++x) {
+      Testimonies alone;
+      AskSources(reference, {&source, 1}, x, y, &alone);
+      EXPECT_EQ(std::memcmp(&said(x, y), &alone, sizeof alone), 0) << x << ", " << y;
+      ++num_of[0];
+      num_of[1] += alone.num_confirming, num_of[2] += alone.num_close, num_of[3] += alone.num_contradicting, num_of[4] += alone.num_empty;
+    }
+  }
+  for (const int num : num_of) EXPECT_GT(num, 50);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ PlaneMap SlantedMap() {
 }
 
 float DepthAt(ArrayView2D<const PlaneHypothesis> map, float u, float v) {
-  return InterpolatedDepth(map, u, v, Formulas::kRobust);
+  return InterpolatedDepth(ReadTaps(map, u, v), Formulas::kRobust);
 }
 
 TEST(InterpolatedDepth, FollowsASlantedPlaneBetweenThePixels) {
