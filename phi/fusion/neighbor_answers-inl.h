@@ -26,12 +26,10 @@ struct Part {
   int first;
   VF depth;
   Vectors3 normal;
+  HWY_INLINE Part() {}
+  HWY_INLINE Part(const ReferenceRun& run, int first)
+      : reference(&run), first(first), depth(Load(run.depth + first)), normal(Unpack(hn::Load(Words(), run.normal + first))) {}
 };
-
-HWY_INLINE Part MakePart(const ReferenceRun& reference, int first) {
-  return {&reference, first, Load(reference.depth + first),
-          Unpack(hn::Load(Words(), reference.normal + first))};
-}
 
 // Gathers wait for memory most of the time. The run after the next falls about as far from this one's end as this one
 // is long, twice; a wrong guess costs time only.
@@ -65,6 +63,7 @@ struct Lookup {
   Mask inside;
   VI column, row, index;  // index: of the pixel's first word
   VF depth;
+  HWY_INLINE Lookup() {}
 };
 
 // Without depths yet.
@@ -94,6 +93,7 @@ struct Intersection {
   Vectors3 normal;  // in the neighbour's frame
   VF relative_depth, reproj_error;
   Mask meets;
+  HWY_INLINE Intersection() {}
 };
 
 HWY_INLINE Intersection Intersect(const FusionNeighbor& neighbor, const FusionGates& gates, const Part& part,

@@ -56,8 +56,12 @@ HWY_INLINE void Count(Mask mask, std::int32_t* counts) {
   hn::Store(hn::Sub(hn::Load(di, counts), hn::BitCast(di, hn::VecFromMask(Floats(), mask))), di, counts);
 }
 
+// Structs of vectors write out the constructors that are called: GCC compiles implicit ones without the instruction set that is set
+// here, and then cannot inline those of NEON's vectors.
 struct Vectors3 {
   VF x, y, z;
+  HWY_INLINE Vectors3() {}
+  HWY_INLINE Vectors3(VF x, VF y, VF z) : x(x), y(y), z(z) {}
 };
 
 HWY_INLINE VF Dot(const Vectors3& a, const Vectors3& b) {
@@ -113,6 +117,8 @@ HWY_INLINE Mask HasFlag(VW color, std::uint8_t flag) {
 
 struct Projection {
   VF u, v;
+  HWY_INLINE Projection() {}
+  HWY_INLINE Projection(VF u, VF v) : u(u), v(v) {}
 };
 
 HWY_INLINE Projection Project(const RayModel& k, const Vectors3& x) {

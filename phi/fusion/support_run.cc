@@ -57,7 +57,7 @@ HWY_INLINE RunBits AskAll(const std::vector<FusionNeighbor>& neighbors, const Fu
 void Decide(const std::vector<FusionNeighbor>& neighbors, const FusionGates& gates,
             const ReferenceRun& reference, SupportRun* run) {
   Part parts[kRunLength / kLanes];
-  for (int first = 0, i = 0; first < kRunLength; first += kLanes, ++i) parts[i] = MakePart(reference, first);
+  for (int first = 0, i = 0; first < kRunLength; first += kLanes, ++i) parts[i] = Part(reference, first);
   StartRun(reference, parts, run);
   const RunBits open = AskAll(neighbors, gates, parts, run);
   run->covered = run->has_depth & ~open;
