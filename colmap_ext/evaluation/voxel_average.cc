@@ -77,9 +77,7 @@ class ShareSums {
  private:
   void AddVoxel(const VoxelRun* begin, const VoxelRun* end, const std::vector<ToleranceClass>& classes) {
     // Counts by first right tolerance; a running total over the classes then gives each tolerance its shares.
-    std::array<std::size_t, kMaxTolerances + 1> first_right, contradicted;
-    std::fill_n(first_right.begin(), sum_.size() + 1, 0);
-    std::fill_n(contradicted.begin(), sum_.size() + 1, 0);
+    std::array<std::size_t, kMaxTolerances + 1> first_right = {}, contradicted = {};
     for (const VoxelRun* run = begin; run != end; ++run) {
       for (std::size_t i = run->begin; i < run->begin + run->count; ++i) {
         if (classes[i] & kNotCounted) continue;

@@ -104,7 +104,7 @@ Array2D<float> DepthPrecision::RelativeDeviations(const PlaneMap& map, const Mas
       columns[count] = x;
       u[count] = static_cast<float>(x) + 0.5f;
       depth[count] = map(x, y).depth;
-      count += (wanted(x, y) != 0) & (depth[count] > 0);
+      count += std::size_t{wanted(x, y) != 0} & std::size_t{depth[count] > 0};
     }
     const std::vector<float> v(count, static_cast<float>(y) + 0.5f);
     FindRelativeDeviations(u.data(), v.data(), depth.data(), count, found.data());
