@@ -113,7 +113,9 @@ void ViewCoverage::Add(Point* point, const Witness& taken) {
   for (std::size_t i = point->begin; i < point->end; ++i) {
     Witness& witness = witnesses_[i];
     // The chord, for the small angles that matter.
-    const float squared_apart = (witness.to_source - direction).squaredNorm();
+    // In this order, as Eigen has it on x86-64: with NEON it has another.
+    const Eigen::Vector3f apart = witness.to_source - direction;
+    const float squared_apart = apart.x() * apart.x() + (apart.y() * apart.y() + apart.z() * apart.z());
     if (!(squared_apart < witness.squared_apart)) continue;
     witness.squared_apart = squared_apart;
     witness.novelty = Independence(std::sqrt(squared_apart), scale_);
