@@ -8,7 +8,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 16, kShareRevision = 1, kFilterRevision = 18, kInferRevision = 53;
+constexpr int kEstimateRevision = 16, kShareRevision = 1, kFilterRevision = 18, kInferRevision = 54;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 

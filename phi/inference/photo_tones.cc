@@ -37,7 +37,8 @@ bool IsHeldOut(const BrightSpot& reference) {
 // What a solution is fitted to: all spots, or those of the parts that are not held out.
 enum class Fitted : bool { kAll, kNotHeldOut };
 
-// One source's spots, a row of the equation each: terms of the reference's field, and of the source's own unknowns.
+// One source's spots, a row of the equation each: terms of the reference's field, and of the source's own unknowns. Sums are written
+// out, here and in ToneField: Eigen's go in an order that depends on the size of the processor's cache and on its instructions.
 class SourceRows {
  public:
   explicit SourceRows(const SharedTones& tones)
@@ -52,26 +53,33 @@ class SourceRows {
     }
   }
 
+  using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   struct Normal {
-    Eigen::Matrix<double, kUnknowns, kUnknowns> matrix;
-    Eigen::Matrix<double, kUnknowns, 1> right;
-    double weight;  // of all rows
+    Eigen::Matrix<double, kUnknowns, kUnknowns> matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
+    Unknowns right = Unknowns::Zero();
+    double weight = 0;  // of all rows
   };
   Normal Linearize(const Eigen::VectorXf& solution, Fitted fitted) const {
-    const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
+    const Eigen::VectorXf residuals = Residuals(solution);
     const float median = std::max(MedianSize(residuals, fitted), kLeastMedian), error = std::max(median, kLeastError);
     Eigen::VectorXf weights(residuals.size());
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
       const float off = residuals[i] / (kFarMedians * median);
       weights[i] = Takes(fitted, i) ? 1 / ((1 + off * off) * error * error) : 0;
     }
-    const Eigen::MatrixXf weighted = weights.asDiagonal() * rows_;
-    return {(rows_.transpose() * weighted).cast<double>(), (weighted.transpose() * unexplained_).cast<double>(), weights.sum()};
+    Normal normal;
+    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
+      const Unknowns row = rows_.row(i).cast<double>(), weighted = static_cast<double>(weights[i]) * row;
+      normal.matrix.noalias() += weighted * row.transpose();
+      normal.right += static_cast<double>(unexplained_[i]) * weighted;
+      normal.weight += weights[i];
+    }
+    return normal;
   }
 
   // Adds what the solution leaves of the rows that are held out, and what they are without tones.
   void Foretell(const Eigen::VectorXf& solution, std::vector<float>* with, std::vector<float>* without) const {
-    const Eigen::VectorXf residuals = unexplained_ - rows_ * solution;
+    const Eigen::VectorXf residuals = Residuals(solution);
     for (Eigen::Index i = 0; i < residuals.size(); ++i) {
       if (Takes(Fitted::kNotHeldOut, i)) continue;
       with->push_back(std::abs(residuals[i]));
@@ -80,6 +88,14 @@ class SourceRows {
   }
 
  private:
+  Eigen::VectorXf Residuals(const Eigen::VectorXf& solution) const {
+    Eigen::VectorXf residuals = unexplained_;
+    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
+      for (int k = 0; k < kUnknowns; ++k) residuals[i] -= rows_(i, k) * solution[k];
+    }
+    return residuals;
+  }
+
   bool Takes(Fitted fitted, Eigen::Index row) const {
     return fitted == Fitted::kAll || !is_held_out_[static_cast<std::size_t>(row)];
   }
@@ -92,7 +108,7 @@ class SourceRows {
     return sizes.empty() ? 0 : Median(&sizes);
   }
 
-  Eigen::Matrix<float, Eigen::Dynamic, kUnknowns> rows_;
+  Eigen::Matrix<float, Eigen::Dynamic, kUnknowns, Eigen::RowMajor> rows_;
   Eigen::VectorXf unexplained_;
   std::vector<bool> is_held_out_;
 };
@@ -183,7 +199,12 @@ ToneField::Terms ToneField::OrderOfTerms() {
 ToneField::ToneField(const Terms& factors) : table_(kTableSide, kTableSide) {
   const auto share = [](int i) { return static_cast<float>(i) / (kTableSide - 1); };
   for (int y = 0; y < kTableSide; ++y) {
-    for (int x = 0; x < kTableSide; ++x) table_(x, y) = std::exp(factors.dot(TermsAt(share(x), share(y))));
+    for (int x = 0; x < kTableSide; ++x) {
+      const Terms terms = TermsAt(share(x), share(y));
+      float sum = 0;
+      for (int i = 0; i < kNumTerms; ++i) sum += factors[i] * terms[i];
+      table_(x, y) = std::exp(sum);
+    }
   }
 }
 

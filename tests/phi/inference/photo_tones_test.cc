@@ -1,6 +1,7 @@
 #include "phi/inference/photo_tones.h"
 
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 namespace phi {
 namespace {
@@ -78,6 +80,22 @@ TEST(PhotoTones, AllSourcesTellOfTheReference) {
   ASSERT_EQ(tones.size(), 2u);
   const BrightSpot source{100, 0, 0.5f, 0.5f};
   EXPECT_NEAR(tones[0]->Factor({100, 0, 0.5f, 1}, source) / tones[0]->Factor({100, 0, 0.5f, 0}, source), std::exp(0.4f), 0.04f);
+}
+
+// Products of Eigen's add in another order where the processor's cache has another size.
+TEST(PhotoTones, AreTheSameOnEveryProcessor) {
+  const std::vector<SpotPair> pairs = Seen(BrightAbove, BrightInTheMiddle, 1.1f, 0.02f);
+  std::ptrdiff_t l1 = 0, l2 = 0, l3 = 0;
+  Eigen::internal::manage_caching_sizes(Eigen::GetAction, &l1, &l2, &l3);
+  const auto fitted = [&](std::ptrdiff_t cache) {
+    Eigen::setCpuCacheSizes(cache, l2, l3);
+    return PhotoTones::Fit(std::vector{Shared(pairs)}, kPrior);
+  };
+  const auto large = fitted(48 << 10), small = fitted(16 << 10);
+  Eigen::setCpuCacheSizes(l1, l2, l3);
+  ASSERT_EQ(large.size(), 1u);
+  ASSERT_EQ(small.size(), 1u);
+  for (const auto& [reference, source] : pairs) ASSERT_EQ(large[0]->Factor(reference, source), small[0]->Factor(reference, source));
 }
 
 TEST(PhotoTones, MistakenSpotsDoNotMatter) {
