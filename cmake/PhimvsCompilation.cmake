@@ -2,12 +2,15 @@
 add_library(phimvs_compilation INTERFACE)
 set_target_properties(phimvs_compilation PROPERTIES EXPORT_NAME compilation)
 target_compile_features(phimvs_compilation INTERFACE cxx_std_20)
+string(REGEX MATCH "^(aarch64|arm64)" phimvs_is_arm "${CMAKE_SYSTEM_PROCESSOR}")
 target_compile_options(phimvs_compilation INTERFACE
   $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wno-unknown-pragmas>>
   # GCC 12 sees overlaps in its own std::string (bug 105329).
   $<BUILD_INTERFACE:$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>>:-Wno-restrict>>
   # Contraction is written out with std::fma where it is wanted, so that results do not depend on the compiler's choice.
   $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>
+  # Eigen fuses by itself where the compiler says that an ARM processor can; on x86-64 it does not. clang's own headers need the macro.
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>,$<BOOL:${phimvs_is_arm}>>:-U__ARM_FEATURE_FMA>
   # Nobody reads floating-point flags or the errno of a square root: loops with comparisons and roots become vector instructions.
   # No value changes by either.
   $<$<COMPILE_LANGUAGE:CXX>:-fno-trapping-math>
