@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "phi/base/median.h"
+#include "phi/base/wide_vectors.h"
 
 namespace phi {
 namespace {
@@ -37,79 +38,94 @@ bool IsHeldOut(const BrightSpot& reference) {
 // What a solution is fitted to: all spots, or those of the parts that are not held out.
 enum class Fitted : bool { kAll, kNotHeldOut };
 
-// One source's spots, a row of the equation each: terms of the reference's field, and of the source's own unknowns. Sums are written
-// out, here and in ToneField: Eigen's go in an order that depends on the size of the processor's cache and on its instructions.
+// Sums are written out, here and in ToneField: Eigen's go in an order that depends on the size of the processor's cache and on its
+// instructions.
+
+// A spot's row of the equation: what is multiplied by the unknowns, what is unexplained, and 1.
+constexpr int kUnexplained = kUnknowns, kOne = kUnknowns + 1, kColumns = kUnknowns + 2;
+using Row = std::array<float, kColumns>;
+
+// The weighted sum of the rows' products with themselves, its upper right half.
+using Products = std::array<std::array<double, kColumns>, kColumns>;
+PHI_WIDE_VECTORS void AddProducts(const Row& row, double weight, Products* sums) {
+  constexpr int kTogether = 4;  // one vector's, so that each row of sums is whole ones
+  std::array<double, kColumns> values;
+  for (int k = 0; k < kColumns; ++k) values[k] = row[k];
+  for (int i = 0; i < kColumns; ++i) {
+    const double weighted = weight * values[i];
+    for (int k = i / kTogether * kTogether; k < kColumns; ++k) (*sums)[i][k] += weighted * values[k];
+  }
+}
+
+// One source's spots: terms of the reference's field, and of the source's own unknowns.
 class SourceRows {
  public:
   explicit SourceRows(const SharedTones& tones)
-      : rows_(static_cast<Eigen::Index>(tones.pairs.size()), kUnknowns),
-        unexplained_(Eigen::Map<const Eigen::VectorXf>(tones.unexplained.data(), rows_.rows())),
-        is_held_out_(tones.pairs.size()) {
-    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
-      const auto& [reference, source] = tones.pairs[static_cast<std::size_t>(i)];
-      rows_.row(i) << -ToneField::TermsAt(reference.u, reference.v).transpose(), 1, std::log(source.brightness / kMiddleGrey),
-          ToneField::TermsAt(source.u, source.v).transpose();
-      is_held_out_[static_cast<std::size_t>(i)] = IsHeldOut(reference);
+      : rows_(tones.pairs.size()), is_held_out_(tones.pairs.size()) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const auto& [reference, source] = tones.pairs[i];
+      Eigen::Map<Eigen::Matrix<float, kColumns, 1>>(rows_[i].data()) << -ToneField::TermsAt(reference.u, reference.v), 1,
+          std::log(source.brightness / kMiddleGrey), ToneField::TermsAt(source.u, source.v), tones.unexplained[i], 1;
+      is_held_out_[i] = IsHeldOut(reference);
     }
   }
 
-  using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   struct Normal {
-    Eigen::Matrix<double, kUnknowns, kUnknowns> matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
-    Unknowns right = Unknowns::Zero();
-    double weight = 0;  // of all rows
+    Eigen::Matrix<double, kUnknowns, kUnknowns> matrix;
+    Eigen::Matrix<double, kUnknowns, 1> right;
+    double weight;  // of all rows
   };
   Normal Linearize(const Eigen::VectorXf& solution, Fitted fitted) const {
-    const Eigen::VectorXf residuals = Residuals(solution);
+    const std::vector<float> residuals = Residuals(solution);
     const float median = std::max(MedianSize(residuals, fitted), kLeastMedian), error = std::max(median, kLeastError);
-    Eigen::VectorXf weights(residuals.size());
-    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+    Products sums = {};
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (!Takes(fitted, i)) continue;
       const float off = residuals[i] / (kFarMedians * median);
-      weights[i] = Takes(fitted, i) ? 1 / ((1 + off * off) * error * error) : 0;
+      AddProducts(rows_[i], 1 / ((1 + off * off) * error * error), &sums);
     }
     Normal normal;
-    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
-      const Unknowns row = rows_.row(i).cast<double>(), weighted = static_cast<double>(weights[i]) * row;
-      normal.matrix.noalias() += weighted * row.transpose();
-      normal.right += static_cast<double>(unexplained_[i]) * weighted;
-      normal.weight += weights[i];
+    for (int i = 0; i < kUnknowns; ++i) {
+      for (int k = i; k < kUnknowns; ++k) normal.matrix(i, k) = normal.matrix(k, i) = sums[i][k];
+      normal.right[i] = sums[i][kUnexplained];
     }
+    normal.weight = sums[kOne][kOne];
     return normal;
   }
 
   // Adds what the solution leaves of the rows that are held out, and what they are without tones.
   void Foretell(const Eigen::VectorXf& solution, std::vector<float>* with, std::vector<float>* without) const {
-    const Eigen::VectorXf residuals = Residuals(solution);
-    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+    const std::vector<float> residuals = Residuals(solution);
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
       if (Takes(Fitted::kNotHeldOut, i)) continue;
       with->push_back(std::abs(residuals[i]));
-      without->push_back(std::abs(unexplained_[i]));
+      without->push_back(std::abs(rows_[i][kUnexplained]));
     }
   }
 
  private:
-  Eigen::VectorXf Residuals(const Eigen::VectorXf& solution) const {
-    Eigen::VectorXf residuals = unexplained_;
-    for (Eigen::Index i = 0; i < rows_.rows(); ++i) {
-      for (int k = 0; k < kUnknowns; ++k) residuals[i] -= rows_(i, k) * solution[k];
+  std::vector<float> Residuals(const Eigen::VectorXf& solution) const {
+    std::vector<float> residuals;
+    residuals.reserve(rows_.size());
+    for (const Row& row : rows_) {
+      float left = row[kUnexplained];
+      for (int k = 0; k < kUnknowns; ++k) left -= row[k] * solution[k];
+      residuals.push_back(left);
     }
     return residuals;
   }
 
-  bool Takes(Fitted fitted, Eigen::Index row) const {
-    return fitted == Fitted::kAll || !is_held_out_[static_cast<std::size_t>(row)];
-  }
+  bool Takes(Fitted fitted, std::size_t row) const { return fitted == Fitted::kAll || !is_held_out_[row]; }
 
-  float MedianSize(const Eigen::VectorXf& residuals, Fitted fitted) const {
+  float MedianSize(const std::vector<float>& residuals, Fitted fitted) const {
     std::vector<float> sizes;
-    for (Eigen::Index i = 0; i < residuals.size(); ++i) {
+    for (std::size_t i = 0; i < residuals.size(); ++i) {
       if (Takes(fitted, i)) sizes.push_back(std::abs(residuals[i]));
     }
     return sizes.empty() ? 0 : Median(&sizes);
   }
 
-  Eigen::Matrix<float, Eigen::Dynamic, kUnknowns, Eigen::RowMajor> rows_;
-  Eigen::VectorXf unexplained_;
+  std::vector<Row> rows_;
   std::vector<bool> is_held_out_;
 };
 
