@@ -13,6 +13,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
+#include "colmap_ext/jpeg_decoder.h"
 #include "colmap_ext/tiff_orientation.h"
 #include "phi/base/error.h"
 
@@ -42,15 +43,11 @@ Bytes ReadAllBytes(const fs::path& path) {
   return bytes;
 }
 
-std::size_t BigEndian(const Bytes& bytes, std::size_t at, int num_bytes) {
+std::size_t BigEndian(const Bytes& bytes, std::size_t at) {
   std::size_t value = 0;
-  for (int i = 0; i < num_bytes; ++i) value = value << 8 | bytes[at + i];
+  for (int i = 0; i < 4; ++i) value = value << 8 | bytes[at + i];
   return value;
 }
-
-bool IsJpeg(const Bytes& bytes) { return bytes.size() >= 4 && bytes[0] == 0xFF && bytes[1] == 0xD8; }
-
-constexpr std::uint8_t kStartOfScan = 0xDA;
 
 constexpr std::size_t kPngHeaderBytes = 25;  // up to the bits of a channel
 
@@ -59,58 +56,10 @@ bool IsPng(const Bytes& bytes) {
   return bytes.size() >= kPngHeaderBytes && std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
 }
 
-struct ImageSize {
-  std::size_t width = 0, height = 0;
-};
-
-// The place behind the segments of a JPEG's header, or that of the one where stops(marker, place) ends the walk.
-template <typename Stops>
-std::size_t WalkSegments(const Bytes& bytes, const Stops& stops) {
-  std::size_t at = 2;
-  while (at + 4 <= bytes.size() && bytes[at] == 0xFF) {
-    if (bytes[at + 1] == 0xFF) {
-      ++at;  // fill byte
-      continue;
-    }
-    if (stops(bytes[at + 1], at)) break;
-    at += 2 + BigEndian(bytes, at + 2, 2);
-  }
-  return at;
-}
-
-// From the header of a PNG or a JPEG; nothing where the decoder has to find out. A small file can announce an image of
-// gigabytes.
-std::optional<ImageSize> AnnouncedSize(const Bytes& bytes) {
-  if (IsPng(bytes)) return ImageSize{BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4)};
-  if (!IsJpeg(bytes)) return {};
-  std::optional<ImageSize> size;
-  WalkSegments(bytes, [&](std::uint8_t marker, std::size_t at) {
-    // Frame headers; of the codes in their range these three are others.
-    const bool is_frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-    if (is_frame && at + 9 <= bytes.size()) size = ImageSize{BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2)};
-    return is_frame;
-  });
-  return size;
-}
-
-// JPEG decoders fill up what is missing with gray and say nothing, so look for the end marker ourselves:
-// within compressed data a byte 0xFF is never followed by 0xD9.
-bool IsTruncatedJpeg(const Bytes& bytes) {
-  if (!IsJpeg(bytes)) return false;
-  // Behind the header's segments, since a thumbnail within one has an end marker of its own.
-  const std::size_t at = WalkSegments(bytes, [](std::uint8_t marker, std::size_t) { return marker == kStartOfScan; });
-  if (at >= bytes.size()) return true;
-  const std::uint8_t end_marker[] = {0xFF, 0xD9};
-  return std::search(bytes.begin() + at, bytes.end(), std::begin(end_marker), std::end(end_marker)) ==
-         bytes.end();
-}
-
+// No JPEG. A small PNG can announce an image of gigabytes.
 cv::Mat Decode(const PhotoFile& photo, int flags, const CheckSize& check_size) {
   const auto& [path, bytes] = photo;
-  if (const auto size = AnnouncedSize(bytes); size && check_size) check_size(size->width, size->height);
-  if (IsTruncatedJpeg(bytes)) {
-    throw phi::InputError(phi::AboutFile(path) + ": this JPEG is cut short; copy or undistort it again");
-  }
+  if (IsPng(bytes) && check_size) check_size(BigEndian(bytes, 16), BigEndian(bytes, 20));
   cv::Mat image;
   try {
     if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
@@ -190,6 +139,7 @@ PhotoFile ReadPhotoFile(const fs::path& path) {
 }
 
 phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
+  if (IsJpeg(photo.bytes)) return DecodeJpegGray(photo, check_size);
   const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE, check_size);
   phi::GrayImage image(decoded.cols, decoded.rows);
   decoded.copyTo(Wrap(image));
@@ -197,7 +147,7 @@ phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
 }
 
 ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
-  return FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
+  return IsJpeg(photo.bytes) ? DecodeJpegColor(photo, check_size) : FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
 }
 
 std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check_size) {
@@ -211,13 +161,7 @@ std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check
 }
 
 ColorImage DecodeReducedColor(const PhotoFile& photo, int longest_side) {
-  const std::optional<ImageSize> size = IsJpeg(photo.bytes) ? AnnouncedSize(photo.bytes) : std::nullopt;
-  const std::size_t longest = size ? std::max(size->width, size->height) : 0, wanted = static_cast<std::size_t>(longest_side);
-  const int flags = longest >= 8 * wanted   ? cv::IMREAD_REDUCED_COLOR_8
-                    : longest >= 4 * wanted ? cv::IMREAD_REDUCED_COLOR_4
-                    : longest >= 2 * wanted ? cv::IMREAD_REDUCED_COLOR_2
-                                            : cv::IMREAD_COLOR;
-  return FromBgr(Decode(photo, flags, {}));
+  return IsJpeg(photo.bytes) ? DecodeJpegColor(photo, {}, longest_side) : DecodeColor(photo);
 }
 
 phi::GrayImage ReadGrayImage(const fs::path& path, const CheckSize& check_size) {
@@ -229,7 +173,9 @@ ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
 }
 
 phi::GrayImage ReadImageMaskFile(const fs::path& path, const CheckSize& check_size) {
-  const cv::Mat decoded = Decode(ReadPhotoFile(path), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
+  const PhotoFile photo = ReadPhotoFile(path);
+  const phi::GrayImage jpeg = IsJpeg(photo.bytes) ? DecodeJpegGray(photo, check_size) : phi::GrayImage();
+  const cv::Mat decoded = jpeg.empty() ? Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size) : Wrap(jpeg);
   phi::GrayImage mask(decoded.cols, decoded.rows);
   cv::Mat target = Wrap(mask);
   cv::compare(decoded, 0, target, cv::CMP_NE);
@@ -237,7 +183,8 @@ phi::GrayImage ReadImageMaskFile(const fs::path& path, const CheckSize& check_si
 }
 
 phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
-  const cv::Mat decoded = Decode(ReadPhotoFile(path), cv::IMREAD_UNCHANGED, {});
+  const PhotoFile photo = ReadPhotoFile(path);
+  const cv::Mat decoded = IsJpeg(photo.bytes) ? cv::Mat() : Decode(photo, cv::IMREAD_UNCHANGED, {});
   if (decoded.type() != CV_16UC1) {
     throw phi::InputError(phi::AboutFile(path) + " is not a 16-bit gray image, as true depths in PNG files are");
   }

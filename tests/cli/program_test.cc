@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/image_file.h"
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
 #include "tests/support/noise_workspace.h"
+#include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/watched_program.h"
 
@@ -195,6 +197,27 @@ TEST(ProgramTest, MissingImageEndsWithFourAndTheOthersAreDone) {
   EXPECT_THAT(result.err, HasSubstr("1 of 4 images failed"));
   EXPECT_THAT(result.err, HasSubstr((folder / "images" / names[2]).string()));
   EXPECT_EQ(CountMaps(folder.path(), "geometric"), 3);
+}
+
+// Its lower half was gray, and the decoder's line on stderr named no file.
+TEST(ProgramTest, ADamagedJpegFailsAloneAndIsNamed) {
+  const TemporaryFolder folder;
+  const auto names = test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 4, .width = 48, .height = 32});
+  const std::filesystem::path photo = folder / "images" / names[2], jpeg = folder / "a.jpg";
+  colmap_ext::WriteGrayImage(jpeg, colmap_ext::ReadGrayImage(photo));
+  std::string bytes = test_support::ReadBytes(jpeg);
+  test_support::WriteBytes(photo, bytes.replace(bytes.size() - bytes.size() / 4, 2, "\xFF\xF1"));
+  const std::string told = "error: " + photo.string() + ": this JPEG is damaged (Corrupt JPEG data: ";
+  const WatchedResult result = RunStereo(folder.path());
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr(told));
+  EXPECT_THAT(result.err, Not(HasSubstr("\nCorrupt JPEG data")));
+  EXPECT_EQ(CountMaps(folder.path(), "geometric"), 3);
+  const test_support::ProgramResult checked =
+      test_support::RunProgram({PHIMVS_BINARY, "workspace_checker", "--workspace_path", folder.path()});
+  EXPECT_EQ(checked.exit_code, 2);
+  EXPECT_THAT(checked.output, HasSubstr(told));
+  EXPECT_EQ(checked.errors, "");
 }
 
 TEST(ProgramTest, RenamedPhotosAreOneErrorOfEveryCommandThatReadsThem) {

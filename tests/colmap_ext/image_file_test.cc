@@ -38,9 +38,9 @@ TEST(ImageSize, IsToldBeforeAnythingIsDecoded) {
   for (const char* name : {"a.png", "a.jpg"}) {
     WriteGrayImage(folder / name, Gradient(37, 21));
     std::string bytes = ReadBytes(folder / name);
-    const std::size_t half = bytes.size() / 2;
-    bytes.replace(half, bytes.size() - half, std::string(bytes.size() - half, '\0'));  // nothing to decode
-    WriteBytes(folder / name, bytes + "\xFF\xD9");
+    constexpr std::size_t kScanHeader = 10, kPngHeader = 33;
+    const std::size_t data = std::string(name) == "a.jpg" ? bytes.find("\xFF\xDA") + kScanHeader : kPngHeader;
+    WriteBytes(folder / name, bytes.replace(data, std::string::npos, bytes.size() - data, '\0'));  // nothing to decode
     std::size_t width = 0, height = 0;
     EXPECT_THROW(ReadGrayImage(folder / name,
                                [&](std::size_t w, std::size_t h) {
@@ -52,28 +52,6 @@ TEST(ImageSize, IsToldBeforeAnythingIsDecoded) {
     EXPECT_EQ(width, 37u) << name;
     EXPECT_EQ(height, 21u) << name;
   }
-}
-
-// Huffman tables come after the frame header from most encoders, and may come before it; their marker is among those of frames.
-TEST(ImageSize, IsTheFrameHeadersWhateverComesBeforeIt) {
-  const TemporaryFolder folder;
-  WriteGrayImage(folder / "a.jpg", Gradient(37, 21));
-  const std::string bytes = ReadBytes(folder / "a.jpg");
-  std::string tables, others;
-  std::size_t at = 2;
-  while (bytes[at + 1] != '\xDA') {
-    const std::size_t length = 2u + (static_cast<std::uint8_t>(bytes[at + 2]) << 8 | static_cast<std::uint8_t>(bytes[at + 3]));
-    (bytes[at + 1] == '\xC4' ? tables : others) += bytes.substr(at, length);
-    at += length;
-  }
-  ASSERT_FALSE(tables.empty());
-  WriteBytes(folder / "b.jpg", bytes.substr(0, 2) + tables + others + bytes.substr(at));
-  const phi::GrayImage image = ReadGrayImage(folder / "b.jpg", [](std::size_t width, std::size_t height) {
-    EXPECT_EQ(width, 37u);
-    EXPECT_EQ(height, 21u);
-  });
-  const phi::GrayImage expected = ReadGrayImage(folder / "a.jpg");
-  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), image.begin()));
 }
 
 // Decoders of other formats are not asked: DICOM's, which OpenCV may hold, ends the process on these 151 bytes.
