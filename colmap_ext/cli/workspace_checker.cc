@@ -20,7 +20,7 @@ int RunWorkspaceChecker(int argc, char** argv) {
   parser.Add("StereoFusion.mask_path", &fusion_mask_path, "The same of the masks of fusion alone");
   parser
       .Add("PatchMatchStereo.max_image_size", &options.max_image_size,
-           "Longest side of the working resolution, for the estimate of disk space; -1: full size")
+           "Longest side of the working resolution, as of the stereo: poses and disk space are judged for it; -1: full size")
       .Unit("pixels")
       .AtLeast(-1);
   if (!parser.Parse(argc, argv)) return static_cast<int>(phi::ExitCode::kOk);

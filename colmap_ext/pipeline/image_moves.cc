@@ -38,6 +38,18 @@ std::vector<int> ViewsThatLookElsewhere(const phi::SparseScene& scene,
   return elsewhere;
 }
 
+std::string WorkingSize(const Workspace& workspace) {
+  int longest = 0;
+  bool is_full = true;
+  for (std::size_t i = 0; i < workspace.views().size(); ++i) {
+    const phi::Pinhole& working = workspace.views()[i].camera.pinhole;
+    longest = std::max({longest, working.width, working.height});
+    const SparseCamera& camera = workspace.model().cameras.at(workspace.model().images[i].camera_id);
+    is_full = is_full && static_cast<std::size_t>(working.width) == camera.width;
+  }
+  return is_full ? "full size" : FormatText("%d pixels", longest);
+}
+
 }  // namespace
 
 std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::SparseScene& scene,
@@ -50,9 +62,9 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::Spa
            "depths "
            "will be wrong: poses must be world to camera, z forward, and of the model that the points are of";
   }
-  const std::string off =
-      FormatText("the photos show the sparse points %.1f pixels beside where their cameras see them",
-                 corrections.mean_offset);
+  const std::string off = "at " + WorkingSize(workspace) +
+                          FormatText(" the photos show the sparse points %.1f pixels beside where their cameras see them",
+                                     corrections.mean_offset);
   if (corrections.points_are_others)
     return off + ": are these the points of these cameras? Stereo takes the photos as they are";
   if (corrections.of_view.empty()) return "";
@@ -62,12 +74,11 @@ std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::Spa
     largest.push_back(correction.LargestOffset() * workspace.views()[i].camera.pinhole.width / correction.model_width());
   }
   const auto worst = std::max_element(largest.begin(), largest.end());
-  return off +
-         ", neighbours alike, so the poses were not adjusted to the points: stereo moves the photos to "
-         "them, " +
-         workspace.views()[worst - largest.begin()].name +
+  return off + ", neighbours alike: stereo moves the photos to them, " + workspace.views()[worst - largest.begin()].name +
          FormatText(" by up to %.1f pixels", *worst) +
-         ". Where poses may change, colmap bundle_adjuster before image_undistorter is better";
+         ". Likely causes, and what is better: poses that were not adjusted to the points (colmap bundle_adjuster before "
+         "image_undistorter), a lens model too simple (one with more parameters), a rolling shutter (photos from where the camera "
+         "stands still)";
 }
 
 void MoveImages(const phi::SparseScene& scene, const phi::StereoOptions& options, Workspace* workspace) {

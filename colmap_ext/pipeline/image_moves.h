@@ -10,7 +10,8 @@
 
 namespace colmap_ext {
 
-// What is to be said of poses that do not fit their points; empty where they do. scene: as of MoveImages.
+// What is to be said of poses that do not fit their points, in pixels of the working images; empty where they do. scene: as of
+// MoveImages.
 std::string PoseWarning(const phi::ImageCorrections& corrections, const phi::SparseScene& scene,
                         const Workspace& workspace);
 

@@ -76,11 +76,17 @@ TEST(GivenPoses, PhotosAreMovedToTheirPoints) {
 TEST(GivenPoses, TheCheckerSaysSo) {
   for (const bool turned : {false, true}) {
     const RoomRun run(turned ? Turned(Room()) : Room());
-    const ProgramResult result = test_support::RunProgram(
-        {PHIMVS_BINARY, "workspace_checker", "--workspace_path", run.dense().string()});
+    std::vector<std::string> check = {PHIMVS_BINARY, "workspace_checker", "--workspace_path", run.dense().string()};
+    const ProgramResult result = test_support::RunProgram(check);
     EXPECT_EQ(result.exit_code, 0) << result.output;
-    EXPECT_EQ(result.output.find("the poses were not adjusted to the points") != std::string::npos, turned)
-        << result.output;
+    EXPECT_EQ(result.output.find("at full size the photos show the sparse points ") != std::string::npos, turned) << result.output;
+    if (!turned) continue;
+    // What is seen may have several causes.
+    for (const char* cause : {"colmap bundle_adjuster", "lens model", "rolling shutter"}) EXPECT_THAT(result.output, HasSubstr(cause));
+    // At an eighth of the size they are off by less than the stereo mends.
+    check.insert(check.end(), {"--PatchMatchStereo.max_image_size", "20"});
+    const ProgramResult small = test_support::RunProgram(check);
+    EXPECT_THAT(small.output, Not(HasSubstr("the photos show the sparse points ")));
   }
 }
 

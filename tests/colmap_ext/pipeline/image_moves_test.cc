@@ -25,7 +25,7 @@ TEST(PoseWarning, NamesAllOffsetsInPixelsOfTheWorkingImages) {
     corrections.of_view.emplace_back(MakePinhole(workspace.model().cameras.at(image.camera_id)));
   corrections.of_view[0].coefficients(0, 0) = 4;
   const std::string warning = PoseWarning(corrections, MakeSparseScene(workspace.model()), workspace);
-  EXPECT_THAT(warning, testing::HasSubstr("1.0 pixels beside"));
+  EXPECT_THAT(warning, testing::HasSubstr("at 16 pixels the photos show the sparse points 1.0 pixels beside"));
   EXPECT_THAT(warning, testing::HasSubstr("a.png by up to 2.0 pixels"));
 }
 
