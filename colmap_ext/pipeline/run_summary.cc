@@ -65,10 +65,12 @@ phi::ExitCode RunSummary::Code() const {
   return code == phi::ExitCode::kBadInput && is_resource ? phi::ExitCode::kOutOfResources : code;
 }
 
-int RunSummary::NumMade() const {
-  // One that fails may have had its last map: max.
-  return std::max(0, num_images - num_images_kept - num_images_waiting - num_failed_earlier - static_cast<int>(failures.size()));
+int RunSummary::NumDone() const {
+  return num_images - num_images_waiting - num_failed_earlier - static_cast<int>(failures.size());
 }
+
+// One that fails may have had its last map: max.
+int RunSummary::NumMade() const { return std::max(0, NumDone() - num_images_kept); }
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
   return {backend.Name(), backend.PeakDeviceBytes(), backend.DeviceStageTimes()};
@@ -76,7 +78,9 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend) {
 
 std::string SummaryLine(const RunSummary& summary) {
   const int num_failed = static_cast<int>(summary.failures.size());
+  const int num_done = std::max(0, summary.NumDone());
   std::string text = FormatText("%d images", summary.num_images);
+  if (num_done < summary.num_images) text = FormatText("%d of ", num_done) + text;
   const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
                                    [](const StageSummary& stage) { return stage.num_made == 0; });
   const bool has_all = summary.num_images_kept == summary.num_images;
@@ -84,9 +88,8 @@ std::string SummaryLine(const RunSummary& summary) {
     return text + ": all maps are there and up to date, nothing to do";
   text += " done in " + FormatDuration(summary.seconds);
   if (summary.num_images_kept > 0) text += FormatText(", %d of them kept from before", summary.num_images_kept);
-  if (num_failed > 0) text += FormatText(", %d of them failed", num_failed);
-  if (summary.num_failed_earlier > 0)
-    text += FormatText(", %d of them failed in earlier stages", summary.num_failed_earlier);
+  if (num_failed > 0) text += FormatText(", %d failed", num_failed);
+  if (summary.num_failed_earlier > 0) text += FormatText(", %d failed in earlier stages", summary.num_failed_earlier);
   if (summary.num_waiting > 0) text += FormatText(", %d tasks wait for other shards", summary.num_waiting);
   const StageSummary& last = summary.stages.back();
   if (last.num_pixels > 0) {

@@ -52,7 +52,9 @@ struct RunSummary {
 
   // Ok, retry later, some images failed, or why all did: bad input, or too little memory.
   phi::ExitCode Code() const;
-  // Images whose results this run made.
+  // Images whose results are there now.
+  int NumDone() const;
+  // Those of them that this run made.
   int NumMade() const;
 };
 

@@ -149,7 +149,7 @@ TEST_F(ShardPipelineTest, AnImageThatFailedIsNotWaitedFor) {
     EXPECT_EQ(RunShard(0, 2, stage), phi::ExitCode::kOk) << stage;
   }
   EXPECT_THAT(SummaryLine(Run(folder_.path(), {.index = 0, .count = 2, .only_stage = "geometric"})),
-              HasSubstr("2 of them kept from before, 1 of them failed in earlier stages"));
+              HasSubstr("2 of them kept from before, 1 failed in earlier stages"));
   const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
   ASSERT_EQ(status.failures.size(), 1u);
   EXPECT_EQ(status.failures[0].image, names_[0]);
