@@ -269,11 +269,14 @@ Image Workspace::ReadFullSize(int image, const PhotoFile* photo,
   const SparseCamera& camera = model_.cameras.at(model_.images[image].camera_id);
   return decode(photo != nullptr ? *photo : ReadPhotoFile(path), [&](std::size_t width, std::size_t height) {
     if (width == camera.width && height == camera.height) return;
+    const bool is_turned = width == camera.height && height == camera.width;
     throw phi::InputError(
         phi::AboutFile(path) + ": the image is " + SizeText(width, height) + " pixels but its camera " +
         std::to_string(camera.camera_id) + " is " + SizeText(camera.width, camera.height) +
-        "; put back the image that colmap image_undistorter wrote. With --max_image_size it shrinks images but not the cameras of "
-        "photos without distortion: leave that out there, and use --PatchMatchStereo.max_image_size here");
+        (is_turned ? ": its sides are swapped, as by a program that turned it by its EXIF orientation; put back the image that colmap "
+                     "image_undistorter wrote"
+                   : "; put back the image that colmap image_undistorter wrote. With --max_image_size it shrinks images but not the "
+                     "cameras of photos without distortion: leave that out there, and use --PatchMatchStereo.max_image_size here"));
   });
 }
 

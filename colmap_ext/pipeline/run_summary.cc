@@ -130,12 +130,13 @@ void LogSummary(const RunSummary& summary) {
   for (const std::string& line : SummaryDetails(summary)) phi::LogDebug(line);
   const std::size_t num_failed = summary.failures.size();
   if (num_failed > 0) {
-    phi::LogError(FormatText("%zu of %d images failed:", num_failed, summary.num_images));
+    // Why was told when it was found.
+    std::string text = FormatText("%zu of %d images failed:", num_failed, summary.num_images);
     for (std::size_t i = 0; i < std::min(num_failed, kMaxListedFailures); ++i) {
-      phi::LogError("  " + summary.failures[i].stage + ": " + summary.failures[i].text);
+      text += (i == 0 ? " " : ", ") + summary.failures[i].image + " (" + summary.failures[i].stage + ")";
     }
-    if (num_failed > kMaxListedFailures)
-      phi::LogError(FormatText("  and %zu more, see phimvs.json", num_failed - kMaxListedFailures));
+    if (num_failed > kMaxListedFailures) text += FormatText(" and %zu more, see phimvs.json", num_failed - kMaxListedFailures);
+    phi::LogError(text);
   }
   phi::LogInfo(SummaryLine(summary));
 }

@@ -263,7 +263,9 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::si
       sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));
     } catch (const phi::InputError& error) {
-      warnings->push_back(std::string("source image left out: ") + error.what());
+      const bool has_own_maps = job.source_jobs[i] >= 0;
+      warnings->push_back("source image left out: " +
+                          (has_own_maps ? workspace_.views()[job.sources[i]].name + ", for the reason told of it" : error.what()));
     }
   }
   return sources;

@@ -131,12 +131,17 @@ TEST_F(WorkspaceTest, ColoursComeAtTheMapsSize) {
 }
 
 TEST_F(WorkspaceTest, ImageOfAnotherSizeThanItsCameraIsAnErrorThatNamesIt) {
-  WriteGrayImage(folder_ / "images/c.png", phi::GrayImage(10, 20));
   const Workspace workspace(options_);
   const std::string path = (folder_ / "images/c.png").string();
-  for (const auto& message : {InputErrorOf([&] { workspace.ReadGray(2); }),
-                              InputErrorOf([&] { workspace.ReadColor(2, 20, 10); })}) {
-    EXPECT_THAT(message, AllOf(HasSubstr(path), HasSubstr("is 10x20 pixels but its camera 4 is 20x10")));
+  for (const bool is_turned : {false, true}) {
+    WriteGrayImage(folder_ / "images/c.png", is_turned ? phi::GrayImage(10, 20) : phi::GrayImage(10, 5));
+    const std::string size = std::string("is ") + (is_turned ? "10x20" : "10x5") + " pixels but its camera 4 is 20x10";
+    for (const auto& message : {InputErrorOf([&] { workspace.ReadGray(2); }),
+                                InputErrorOf([&] { workspace.ReadColor(2, 20, 10); })}) {
+      EXPECT_THAT(message, AllOf(HasSubstr(path), HasSubstr(size)));
+      EXPECT_EQ(message.find("its sides are swapped") != std::string::npos, is_turned) << message;
+      EXPECT_EQ(message.find("--max_image_size") != std::string::npos, !is_turned) << message;
+    }
   }
   std::filesystem::remove(folder_ / "images/c.png");
   EXPECT_THAT(InputErrorOf([&] { workspace.ReadGray(2); }), AllOf(HasSubstr(path), HasSubstr("missing")));

@@ -629,6 +629,15 @@ TEST_F(StereoPipelineTest, ASourceThatCannotBeReadIsToldOfOnce) {
   EXPECT_THAT(record->warnings, SizeIs(2));
 }
 
+// Nothing else tells why.
+TEST_F(StereoPipelineTest, ASourceWithoutMapsOfItsOwnIsToldOfWithTheReason) {
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", names_[0] + "\n__all__\n");
+  std::filesystem::remove(folder_ / "images" / names_[1]);
+  const test_support::LogCapture log;
+  Run();
+  EXPECT_THAT(log.messages(), testing::Contains(testing::ContainsRegex("source image left out: .*" + names_[1] + ": .* is missing")));
+}
+
 TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
   test_support::WriteBytes(folder_ / "images" / names_[1], "not a picture");
   const RunSummary first = Run();
