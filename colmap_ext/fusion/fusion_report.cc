@@ -91,7 +91,8 @@ std::string DescribeSmoothing(const SceneFusionReport& report) {
   if (noise.empty()) return "";
   std::sort(noise.begin(), noise.end());
   return FormatText(
-      "%zu of %d maps are noisy from pixel to pixel (%.2f %% of the depth in the middle one) and were smoothed",
+      "%zu of %d maps were smoothed: their depths differ from pixel to pixel by %.2f %% (in the middle one), as those of small maps and "
+      "of other programs do",
       noise.size(), report.num_images, 100 * noise[noise.size() / 2]);
 }
 

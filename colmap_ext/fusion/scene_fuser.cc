@@ -29,7 +29,7 @@ namespace {
 constexpr char kFusionStage[] = "fusion";
 // Each image waits for the last block of the one before, so blocks are small; a device takes more pixels at once.
 constexpr int kRowsPerBlock = 4, kRowsPerDeviceBlock = 16;
-// Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less.
+// Over the depth tolerance: what fusion does not feel. patch_match_stereo's maps have less, but for those of 300 pixels and less.
 constexpr double kNegligibleNoise = 0.1;
 
 // By their numbers, and not as the model lists them: programs write one model in several orders, and it has one cloud.
