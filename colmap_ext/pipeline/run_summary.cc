@@ -65,11 +65,11 @@ phi::ExitCode RunSummary::Code() const {
   return code == phi::ExitCode::kBadInput && is_resource ? phi::ExitCode::kOutOfResources : code;
 }
 
+// One that fails may have had its last map, and counts as kept then: max, here and below.
 int RunSummary::NumDone() const {
-  return num_images - num_images_waiting - num_failed_earlier - static_cast<int>(failures.size());
+  return std::max(0, num_images - num_images_waiting - num_failed_earlier - static_cast<int>(failures.size()));
 }
 
-// One that fails may have had its last map: max.
 int RunSummary::NumMade() const { return std::max(0, NumDone() - num_images_kept); }
 
 DeviceSummary SummarizeDevice(const phi::Backend& backend) {
@@ -78,7 +78,7 @@ DeviceSummary SummarizeDevice(const phi::Backend& backend) {
 
 std::string SummaryLine(const RunSummary& summary) {
   const int num_failed = static_cast<int>(summary.failures.size());
-  const int num_done = std::max(0, summary.NumDone());
+  const int num_done = summary.NumDone();
   std::string text = FormatText("%d images", summary.num_images);
   if (num_done < summary.num_images) text = FormatText("%d of ", num_done) + text;
   const bool is_idle = std::all_of(summary.stages.begin(), summary.stages.end(),
