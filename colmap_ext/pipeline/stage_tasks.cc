@@ -263,9 +263,11 @@ std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::si
       sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));
     } catch (const phi::InputError& error) {
+      // Where it has maps of its own it fails there, in this run or another shard's: the reason is long, and told there.
       const bool has_own_maps = job.source_jobs[i] >= 0;
+      const std::string& name = workspace_.views()[job.sources[i]].name;
       warnings->push_back("source image left out: " +
-                          (has_own_maps ? workspace_.views()[job.sources[i]].name + ", for the reason told of it" : error.what()));
+                          (has_own_maps ? name + ", which fails itself; `phimvs status` says why" : error.what()));
     }
   }
   return sources;
