@@ -110,7 +110,6 @@ class CudaBackend : public Backend {
     }
   }
 
-  // Some samples are read beside the texture units, so that their share may exceed 100 %.
   static std::string Rate(const DeviceStageTime& time) {
     if (!(time.num_samples > 0)) return "";
     char text[128];
