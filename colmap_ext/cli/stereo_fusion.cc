@@ -8,6 +8,7 @@
 #include "colmap_ext/cli/command.h"
 #include "colmap_ext/cli/shard_options.h"
 #include "colmap_ext/cli/steps.h"
+#include "colmap_ext/failure_text.h"
 #include "colmap_ext/fusion/empty_box.h"
 #include "colmap_ext/fusion/fusion_report.h"
 #include "colmap_ext/fusion/fusion_shards.h"
@@ -54,7 +55,7 @@ std::unique_ptr<WorkspaceLock> LockConfidenceMaps(const Workspace& workspace, co
 void RequireAFusedImage(const SceneFusionReport& report) {
   if (report.num_images > 0 || report.failures.empty()) return;
   throw phi::InputError(phi::AboutStage("fusion") + ": none of the " + std::to_string(report.failures.size()) +
-                        " images can be fused: " + report.failures.front());
+                        " images can be fused: " + report.failures.front().text);
 }
 
 bool HasEarlierCloud(const CloudOutput& output) {
@@ -117,9 +118,9 @@ int FuseMaps(FusionCommandOptions options, const CloudOutput& output, HandedMaps
   if (options.fusion.write_confidence_maps)
     phi::LogInfo(workspace.ConfidenceMapsFolder().string() + ": how probably each pixel's depth is right");
   if (report.failures.empty()) return static_cast<int>(phi::ExitCode::kOk);
-  phi::LogError("fusion: " + std::to_string(report.failures.size()) +
-                " images were left out, see above; the cloud is made of the other " +
-                std::to_string(report.num_images));
+  const std::size_t num_left_out = report.failures.size();
+  const std::string how_many = std::to_string(num_left_out) + " of " + std::to_string(num_left_out + report.num_images);
+  phi::LogError(ListByReason("fusion: " + how_many + " images were left out, and the cloud is made of the others:", report.failures));
   return static_cast<int>(phi::ExitCode::kSomeImagesFailed);
 }
 

@@ -125,7 +125,7 @@ SceneFusionReport SceneFuser::MakeReport(const Findings& findings) const {
   report.num_points = findings.num_points;
   report.outcomes = findings.outcomes;
   for (const auto& [position, noise] : findings.noise) report.noise_of_smoothed_maps.push_back(noise);
-  for (const auto& [position, message] : findings.failures) report.failures.push_back(message);
+  for (const auto& [position, message] : findings.failures) report.failures.push_back(ProblemOf(images_[Index(position)], message));
   report.num_images -= static_cast<int>(findings.failures.size());
   return report;
 }
@@ -168,7 +168,7 @@ void SceneFuser::ReadCameras() {
     try {
       cameras[p] = reader_.ReadCamera(images_[p]);
     } catch (const phi::InputError& error) {
-      problems[p] = ProblemOf(images_[p], error);
+      problems[p] = ProblemOf(images_[p], error.message());
     }
   });
   std::vector<int> images;
@@ -178,7 +178,7 @@ void SceneFuser::ReadCameras() {
       cameras_.push_back(cameras[p]);
     } else {
       phi::LogError(problems[p]);
-      known_.failures.push_back(problems[p].text);
+      known_.failures.push_back(problems[p]);
     }
   }
   if (images.empty()) throw phi::InputError(phi::AboutStage(kFusionStage) + ": all maps are damaged: " + problems.front());
@@ -186,9 +186,8 @@ void SceneFuser::ReadCameras() {
   known_.num_images = static_cast<int>(images_.size());
 }
 
-phi::Message SceneFuser::ProblemOf(int image, const phi::InputError& error) const {
-  return WithContext(error.message(),
-                     phi::AboutImage(workspace_.views()[Index(image)].name) + phi::AboutStage(kFusionStage));
+phi::Message SceneFuser::ProblemOf(int image, const phi::Message& problem) const {
+  return WithContext(problem, phi::AboutImage(workspace_.views()[Index(image)].name) + phi::AboutStage(kFusionStage));
 }
 
 phi::FusionMap SceneFuser::ReadMap(int position) {
@@ -197,7 +196,7 @@ phi::FusionMap SceneFuser::ReadMap(int position) {
   } catch (const phi::InputError& error) {
     std::lock_guard<std::mutex> lock(findings_mutex_);
     if (findings_.failures.emplace(position, error.what()).second)
-      phi::LogError(ProblemOf(images_[Index(position)], error));
+      phi::LogError(ProblemOf(images_[Index(position)], error.message()));
   }
   const phi::Pinhole& pinhole = cameras_[Index(position)].pinhole;
   return phi::FusionMap(pinhole.width, pinhole.height);

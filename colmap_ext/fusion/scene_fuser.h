@@ -104,7 +104,7 @@ class SceneFuser {
   bool IsDamaged(int position);  // as far as is known
 
   // Of an image whose maps cannot be read.
-  phi::Message ProblemOf(int image, const phi::InputError& error) const;
+  phi::Message ProblemOf(int image, const phi::Message& problem) const;
 
   const Workspace& workspace_;
   const SceneFusionOptions& options_;

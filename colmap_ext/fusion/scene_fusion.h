@@ -41,7 +41,7 @@ struct SceneFusionReport {
   std::int64_t num_points = 0;
   phi::OutcomeCounts outcomes;                 // pixels
   std::vector<double> noise_of_smoothed_maps;  // standard deviation over depth, see map_noise.h
-  std::vector<std::string> failures;  // why images with damaged files were left out, one message each
+  std::vector<phi::Message> failures;  // why images with damaged files were left out, one message each
 };
 
 // Throws phi::InputError when no image has maps that can be read. Does not commit the writer.

@@ -52,7 +52,7 @@ void HoleFilling::FindMeasuredMaps() {
     if (jobs_[j].file_is_missing && !options_.allow_missing_files) {
       runner_.Fail(job, std::string(kMeasured), jobs_[j].problem);
     } else if (!jobs_[j].problem.empty()) {
-      LeaveOut(jobs_[j].problem);
+      runner_.LeaveOut(jobs_[j].problem);
     } else if (ImportMeasuredMap(job)) {
       has_map_[j] = 1;
       jobs_[j].keeps_measured = !MapsAreOurs(job, kMeasured);
@@ -66,7 +66,7 @@ void HoleFilling::FindMeasuredMaps() {
     } else if (HasSomeMap(job, kMeasured) || HasSomeMap(job, kGeometric)) {
       runner_.Fail(job, std::string(kMeasured), "image " + NameOf(job) + ": its maps cannot be filled: " + ProblemOfMaps(job));
     } else {
-      LeaveOut("image " + NameOf(job) + " is left out, it has no maps to fill: " + ProblemOfMaps(job));
+      runner_.LeaveOut("image " + phi::AboutImage(NameOf(job)) + ": left out, it has no maps to fill: " + ProblemOfMaps(job));
     }
   }
   if (const phi::Message problem = DescribeImpossible(jobs_, std::string(kMeasured)); !problem.empty()) throw phi::InputError(problem);
@@ -87,11 +87,6 @@ void HoleFilling::RecordImpossibleJobs() {
     why.push_back(failure.text);
   }
   runner_.record().FailAll(tasks, why);
-}
-
-void HoleFilling::LeaveOut(const phi::Message& why) {
-  phi::LogWarning(why);
-  --runner_.summary().num_images;
 }
 
 bool HoleFilling::MapsAreOurs(int job, std::string_view kind) const {

@@ -27,8 +27,6 @@ class HoleFilling {
  private:
   void FindMeasuredMaps();
   void RecordImpossibleJobs();
-  // With a warning, and not counted.
-  void LeaveOut(const phi::Message& why);
   bool MapsAreOurs(int job, std::string_view kind) const;
   bool GeometricMapIsOurs(int job) const;
   bool ImportMeasuredMap(int job);

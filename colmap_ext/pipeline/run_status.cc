@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "colmap_ext/failure_text.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/progress.h"
 #include "colmap_ext/workspace.h"
@@ -121,7 +122,8 @@ RunStatus FindStatus(const RunRecord& record) {
       const TaskRecord* known = found == records.end() ? nullptr : &found->second;
       if (!Count(known, record.options_hash(), failed.contains(image), &stage, &seconds)) continue;
       if (!failed.insert(image).second) continue;
-      status.failures.push_back({image, name, known->warnings.empty() ? "" : known->warnings.front()});
+      status.failures.push_back(WithContext(known->warnings.empty() ? "" : known->warnings.front(),
+                                            phi::AboutImage(image) + phi::AboutStage(name)));
     }
     stage.num_waiting +=
         status.num_images - static_cast<int>(images.size());  // of which there is no record at all
@@ -147,8 +149,7 @@ std::string StatusText(const RunStatus& status, LockUse use) {
   if (num_waiting > 0 && (use != LockUse::kFree || !status.open_shards.empty())) {
     text += "time left: " + TimeText(status) + "\n";
   }
-  for (const FailedTask& failure : status.failures)
-    text += "failed: " + failure.image + ", " + failure.stage + ": " + failure.message + "\n";
+  for (const phi::Message& failure : status.failures) text += "failed: " + DescribeFailure(failure) + "\n";
   return text;
 }
 

@@ -6,6 +6,7 @@
 
 #include "colmap_ext/pipeline/run_record.h"
 #include "colmap_ext/pipeline/workspace_lock.h"
+#include "phi/base/message.h"
 
 namespace colmap_ext {
 
@@ -15,14 +16,10 @@ struct StageStatus {
   double seconds_per_image = 0;                       // mean of the tasks that are done; 0: none is
 };
 
-struct FailedTask {
-  std::string image, stage, message;
-};
-
 struct RunStatus {
   int num_images = 0;
   std::vector<StageStatus> stages;
-  std::vector<FailedTask> failures;
+  std::vector<phi::Message> failures;    // one for each image that failed, about it and its stage
   std::vector<std::string> open_shards;  // "3/8" at work, or killed and not started again
   double pace = 0;                       // seconds of tasks in each second: of these shards, else of the run; 0: not known
   double seconds_left = 0;               // of the stages that one map at least tells the time of; < 0: not known

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "colmap_ext/failure_text.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/pipeline/shard.h"
@@ -14,7 +15,6 @@ namespace colmap_ext {
 namespace {
 
 constexpr double kMega = 1e6, kGiga = 1e9;
-constexpr std::size_t kMaxListedFailures = 20;
 
 double Percent(std::int64_t part, std::int64_t whole) { return whole > 0 ? 100.0 * part / whole : 0.0; }
 
@@ -128,15 +128,14 @@ std::vector<std::string> SummaryDetails(const RunSummary& summary) {
 
 void LogSummary(const RunSummary& summary) {
   for (const std::string& line : SummaryDetails(summary)) phi::LogDebug(line);
-  const std::size_t num_failed = summary.failures.size();
-  if (num_failed > 0) {
-    // Why was told when it was found.
-    std::string text = FormatText("%zu of %d images failed:", num_failed, summary.num_images);
-    for (std::size_t i = 0; i < std::min(num_failed, kMaxListedFailures); ++i) {
-      text += (i == 0 ? " " : ", ") + summary.failures[i].image + " (" + summary.failures[i].stage + ")";
-    }
-    if (num_failed > kMaxListedFailures) text += FormatText(" and %zu more, see phimvs.json", num_failed - kMaxListedFailures);
-    phi::LogError(text);
+  if (!summary.left_out.empty()) {
+    const std::size_t num_left_out = summary.left_out.size();
+    phi::LogWarning(ListByReason(FormatText("%zu of %zu images were left out:", num_left_out, num_left_out + summary.num_images),
+                                 summary.left_out));
+  }
+  if (!summary.failures.empty()) {
+    phi::LogError(
+        ListByReason(FormatText("%zu of %d images failed:", summary.failures.size(), summary.num_images), summary.failures));
   }
   phi::LogInfo(SummaryLine(summary));
 }

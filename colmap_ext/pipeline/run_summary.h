@@ -38,8 +38,9 @@ struct RunSummary {
   InferenceSummary inference;
   std::vector<DeviceSummary> devices;
   std::vector<phi::Message> failures;  // one for each image that failed, about it and its stage
-  int num_too_large = 0;         // of these, because no device's memory holds them
-  int num_images = 0;            // reference images of the job, without those that are left out, which a warning names
+  std::vector<phi::Message> left_out;  // one for each image that is left out, with a warning
+  int num_too_large = 0;         // of those that failed, because no device's memory holds them
+  int num_images = 0;            // reference images of the job, without those that are left out
   int num_images_kept = 0;       // their results were there and up to date
   int num_failed_earlier = 0;    // images of a run of one stage (--stage) that failed in a stage before it
   int num_images_waiting = 0;    // images of a shard whose last maps cannot be made yet
@@ -67,7 +68,7 @@ std::int64_t PeakHostBytes();
 std::string SummaryLine(const RunSummary& summary);
 // Times by stage, what became of the holes, memory and disk: one line each.
 std::vector<std::string> SummaryDetails(const RunSummary& summary);
-// Logs both, the details at level 3, and the failures.
+// Logs both, the details at level 3, and by their reasons which images failed or were left out.
 void LogSummary(const RunSummary& summary);
 
 // The same as a JSON object, for phimvs.json. `finished`: when, as phi::UtcNow tells it.

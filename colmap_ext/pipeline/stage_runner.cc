@@ -129,6 +129,12 @@ void StageRunner::Fail(int job, const std::string& stage, const phi::Message& me
   phi::LogError(summary_.failures.back());
 }
 
+void StageRunner::LeaveOut(const phi::Message& why) {
+  phi::LogWarning(why);
+  --summary_.num_images;
+  summary_.left_out.push_back(why);
+}
+
 void StageRunner::End() {
   // The driver takes a while to free page-locked memory: beside the last files rather than after them.
   ThreadGroup beside;

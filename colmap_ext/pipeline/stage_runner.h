@@ -36,6 +36,8 @@ class StageRunner {
   void Run(const std::vector<StagePlan>& plan);
   // A job that cannot be done, at any time: log and summary.
   void Fail(int job, const std::string& stage, const phi::Message& message);
+  // An image that is not counted, before the first Run: the same as a warning.
+  void LeaveOut(const phi::Message& why);
   // After the last Run: writes what waits, and ends the progress line.
   void End();
   // The summary, into the record.

@@ -200,8 +200,7 @@ void StereoPipeline::ReportImpossibleJobs() {
   for (const int j : own_) {
     if (jobs_[j].problem.empty()) continue;
     if (jobs_[j].file_is_missing && options_.allow_missing_files) {
-      phi::LogWarning(jobs_[j].problem);
-      --runner_.summary().num_images;
+      runner_.LeaveOut(jobs_[j].problem);
       continue;
     }
     runner_.Fail(j, stages_[0].result, jobs_[j].problem);

@@ -9,6 +9,7 @@
 
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/evaluation/truth_maps.h"
+#include "colmap_ext/failure_text.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/json_file.h"
 #include "colmap_ext/replaced_file.h"
@@ -74,6 +75,11 @@ Json ChosenOptions(const Json& options, const std::map<std::string, std::string>
   return chosen;
 }
 
+// Of images: a missing photo is a warning of all that would have read it.
+void AddWarnings(const std::vector<phi::Message>& warnings, Json& report) {
+  for (const std::string& line : LinesByReason(warnings)) report["warnings"].push_back(line);
+}
+
 // Sums the tasks of stereo/phimvs.json by kind of result, and collects what they warned of.
 void AddRun(const std::filesystem::path& record_path,
             const std::map<std::string, std::string>& default_options, Json& report) {
@@ -83,6 +89,7 @@ void AddRun(const std::filesystem::path& record_path,
   report["chosen_options"] = ChosenOptions(report["options"], default_options);
   report["runs"] = record.value("runs", Json::array());
   Json stages = Json::object();
+  std::vector<phi::Message> warnings;
   const Json images = record.value("images", Json::object());
   for (const auto& [image, kinds] : images.items()) {
     for (const auto& [kind, task] : kinds.items()) {
@@ -95,11 +102,12 @@ void AddRun(const std::filesystem::path& record_path,
       stage["peak_memory_bytes"] = std::max(stage.value("peak_memory_bytes", std::int64_t{0}),
                                             task.value("peak_memory_bytes", std::int64_t{0}));
       for (const auto& warning : task.value("warnings", Json::array())) {
-        report["warnings"].push_back(image + " (" + kind + "): " + warning.get<std::string>());
+        warnings.push_back(WithContext(warning.get<std::string>(), phi::AboutImage(image) + phi::AboutStage(kind)));
       }
     }
   }
   report["stages"] = stages;
+  AddWarnings(warnings, report);
 }
 
 void WarnOfDamagedRecord(const std::string& why, Json& report) {
@@ -119,12 +127,13 @@ void RequireContent(const Workspace& workspace, const std::vector<ReportImage>& 
 
 void AddImages(std::vector<ReportImage> report_images, Json& report) {
   Json images = Json::array();
+  std::vector<phi::Message> warnings;
   for (ReportImage& image : report_images) {
-    for (const std::string& warning : image.warnings)
-      report["warnings"].push_back(image.name + ": " + warning);
+    for (const std::string& warning : image.warnings) warnings.push_back(WithContext(warning, phi::AboutImage(image.name)));
     images.push_back(ToJson(std::move(image)));
   }
   report["images"] = std::move(images);
+  AddWarnings(warnings, report);
 }
 
 void AddEvaluations(const std::vector<std::filesystem::path>& paths, Json& report) {

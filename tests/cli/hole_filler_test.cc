@@ -393,7 +393,7 @@ TEST(HoleFillerCommand, StatusTellsOfAPhotoThatIsMissing) {
   const std::string before = ReadBytes(geometric);
   fs::rename(photo, workspace.path() / "away.png");
   EXPECT_EQ(workspace.Fill("min_cost").exit_code, 4);
-  EXPECT_THAT(status(), HasSubstr("failed: view1.png, geometric: image view1.png: the file " + photo.string() + " is missing"));
+  EXPECT_THAT(status(), HasSubstr("failed: view1.png (geometric): the file " + photo.string() + " is missing"));
   EXPECT_EQ(ReadBytes(geometric), before);
   fs::rename(workspace.path() / "away.png", photo);
   EXPECT_EQ(workspace.Fill("min_cost").exit_code, 0);
@@ -441,11 +441,12 @@ TEST(HoleFillerCommand, SaysOfEachImageWhyItsMapsCannotBeFilled) {
     EXPECT_THAT(result.errors, HasSubstr("view1" + failed + (depths / MapName(1, "geometric")).string() + ": the file has 1000 bytes"));
     EXPECT_THAT(result.errors, HasSubstr("view2" + failed + (depths / MapName(2, "geometric")).string() + " has 7x5 pixels"));
     EXPECT_THAT(result.errors, HasSubstr("give the --PatchMatchStereo.max_image_size"));
-    EXPECT_THAT(result.errors, HasSubstr("view3.png is left out, it has no maps to fill: "));
-    EXPECT_THAT(result.errors, HasSubstr("3 of 4 images failed"));
+    EXPECT_THAT(result.errors, HasSubstr("warning: image view3.png: left out, it has no maps to fill: "));
+    EXPECT_THAT(result.errors, HasSubstr("warning: 1 of 5 images were left out:\n  view3.png: left out, it has no maps to fill: "));
+    EXPECT_THAT(result.errors, HasSubstr("error: 3 of 4 images failed:\n  view0.png (measured): its maps cannot be filled: "));
   }
   const std::string status = RunProgram({PHIMVS_BINARY, "status", "--workspace_path", workspace.path()}).output;
-  EXPECT_THAT(status, HasSubstr("failed: view1.png, geometric: image view1" + failed));
+  EXPECT_THAT(status, HasSubstr("failed: view1.png (geometric): its maps cannot be filled: "));
   EXPECT_THAT(status, Not(HasSubstr("failed: view3.png")));
 }
 

@@ -176,10 +176,11 @@ TEST_F(HostileFusion, TwoWithOtherOptionsDoNotWriteOneSetOfConfidenceMaps) {
 
 TEST_F(HostileFusion, ABadMaskIsMadeAgainByTheStereoThatMadeIt) {
   // Fusion says so; that the stereo does it is tested with the pipeline.
-  WriteBytes(folder_ / "stereo/filled_masks" / (test_support::MapWorkspaceImageName(1) + ".png"), "");
+  const std::string name = test_support::MapWorkspaceImageName(1), mask = folder_ / "stereo/filled_masks" / (name + ".png");
+  WriteBytes(mask, "");
   const ProgramResult result = RunInShell("", Arguments(folder_ / "out/fused.ply"));
   EXPECT_EQ(result.exit_code, 4) << result.errors;
-  EXPECT_THAT(result.errors, HasSubstr("filled_masks"));
+  EXPECT_THAT(result.errors, HasSubstr(" images were left out, and the cloud is made of the others:\n  " + name + " (fusion): " + mask));
 }
 
 // Not after hours of stereo.

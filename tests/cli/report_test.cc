@@ -163,6 +163,20 @@ TEST_F(ReportCommand, DamagedFilesAreWarningsNotAnEnd) {
   }
 }
 
+// Of 10,000 images a missing photo would be 30 warnings, and a thousand of them a page that no browser opens.
+TEST_F(ReportCommand, WarningsOfOneReasonAreOneLine) {
+  nlohmann::json record = nlohmann::json::parse(ReadBytes(folder_ / "dense/stereo/phimvs.json"));
+  for (int i = 0; i < 100; ++i) {
+    record["images"]["b" + std::to_string(100 + i)]["photometric"] = {
+        {"state", "done"}, {"key", "k"}, {"warnings", {"source image left out: /w/7.png: is missing"}}};
+  }
+  WriteBytes(folder_ / "dense/stereo/phimvs.json", record.dump());
+  ASSERT_EQ(Write().exit_code, 0);
+  const nlohmann::json warnings = Data()["warnings"];
+  ASSERT_EQ(warnings.size(), 2u) << warnings;
+  EXPECT_EQ(warnings[0], "b100, b101, b102, b103, b104 and 95 more (photometric): source image left out: /w/7.png: is missing");
+}
+
 TEST_F(ReportCommand, SaysThatThereIsNothingToReport) {
   std::filesystem::remove_all(folder_ / "dense/stereo/depth_maps");
   EXPECT_EQ(Write().exit_code, 0) << "the cloud is there still";

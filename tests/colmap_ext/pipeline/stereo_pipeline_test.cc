@@ -584,7 +584,7 @@ TEST_F(StereoPipelineTest, StatusCountsImagesThatAreMissing) {
   EXPECT_EQ(status.num_images, kNumImages);
   ASSERT_THAT(status.failures, SizeIs(1));
   EXPECT_EQ(status.failures[0].image, names_[1]);
-  EXPECT_THAT(status.failures[0].message, HasSubstr(image.string() + " is missing"));
+  EXPECT_THAT(status.failures[0].text, HasSubstr(image.string() + " is missing"));
   EXPECT_EQ(status.stages.back().num_failed, 1);
   test_support::WriteBytes(image, bytes);
   Run();
@@ -740,6 +740,8 @@ TEST_F(StereoPipelineTest, AllowsMissingFilesWhenAsked) {
   EXPECT_TRUE(summary.failures.empty());
   EXPECT_EQ(summary.num_images, kNumImages - 1);
   EXPECT_EQ(summary.num_images_kept, 0);
+  ASSERT_THAT(summary.left_out, SizeIs(1));
+  EXPECT_EQ(summary.left_out[0].image, names_[1]);
   EXPECT_THAT(SummaryLine(Run()), HasSubstr("4 images: all maps are there and up to date, nothing to do"));
 }
 
