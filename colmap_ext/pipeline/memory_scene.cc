@@ -68,10 +68,8 @@ class MemoryRun {
       Keep(stage, job, outcome.result);
     };
     loop_.Begin(stages_);
-    for (auto plan = plan_rest(); HasPending(plan); plan = plan_rest()) {
-      for (const JobFailure& failure : loop_.Run(plan, static_cast<int>(plan.size()), keep))
-        Fail(failure.stage, failure.job, failure.message);
-    }
+    const auto fail = [this](const JobFailure& failure) { Fail(failure.stage, failure.job, failure.message); };
+    for (auto plan = plan_rest(); HasPending(plan); plan = plan_rest()) loop_.Run(plan, static_cast<int>(plan.size()), keep, fail);
     loop_.End();
     Finish();
     return std::move(maps_);
@@ -90,9 +88,11 @@ class MemoryRun {
 
   void Fail(int stage, int job, const phi::Message& message) {
     const phi::Message context = phi::AboutImage(workspace_.views()[jobs_[job].image].name) + phi::AboutStage(stages_[stage].result);
+    const phi::Message problem = WithContext(message, context);
+    phi::LogError(problem);
+    std::lock_guard<std::mutex> lock(mutex_);
     maps_[job] = {};
-    maps_[job].problem = WithContext(message, context);
-    phi::LogError(maps_[job].problem);
+    maps_[job].problem = problem;
   }
 
   void Finish() {

@@ -6,7 +6,9 @@
 #include <mutex>
 #include <utility>
 
+#include "colmap_ext/failure_text.h"
 #include "colmap_ext/pipeline/task_queue.h"
+#include "phi/base/error.h"
 #include "phi/base/log.h"
 
 namespace colmap_ext {
@@ -109,8 +111,7 @@ std::vector<StagePlan> StageLoop::Plan(const PlanQueries& earlier, const PlanSco
                   scope);
 }
 
-std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int end_stage,
-                                       const KeepFunction& keep) {
+void StageLoop::Run(const std::vector<StagePlan>& plan, int end_stage, const KeepFunction& keep, const FailFunction& fail) {
   TellNumTasks(plan);
   TaskList tasks(stages_, jobs_, plan, end_stage);
   const auto forget = [&](int task) {
@@ -119,9 +120,19 @@ std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int e
       if (stages_[stage + 1].kind == StageKind::kInfer) store_.ForgetRegions(jobs_[job].image);
     }
   };
+  const auto tell = [&](int task, const phi::Message& message, bool is_too_large) {
+    const auto [stage, job] = tasks.entries()[task];
+    NoteFailedFile(message.file);
+    fail({stage, job, message, is_too_large});
+  };
   const QueueOutcome queue = RunTasks(tasks.queued(), backends_, [&](int task, phi::Backend& backend) {
     const auto [stage, job] = tasks.entries()[task];
-    RunTask(plan, stage, job, backend, keep);
+    try {
+      RunTask(plan, stage, job, backend, keep);
+    } catch (const phi::InputError& error) {  // told at once: a run may go on for days, or be killed
+      tell(task, error.message(), false);
+      throw;
+    }
     forget(task);
   });
   const auto set_state = [&](int task, State state) {
@@ -129,14 +140,11 @@ std::vector<JobFailure> StageLoop::Run(const std::vector<StagePlan>& plan, int e
   };
   for (int task = 0; task < static_cast<int>(tasks.entries().size()); ++task) set_state(task, State::kMade);
   for (const int task : queue.left_out) set_state(task, State::kOpen);
-  std::vector<JobFailure> failures;
   for (const TaskFailure& failure : queue.failures) {
     set_state(failure.task, State::kFailed);
     forget(failure.task);
-    const auto [stage, job] = tasks.entries()[failure.task];
-    failures.push_back({stage, job, failure.message, failure.is_too_large});
+    if (failure.is_too_large) tell(failure.task, failure.message, true);
   }
-  return failures;
 }
 
 void StageLoop::TellNumTasks(const std::vector<StagePlan>& plan) {
@@ -175,27 +183,38 @@ void StageLoop::RunTask(const std::vector<StagePlan>& plan, int stage, int job, 
                           .input_keys = stage > 0 ? plan[stage - 1].keys : kNoKeys,
                           .job = jobs_[job]};
   TaskOutcome outcome;
-  outcome.result = tasks_.Run(task, backend, &progress, &outcome.warnings);
-  const std::string& name = workspace_.views()[jobs_[job].image].name;
-  Tell(name, outcome.warnings);
+  outcome.result = tasks_.Run(task, backend, &progress, &outcome.unread_sources);
+  NoteUnreadSources(jobs_[job].image, outcome.unread_sources);
   outcome.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   keep(stage, job, std::move(outcome));
 }
 
-void StageLoop::Tell(const std::string& image, const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) {
-    const bool is_new = [&] {
-      const std::lock_guard<std::mutex> lock(told_mutex_);
-      return told_.insert(warning).second;
-    }();
-    const std::string line = "image " + image + ": " + warning;
-    is_new ? phi::LogWarning(line) : phi::LogDebug(line);
+void StageLoop::NoteUnreadSources(int image, const std::vector<phi::Message>& unread) {
+  for (const phi::Message& message : unread) {
+    phi::LogDebug("image " + phi::AboutImage(workspace_.views()[image].name) + ": " + kSourceLeftOut + message);
+    const std::lock_guard<std::mutex> lock(told_mutex_);
+    unread_sources_.emplace(message.text, message);
   }
+}
+
+void StageLoop::NoteFailedFile(const std::string& file) {
+  const std::lock_guard<std::mutex> lock(told_mutex_);
+  if (!file.empty()) failed_files_.insert(file);
+}
+
+void StageLoop::WarnOfUnreadSources() {
+  for (const ImageJob& job : jobs_) NoteFailedFile(job.problem.file);
+  std::vector<phi::Message> untold;
+  for (const auto& [text, message] : unread_sources_) {
+    if (!failed_files_.contains(message.file)) untold.push_back(message);
+  }
+  if (!untold.empty()) phi::LogWarning(ListByReason("source images were left out, since they cannot be read:", untold));
 }
 
 void StageLoop::End() {
   store_.Drain();
   progress_.reset();
+  WarnOfUnreadSources();
 }
 
 }  // namespace colmap_ext

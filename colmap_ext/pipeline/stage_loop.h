@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -28,9 +29,12 @@ struct JobFailure {
 
 struct TaskOutcome {
   StageResult result;
-  std::vector<std::string> warnings;  // logged already
+  std::vector<phi::Message> unread_sources;  // source images that were left out, and why
   double seconds = 0;
 };
+
+// Before the reason, in log and record.
+inline constexpr char kSourceLeftOut[] = "source image left out: ";
 
 class StageLoop {
  public:
@@ -43,10 +47,12 @@ class StageLoop {
   // What is still to be made. `earlier` tells of results that are not this loop's.
   std::vector<StagePlan> Plan(const PlanQueries& earlier, const PlanScope& scope = {}) const;
   using KeepFunction = std::function<void(int stage, int job, TaskOutcome outcome)>;
+  using FailFunction = std::function<void(const JobFailure& failure)>;
   // Does what is pending of the stages before end_stage, and waits for it. What reads a map that was not made is left out: the
-  // next plan has it again, without that map. `keep` gets the results, from several threads at once. Throws as RunTasks.
-  std::vector<JobFailure> Run(const std::vector<StagePlan>& plan, int end_stage, const KeepFunction& keep);
-  // After the last Run: writes what waits, and ends the progress line.
+  // next plan has it again, without that map. `keep` gets the results, `fail` what fails, when it does; both are called from several
+  // threads at once. Throws as RunTasks.
+  void Run(const std::vector<StagePlan>& plan, int end_stage, const KeepFunction& keep, const FailFunction& fail);
+  // After the last Run: writes what waits, ends the progress line, and warns of source images that were left out.
   void End();
 
   const std::vector<Stage>& stages() const { return stages_; }
@@ -64,8 +70,12 @@ class StageLoop {
                         ThreadGroup* beside) const;
   void RunTask(const std::vector<StagePlan>& plan, int stage, int job, phi::Backend& backend,
                const KeepFunction& keep);
-  // One photo that cannot be read is a source of many images, in every stage: what was told of one is detail for the others.
-  void Tell(const std::string& image, const std::vector<std::string>& warnings);
+  // One photo that cannot be read is a source of many images, in every stage: that is detail, and its reason told once, in the end.
+  void NoteUnreadSources(int image, const std::vector<phi::Message>& unread);
+  // Of the file that a failure is about, if there is one.
+  void NoteFailedFile(const std::string& file);
+  // Of those whose reason no failure has told.
+  void WarnOfUnreadSources();
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;
@@ -75,8 +85,9 @@ class StageLoop {
   std::vector<Stage> stages_;
   std::vector<std::vector<State>> states_;  // by stage and job
   std::unique_ptr<ProgressLine> progress_;
-  std::mutex told_mutex_;
-  std::set<std::string> told_;  // warnings, without the image that they are of
+  std::mutex told_mutex_;                               // guards what follows while tasks run
+  std::map<std::string, phi::Message> unread_sources_;  // by their sentences
+  std::set<std::string> failed_files_;
 };
 
 }  // namespace colmap_ext

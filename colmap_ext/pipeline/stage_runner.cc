@@ -47,15 +47,14 @@ void StageRunner::Run(const std::vector<StagePlan>& plan) {
   }
   for (int s = 0; s < end_stage; ++s) BeginTasks(s, plan[s]);
   spans_.assign(summary_.stages.size(), {});
-  const std::vector<JobFailure> failures =
-      loop_.Run(plan, end_stage, [&](int stage, int job, const TaskOutcome& outcome) {
-        Keep(stage, job, plan[stage].keys[job], outcome);
-      });
+  loop_.Run(
+      plan, end_stage,
+      [&](int stage, int job, const TaskOutcome& outcome) { Keep(stage, job, plan[stage].keys[job], outcome); },
+      [&](const JobFailure& failure) { RecordFailure(failure, plan[failure.stage].keys[failure.job]); });
   for (std::size_t s = 0; s < spans_.size(); ++s) {
     const std::chrono::duration<double> span = spans_[s].end - spans_[s].begin;
     if (span.count() > 0) summary_.stages[s].seconds += span.count();
   }
-  for (const JobFailure& failure : failures) RecordFailure(failure, plan[failure.stage].keys[failure.job]);
 }
 
 void StageRunner::BeginTasks(int stage, const StagePlan& plan) {
@@ -71,7 +70,7 @@ void StageRunner::BeginTasks(int stage, const StagePlan& plan) {
 
 void StageRunner::Keep(int stage, int job, const std::string& key, const TaskOutcome& outcome) {
   TaskRecord record;
-  record.warnings = outcome.warnings;
+  for (const phi::Message& message : outcome.unread_sources) record.warnings.push_back(kSourceLeftOut + message.text);
   record.state = "done";
   record.key = key;
   record.seconds = outcome.seconds;
@@ -112,21 +111,24 @@ void StageRunner::Save(int stage, int job, const StageResult& result, const Task
       });
 }
 
+// What is not recorded has no place for it: what would have been made of it has failed.
 void StageRunner::RecordFailure(const JobFailure& failure, const std::string& key) {
-  const Stage& stage = StageOf(failure.stage);
-  Fail(failure.job, stage.result, failure.message);
-  if (failure.is_too_large) ++summary_.num_too_large;
-  if (stage.transient) return;
+  Fail(failure.job, StageOf(failure.stage).result, failure.message, failure.is_too_large);
+  int stage = failure.stage;
+  while (StageOf(stage).transient) ++stage;
   TaskRecord record;
   record.state = "failed";
-  record.key = key;
+  record.key = stage == failure.stage ? key : "";
   record.warnings = {failure.message.text};
-  record_.Finish(TaskOf(failure.stage, failure.job), record);
+  record_.Finish(TaskOf(stage, failure.job), record);
 }
 
-void StageRunner::Fail(int job, const std::string& stage, const phi::Message& message) {
-  summary_.failures.push_back(WithContext(message, phi::AboutImage(NameOf(job)) + phi::AboutStage(stage)));
-  phi::LogError(summary_.failures.back());
+void StageRunner::Fail(int job, const std::string& stage, const phi::Message& message, bool is_too_large) {
+  const phi::Message failure = WithContext(message, phi::AboutImage(NameOf(job)) + phi::AboutStage(stage));
+  phi::LogError(failure);
+  std::lock_guard<std::mutex> lock(mutex_);
+  summary_.failures.push_back(failure);
+  summary_.num_too_large += is_too_large ? 1 : 0;
 }
 
 void StageRunner::LeaveOut(const phi::Message& why) {

@@ -32,10 +32,10 @@ class StageRunner {
     return loop_.Plan(earlier, scope);
   }
   // Does what is pending, but not the stages after one that is likely to fail again: without its result the others may all be
-  // done. Log, summary and record tell of failures already. Throws as RunTasks.
+  // done. Log, summary and record tell of a failure when it happens. Throws as RunTasks.
   void Run(const std::vector<StagePlan>& plan);
   // A job that cannot be done, at any time: log and summary.
-  void Fail(int job, const std::string& stage, const phi::Message& message);
+  void Fail(int job, const std::string& stage, const phi::Message& message, bool is_too_large = false);
   // An image that is not counted, before the first Run: the same as a warning.
   void LeaveOut(const phi::Message& why);
   // After the last Run: writes what waits, and ends the progress line.

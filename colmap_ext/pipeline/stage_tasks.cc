@@ -58,16 +58,16 @@ StageTasks::StageTasks(const Workspace& workspace, const std::vector<ImageJob>& 
       store_(*store) {}
 
 StageResult StageTasks::Run(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
-                            std::vector<std::string>* warnings) const {
+                            std::vector<phi::Message>* unread) const {
   switch (task.stage.kind) {
     case StageKind::kEstimate:
-      return Estimate(task, backend, progress, warnings);
+      return Estimate(task, backend, progress, unread);
     case StageKind::kShare:
       return Share(task, backend);
     case StageKind::kFilter:
       return Filter(task, backend);
     case StageKind::kInfer:
-      return Infer(task, backend, warnings);
+      return Infer(task, backend, unread);
     case StageKind::kPublish:
       return Published(store_.Map(task.job.image, task.previous->result));
   }
@@ -75,7 +75,7 @@ StageResult StageTasks::Run(const StageTask& task, phi::Backend& backend, Progre
 }
 
 phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vector<int>* used,
-                                                   std::vector<std::string>* warnings) const {
+                                                   std::vector<phi::Message>* unread) const {
   phi::EstimationInput input;
   // Samples count by their grey level: those of the reference's mask must differ. Those of a source's must not, since
   // only the reference decides which samples of a window count, and an edge that is not there would outweigh the rest.
@@ -83,9 +83,10 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
   input.reference = {&workspace_.views()[job.image],
                      has_weights ? store_.CutGray(job.image) : store_.Gray(job.image)};
   input.noise = NoiseOf(job.image);
-  input.sources = ReadSources(job, job.NumMatched(), used, warnings);
+  input.sources = ReadSources(job, job.NumMatched(), used, unread);
   if (input.sources.empty()) {
-    throw phi::InputError("image " + phi::AboutImage(input.reference.view->name) + ": none of its source images can be read");
+    const phi::Message none = "image " + phi::AboutImage(input.reference.view->name) + ": none of its source images can be read";
+    throw phi::InputError(unread->empty() ? none : none + ": " + unread->front());
   }
   phi::SparseDepth sparse = sparse_depth_(job.image);
   input.sparse = std::move(sparse.points);
@@ -97,9 +98,9 @@ phi::EstimationInput StageTasks::EstimationInputOf(const ImageJob& job, std::vec
 }
 
 StageResult StageTasks::Estimate(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
-                                 std::vector<std::string>* warnings) const {
+                                 std::vector<phi::Message>* unread) const {
   std::vector<int> used;
-  phi::EstimationInput input = EstimationInputOf(task.job, &used, warnings);
+  phi::EstimationInput input = EstimationInputOf(task.job, &used, unread);
   input.tell_progress = [progress](double share) { progress->SetShare(share); };
   phi::EstimationResult estimate = backend.Estimate(input, options_.stereo);
   if (const auto mask = store_.ImageMask(task.job.image); mask != nullptr) phi::DropMasked(*mask, &estimate.map);
@@ -113,9 +114,9 @@ StageResult StageTasks::Share(const StageTask& task, phi::Backend& backend) cons
   const ImageJob& job = task.job;
   const std::string& kind = task.previous->result;
   std::vector<int> used;
-  std::vector<std::string> warnings;  // the estimation gave them
+  std::vector<phi::Message> unread;  // as in the estimation, which told
   phi::SharingInput input;
-  input.estimation = EstimationInputOf(job, &used, &warnings);
+  input.estimation = EstimationInputOf(job, &used, &unread);
   input.own = {&workspace_.views()[job.image], store_.Map(job.image, kind)};
   for (const int i : used) {
     if (!task.HasSourceMap(i)) continue;
@@ -200,13 +201,13 @@ void StageTasks::PrepareInference(int job) const noexcept {
   }
 }
 
-StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const {
+StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const {
   const ImageJob& job = task.job;
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
   std::vector<int> used;
   input.sources =
-      ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, warnings);
+      ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, unread);
   input.max_matched = static_cast<int>(std::count_if(
       used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
   input.mask = store_.ImageMask(job.image);
@@ -256,18 +257,14 @@ phi::ViewImage StageTasks::ReadView(int image) const {
 
 std::vector<phi::ViewImage> StageTasks::ReadSources(const ImageJob& job, std::size_t num_sources,
                                                     std::vector<int>* used,
-                                                    std::vector<std::string>* warnings) const {
+                                                    std::vector<phi::Message>* unread) const {
   std::vector<phi::ViewImage> sources;
   for (std::size_t i = 0; i < num_sources; ++i) {
     try {
       sources.push_back(ReadView(job.sources[i]));
       used->push_back(static_cast<int>(i));
     } catch (const phi::InputError& error) {
-      // Where it has maps of its own it fails there, in this run or another shard's: the reason is long, and told there.
-      const bool has_own_maps = job.source_jobs[i] >= 0;
-      const std::string& name = workspace_.views()[job.sources[i]].name;
-      warnings->push_back("source image left out: " +
-                          (has_own_maps ? name + ", which fails itself; `phimvs status` says why" : error.what()));
+      unread->push_back(WithContext(error.message(), phi::AboutImage(workspace_.views()[job.sources[i]].name)));
     }
   }
   return sources;

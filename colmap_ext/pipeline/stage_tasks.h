@@ -37,10 +37,9 @@ class StageTasks {
   StageTasks(const Workspace& workspace, const std::vector<ImageJob>& jobs, const PipelineOptions& options,
              SparseDepthFunction sparse_depth, MapStore* store);
 
-  // `warnings` gets what the user should know about this image, `progress` how far it is; both may not be null. Throws
+  // `progress` gets how far this image is, `unread` why source images cannot be read, which are left out; both may not be null. Throws
   // phi::InputError when this image cannot be done.
-  StageResult Run(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
-                  std::vector<std::string>* warnings) const;
+  StageResult Run(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress, std::vector<phi::Message>* unread) const;
 
   // What inference will ask of the image alone, so that it is there by then. What fails here fails there, and is told there.
   void PrepareInference(int job) const noexcept;
@@ -50,26 +49,25 @@ class StageTasks {
 
  private:
   StageResult Estimate(const StageTask& task, phi::Backend& backend, ProgressLine::Task* progress,
-                       std::vector<std::string>* warnings) const;
+                       std::vector<phi::Message>* unread) const;
   StageResult Share(const StageTask& task, phi::Backend& backend) const;
   // What the estimation reads, and its sources' positions in job.sources.
   phi::EstimationInput EstimationInputOf(const ImageJob& job, std::vector<int>* used,
-                                         std::vector<std::string>* warnings) const;
+                                         std::vector<phi::Message>* unread) const;
   StageResult Filter(const StageTask& task, phi::Backend& backend) const;
   // NoiseDeviation of the image, which several stages ask for.
   double NoiseOf(int image) const;
   // Its depths, in place of which the user's count.
   phi::DepthRange SearchRange(const phi::SparseDepth& sparse) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
-  StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<std::string>* warnings) const;
+  StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const;
   // mask: of the image, may be null.
   void CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
   phi::ViewImage ReadView(int image) const;
-  // Of the first `num_sources` sources those whose image can be read; the others become warnings. `used` gets their
-  // positions in job.sources.
+  // Of the first `num_sources` sources those whose image can be read. `used` gets their positions in job.sources.
   std::vector<phi::ViewImage> ReadSources(const ImageJob& job, std::size_t num_sources,
-                                          std::vector<int>* used, std::vector<std::string>* warnings) const;
+                                          std::vector<int>* used, std::vector<phi::Message>* unread) const;
   // Of the stage before, of the sources at positions `used` of job.sources; null where there are none.
   std::vector<std::shared_ptr<const phi::MeasuredDepths>> SourceDepths(const StageTask& task,
                                                                        const std::vector<int>& used) const;

@@ -50,7 +50,7 @@ class StageLoopTest : public ::testing::Test {
     const auto keep = [&](int stage, int job, const TaskOutcome& outcome) {
       loop.store().KeepInMemory(jobs[job].image, loop.stages()[stage].result, outcome.result);
     };
-    EXPECT_TRUE(loop.Run(plan, end_stage, keep).empty());
+    loop.Run(plan, end_stage, keep, [](const JobFailure& failure) { ADD_FAILURE() << failure.message.text; });
     loop.End();
     EXPECT_EQ(calls.estimates, kNumImages);
     return num_found;

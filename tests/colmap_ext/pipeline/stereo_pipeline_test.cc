@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <thread>
 
 #include "colmap_ext/image_file.h"
 #include "colmap_ext/map_file.h"
@@ -612,30 +614,82 @@ TEST_F(StereoPipelineTest, LinkToItselfFailsAlone) {
   EXPECT_TRUE(std::filesystem::exists(DepthPath(4, "geometric")));
 }
 
-// Four images have it among their sources, in two stages.
-TEST_F(StereoPipelineTest, ASourceThatCannotBeReadIsToldOfOnce) {
+// They are sources of the others in two stages, and fail themselves.
+TEST_F(StereoPipelineTest, WhatTellsOfAFailureTellsNothingOfItAsASource) {
   std::filesystem::remove(folder_ / "images" / names_[1]);
-  std::filesystem::remove(folder_ / "images" / names_[2]);
-  std::vector<std::string> told;
-  {
-    const test_support::LogCapture log;
-    Run();
-    std::copy_if(log.messages().begin(), log.messages().end(), std::back_inserter(told),
-                 [](const std::string& line) { return line.find("source image left out") != std::string::npos; });
-  }
-  EXPECT_THAT(told, testing::UnorderedElementsAre(HasSubstr(names_[1]), HasSubstr(names_[2])));
-  const auto record = RunRecord(folder_ / "stereo").Find(names_[4], "photometric");
-  ASSERT_TRUE(record.has_value());
-  EXPECT_THAT(record->warnings, SizeIs(2));
-}
-
-// Nothing else tells why.
-TEST_F(StereoPipelineTest, ASourceWithoutMapsOfItsOwnIsToldOfWithTheReason) {
-  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", names_[0] + "\n__all__\n");
-  std::filesystem::remove(folder_ / "images" / names_[1]);
+  test_support::WriteBytes(folder_ / "images" / names_[2], "not a picture");
   const test_support::LogCapture log;
   Run();
-  EXPECT_THAT(log.messages(), testing::Contains(testing::ContainsRegex("source image left out: .*" + names_[1] + ": .* is missing")));
+  EXPECT_THAT(log.messages(), testing::Contains(HasSubstr(names_[2] + ": this image is damaged")).Times(1));
+  EXPECT_THAT(log.messages(), testing::Not(testing::Contains(HasSubstr("left out"))));
+  const auto record = RunRecord(folder_ / "stereo").Find(names_[4], "photometric");
+  ASSERT_TRUE(record.has_value());
+  const std::string left_out = "source image left out: " + (folder_ / "images").string() + "/";
+  EXPECT_THAT(record->warnings, testing::UnorderedElementsAre(HasSubstr(left_out + names_[1] + ": this image is missing"),
+                                                              HasSubstr(left_out + names_[2] + ": this image is damaged")));
+}
+
+// Nothing else tells why. Which image reads them first, and in what order, does not matter.
+TEST_F(StereoPipelineTest, SourcesWithoutMapsOfTheirOwnAreToldOfOnceByTheirReasons) {
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", names_[0] + "\n__all__\n" + names_[4] + "\n__all__\n");
+  for (const int image : {1, 2}) std::filesystem::remove(folder_ / "images" / names_[image]);
+  const std::string why = ": " + (folder_ / "images" / names_[1]).string() + ": this image is missing or cannot be opened; restore it";
+  num_concurrent_ = 2;
+  for (const bool is_late : {false, true}) {
+    options_.overwrite = true;
+    options_.stereo.seed = is_late ? 1 : 0;
+    calls_.on_call = [&](const std::string&, const std::string& image) {
+      if ((image == names_[0]) == is_late) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    };
+    const test_support::LogCapture log;
+    EXPECT_TRUE(Run().failures.empty());
+    EXPECT_THAT(log.messages(),
+                testing::Contains("source images were left out, since they cannot be read:\n  " + names_[1] + ", " + names_[2] + why));
+    EXPECT_THAT(log.messages(), testing::Contains(HasSubstr(names_[1])).Times(1));
+  }
+  std::filesystem::remove(folder_ / "images" / names_[3]);
+  options_.stereo.seed = 2;
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg", names_[0] + "\n" + names_[1] + "\n" + names_[4] + "\n" + names_[0] + "\n");
+  const RunSummary alone = Run();
+  ASSERT_THAT(alone.failures, SizeIs(1));
+  EXPECT_THAT(alone.failures[0].text, HasSubstr(names_[0] + ": none of its source images can be read" + why));
+}
+
+// A run may go on for days after that, or be killed.
+TEST_F(StereoPipelineTest, AFailureIsToldAndRecordedWhenItHappens) {
+  test_support::WriteBytes(folder_ / "images" / names_[1], "not a picture");
+  const test_support::LogCapture log;
+  int num_filters = 0;
+  calls_.on_filter = [&](const phi::FilterInput&) {
+    if (++num_filters > 1) return;
+    EXPECT_THAT(log.messages(), testing::Contains(HasSubstr(names_[1] + ": this image is damaged")));
+    EXPECT_THAT(FindStatus(RunRecord(folder_ / "stereo")).failures, SizeIs(1));
+  };
+  EXPECT_THAT(Run().failures, SizeIs(1));
+  EXPECT_GT(num_filters, 0);
+}
+
+// Maps of these stages are not recorded themselves.
+TEST_F(StereoPipelineTest, StatusTellsOfAnImageThatCannotBeFilled) {
+  for (const auto& [failing, kind] : std::map<std::string, std::string>{{"share", "measured"}, {"infer", "geometric"}}) {
+    ++options_.stereo.seed;
+    calls_.on_call = [&, failing = failing](const std::string& stage, const std::string& image) {
+      if (stage == failing && image == names_[1]) throw phi::InputError("no luck");
+    };
+    ASSERT_THAT(Run().failures, SizeIs(1)) << failing;
+    const RunStatus status = FindStatus(RunRecord(folder_ / "stereo"));
+    ASSERT_THAT(status.failures, SizeIs(1)) << failing;
+    EXPECT_EQ(status.failures[0].image, names_[1]);
+    EXPECT_EQ(status.failures[0].stage, kind);
+    EXPECT_EQ(status.failures[0].text, "no luck");
+    EXPECT_EQ(status.stages.back().num_failed, 1) << failing;
+    EXPECT_EQ(status.stages.back().num_waiting, 0) << failing;
+    EXPECT_THAT(StatusText(status, LockUse::kFree), HasSubstr("failed: " + names_[1] + " (" + kind + "): no luck\n"));
+  }
+  calls_.on_call = nullptr;
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_THAT(FindStatus(RunRecord(folder_ / "stereo")).failures, SizeIs(0));
+  EXPECT_EQ(HashMaps(folder_.path()), CleanMaps());
 }
 
 TEST_F(StereoPipelineTest, DamagedImageFailsAloneAndTheRestIsNotMadeTwice) {
