@@ -231,7 +231,7 @@ phi::MeasurementMap ReadCompactMap(const fs::path& path) {
   return DecodeCompactMap(bytes, phi::AboutFile(path));
 }
 
-phi::DepthMap ReadCompactDepthRows(const fs::path& path, int max_rows) {
+DepthRows ReadCompactDepthRows(const fs::path& path, int max_rows) {
   std::ifstream file = OpenRegularFile(path);
   const Header header = ReadHeader(file, path);
   const phi::Message whose = phi::AboutFile(path);
@@ -246,18 +246,18 @@ phi::DepthMap ReadCompactDepthRows(const fs::path& path, int max_rows) {
   };
   const std::vector<BlockScale> scales = ReadScales(part(sizeof(header), grid.num_blocks() * kScaleBytes), grid.num_blocks(), whose);
   const Planes planes = ReadPlanes(header, false, whose, part);
-  phi::DepthMap depths(grid.width, std::min(max_rows, grid.height));
-  for (int y = 0; y < depths.height(); ++y) {
-    const int row = NearestPixel(y, depths.height(), grid.height);
+  DepthRows rows{phi::DepthMap(grid.width, std::min(max_rows, grid.height)), grid.height};
+  for (int y = 0; y < rows.depths.height(); ++y) {
+    const int row = NearestPixel(y, rows.depths.height(), grid.height);
     for (int x = 0; x < grid.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
       const int block = row / compact::kBlock * grid.columns() + x / compact::kBlock;
       const float depth = DepthOf(planes, i, scales[static_cast<std::size_t>(block)], whose);
       const bool is_hidden = depth > 0 && header.has_states != 0 && !IsPublished(StateOf(planes, i, whose));
-      if (!is_hidden) depths(x, y) = depth;
+      if (!is_hidden) rows.depths(x, y) = depth;
     }
   }
-  return depths;
+  return rows;
 }
 
 MapSize ReadCompactMapSize(const fs::path& path) {

@@ -33,7 +33,7 @@ std::unique_ptr<AtomicFile> PrepareCompactMap(const std::filesystem::path& path,
 phi::MeasurementMap ReadCompactMap(const std::filesystem::path& path);
 // What ReadPublishedDepths reads of the same map as a COLMAP one; without reading its normals, or finding damage that is
 // in them alone. See ReadDepthRows.
-phi::DepthMap ReadCompactDepthRows(const std::filesystem::path& path, int max_rows);
+DepthRows ReadCompactDepthRows(const std::filesystem::path& path, int max_rows);
 // From the header alone, checked against the file's length; one channel.
 MapSize ReadCompactMapSize(const std::filesystem::path& path);
 

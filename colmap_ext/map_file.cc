@@ -209,17 +209,17 @@ phi::Array2D<float> ReadThinnedDepthMap(const fs::path& path, int longest_side) 
   return depth;
 }
 
-phi::Array2D<float> ReadDepthRows(const fs::path& path, int max_rows) {
+DepthRows ReadDepthRows(const fs::path& path, int max_rows) {
   MapReader reader(path);
   reader.ExpectChannels(1, "depth map");
   const ThinnedSize size{reader.size().width, std::min(max_rows, reader.size().height)};
-  auto depth = phi::Array2D<float>::Uninitialized(size.width, size.height);
-  if (size.height == reader.size().height) {
-    reader.Read({depth.data(), depth.size()});
-    return depth;
+  DepthRows rows{phi::Array2D<float>::Uninitialized(size.width, size.height), reader.size().height};
+  if (size.height == rows.map_height) {
+    reader.Read({rows.depths.data(), rows.depths.size()});
+  } else {
+    reader.ReadThinnedChannel(0, size, [&](int x, int y, float value) { rows.depths(x, y) = value; });
   }
-  reader.ReadThinnedChannel(0, size, [&](int x, int y, float value) { depth(x, y) = value; });
-  return depth;
+  return rows;
 }
 
 phi::Array2D<phi::Vec3f> ReadThinnedNormalMap(const fs::path& path, int longest_side) {

@@ -27,8 +27,13 @@ phi::Array2D<float> ReadDepthMap(const std::filesystem::path& path);
 phi::Array2D<phi::Vec3f> ReadNormalMap(const std::filesystem::path& path);
 // Thinned to a longer side of at most `longest_side` pixels (thinning.h). Read no other rows.
 phi::Array2D<float> ReadThinnedDepthMap(const std::filesystem::path& path, int longest_side);
-// At most `max_rows` of its rows, evenly over the height, each of them whole.
-phi::Array2D<float> ReadDepthRows(const std::filesystem::path& path, int max_rows);
+// Rows of a depth map, evenly over its height.
+struct DepthRows {
+  phi::Array2D<float> depths;
+  int map_height = 0;
+};
+// At most `max_rows` of them, each whole.
+DepthRows ReadDepthRows(const std::filesystem::path& path, int max_rows);
 phi::Array2D<phi::Vec3f> ReadThinnedNormalMap(const std::filesystem::path& path, int longest_side);
 phi::PlaneMap ReadPlaneMap(const std::filesystem::path& depth_path, const std::filesystem::path& normal_path);
 

@@ -68,7 +68,7 @@ void AddPointsTo(const Workspace& workspace, std::vector<SampledImage>* images) 
 
 phi::DepthMap ReadSampledDepths(const Workspace& workspace, const SampledImage& sampled) {
   if (fs::exists(CompactMapPath(workspace, sampled.image, sampled.kind)))
-    return *FindPublishedDepths(workspace, sampled.image, sampled.kind);
+    return FindPublishedDepths(workspace, sampled.image, sampled.kind)->depths;
   return ReadThinnedDepthMap(workspace.DepthMapPath(sampled.image, sampled.kind), kSide);
 }
 

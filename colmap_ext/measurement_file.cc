@@ -82,6 +82,22 @@ fs::path MaskBeside(const fs::path& depth_path) {
   return {};
 }
 
+DepthRows ReadPublishedRows(const fs::path& depth_path, int max_rows) {
+  DepthRows rows = ReadDepthRows(depth_path, max_rows);
+  const fs::path mask_path = MaskBeside(depth_path);
+  if (mask_path.empty() || !fs::exists(mask_path)) return rows;
+  const phi::Mask mask = ReadMask(mask_path);
+  phi::DepthMap& depths = rows.depths;
+  const auto width = static_cast<std::size_t>(depths.width());
+  for (int y = 0; y < depths.height(); ++y) {
+    const std::size_t row = static_cast<std::size_t>(NearestPixel(y, depths.height(), rows.map_height)) * width;
+    for (std::size_t x = 0; x < width && row + x < mask.size(); ++x) {
+      if (mask.data()[row + x] == kClueValue) depths(static_cast<int>(x), y) = 0;
+    }
+  }
+  return rows;
+}
+
 }  // namespace
 
 phi::Mask MaskOfStates(const phi::StateMap& states) {
@@ -113,36 +129,17 @@ phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, st
   return map;
 }
 
-std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows) {
+phi::DepthMap ReadPublishedDepths(const fs::path& depth_path) { return ReadPublishedRows(depth_path, kAllRows).depths; }
+
+std::optional<DepthRows> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows) {
   if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) {
     if (max_rows < kAllRows) return ReadCompactDepthRows(compact, max_rows);
     const phi::MeasurementMap map = ReadCompactMap(compact);
-    return phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map));
+    return DepthRows{phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map)), map.height()};
   }
   const fs::path depth_path = workspace.DepthMapPath(image, kind);
   if (!fs::exists(depth_path)) return std::nullopt;
-  return ReadPublishedDepths(depth_path, max_rows);
-}
-
-MapSize ReadSizeOfMap(const Workspace& workspace, int image, std::string_view kind) {
-  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) return ReadCompactMapSize(compact);
-  return ReadMapSize(workspace.DepthMapPath(image, kind));
-}
-
-phi::DepthMap ReadPublishedDepths(const fs::path& depth_path, int max_rows) {
-  phi::DepthMap depths = ReadDepthRows(depth_path, max_rows);
-  const fs::path mask_path = MaskBeside(depth_path);
-  if (mask_path.empty() || !fs::exists(mask_path)) return depths;
-  const phi::Mask mask = ReadMask(mask_path);
-  const int height = ReadMapSize(depth_path).height;
-  const auto width = static_cast<std::size_t>(depths.width());
-  for (int y = 0; y < depths.height(); ++y) {
-    const std::size_t row = static_cast<std::size_t>(NearestPixel(y, depths.height(), height)) * width;
-    for (std::size_t x = 0; x < width && row + x < mask.size(); ++x) {
-      if (mask.data()[row + x] == kClueValue) depths(static_cast<int>(x), y) = 0;
-    }
-  }
-  return depths;
+  return ReadPublishedRows(depth_path, max_rows);
 }
 
 }  // namespace colmap_ext

@@ -30,11 +30,9 @@ phi::MeasurementMap ReadMeasurements(const Workspace& workspace, int image, std:
 phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, std::string_view kind);
 
 // The depth map for all who take depths > 0 for depths: without what the mask beside a measured map calls clues.
-phi::DepthMap ReadPublishedDepths(const std::filesystem::path& depth_path, int max_rows = kAllRows);  // see ReadDepthRows
-// The same of a workspace's map, compact or not; none where it is not there.
-std::optional<phi::DepthMap> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows = kAllRows);
-// Of a map that is there, from its header alone.
-MapSize ReadSizeOfMap(const Workspace& workspace, int image, std::string_view kind);
+phi::DepthMap ReadPublishedDepths(const std::filesystem::path& depth_path);
+// Rows of the same of a workspace's map, compact or not; none where it is not there.
+std::optional<DepthRows> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows = kAllRows);
 
 // The value of a clue in <image>.measured.png.
 inline constexpr std::uint8_t kClueValue = 128;

@@ -89,8 +89,8 @@ class ImageMaker {
            [&](Part* part) { filled_ = Read(workspace_.FilledMaskPath(image_), ReadMaskImage, part); }});
     if (!photometric_ && !geometric_) result_.warnings.push_back("has no depth map");
     if (Best()) {
-      result_.width = Best()->width();
-      result_.height = ReadSizeOfMap(workspace_, image_, geometric_ ? kGeometric : measured_ ? kMeasured : kPhotometric).height;
+      result_.width = Best()->depths.width();
+      result_.height = Best()->map_height;
     }
     DoAll({[&](Part*) { AddShares(); }, [&](Part*) { AddDepths(); }, [&](Part*) { AddHistogram(); },
            [&](Part* part) { AddPhoto(part); }});
@@ -135,7 +135,7 @@ class ImageMaker {
   }
 
   // Of a map in whatever form.
-  std::optional<DepthMap> ReadDepths(std::string_view kind, Part* part) {
+  std::optional<DepthRows> ReadDepths(std::string_view kind, Part* part) {
     try {
       return FindPublishedDepths(workspace_, image_, kind, with_pictures_ ? kAllRows : kRowsForFigures);
     } catch (const phi::InputError& error) {
@@ -144,7 +144,7 @@ class ImageMaker {
     }
   }
 
-  const std::optional<DepthMap>& Best() const { return geometric_ ? geometric_ : measured_ ? measured_ : photometric_; }
+  const std::optional<DepthRows>& Best() const { return geometric_ ? geometric_ : measured_ ? measured_ : photometric_; }
 
   static double FilledPercent(const DepthMap& depth, int height, const phi::Mask& filled) {
     if (filled.width() != depth.width() || filled.height() != height) return -1;
@@ -157,15 +157,15 @@ class ImageMaker {
   }
 
   void AddShares() {
-    if (photometric_) result_.photometric = ValidPercent(*photometric_);
-    if (measured_) result_.measured = ValidPercent(*measured_);
-    if (geometric_) result_.geometric = ValidPercent(*geometric_);
-    if (geometric_ && filled_) result_.filled = FilledPercent(*geometric_, result_.height, *filled_);
+    if (photometric_) result_.photometric = ValidPercent(photometric_->depths);
+    if (measured_) result_.measured = ValidPercent(measured_->depths);
+    if (geometric_) result_.geometric = ValidPercent(geometric_->depths);
+    if (geometric_ && filled_) result_.filled = FilledPercent(geometric_->depths, geometric_->map_height, *filled_);
   }
 
   void AddDepths() {
     if (!Best()) return;
-    const DepthMap& depth = *Best();
+    const DepthMap& depth = Best()->depths;
     const MapStatistics statistics = DepthStatistics(depth);
     if (statistics.num_valid == 0) return;
     result_.near_depth = statistics.low;
@@ -176,7 +176,7 @@ class ImageMaker {
   }
 
   void AddHistogram() {
-    if (Best()) result_.depth_histogram = DepthHistogram(*Best(), result_.height);
+    if (Best()) result_.depth_histogram = DepthHistogram(Best()->depths, Best()->map_height);
   }
 
   void AddPhoto(Part* part) {
@@ -196,8 +196,8 @@ class ImageMaker {
   void AddPictures() {
     // One range for all depths of the image, so that equal colours are equal depths.
     const DepthRange range{static_cast<float>(result_.near_depth), static_cast<float>(result_.far_depth)};
-    const auto add_depth = [&](const char* title, const std::optional<DepthMap>& depth, const char* caption, Part* part) {
-      if (depth) part->Add(title, DepthPicture(*depth, range, options_.picture_size), caption, DepthLegend(range));
+    const auto add_depth = [&](const char* title, const std::optional<DepthRows>& rows, const char* caption, Part* part) {
+      if (rows) part->Add(title, DepthPicture(rows->depths, range, options_.picture_size), caption, DepthLegend(range));
     };
     DoAll({[&](Part* part) { add_depth("Raw depth", photometric_, "estimated, before the filter", part); },
            [&](Part* part) { add_depth("Measured depth", measured_, "confirmed by other views; black: none", part); },
@@ -252,7 +252,7 @@ class ImageMaker {
         file->second, [&](const std::filesystem::path& p) { return ReadTruthDepth(p, options_.values_per_unit); }, part);
     if (!truth) return;
     RequireShapeOfImage(*truth, file->second, workspace_.views()[image_]);
-    part->Add("Difference to truth", DifferencePicture(*Best(), *truth, options_.picture_size), kDifferenceCaption,
+    part->Add("Difference to truth", DifferencePicture(Best()->depths, *truth, options_.picture_size), kDifferenceCaption,
               DifferenceLegend());
   }
 
@@ -267,7 +267,7 @@ class ImageMaker {
     }
     part->Add("Depth, " + options_.compare_name, DepthPicture(*other, range, options_.picture_size),
               "same colours as the final depth", DepthLegend(range));
-    part->Add("Difference to " + options_.compare_name, DifferencePicture(*Best(), *other, options_.picture_size),
+    part->Add("Difference to " + options_.compare_name, DifferencePicture(Best()->depths, *other, options_.picture_size),
               kDifferenceCaption, DifferenceLegend());
   }
 
@@ -276,7 +276,7 @@ class ImageMaker {
   const TruthFiles& truth_;
   int image_;
   bool with_pictures_;
-  std::optional<DepthMap> photometric_, measured_, geometric_;
+  std::optional<DepthRows> photometric_, measured_, geometric_;
   std::optional<phi::Mask> filled_;
   ReportImage result_;
 };

@@ -83,7 +83,8 @@ TEST(CompactMap, DepthsAloneAreThoseOfTheMapWithoutClues) {
     const phi::MeasurementMap map = RoundToCompact(RandomMap(5, has_states, 4));
     PrepareCompactMap(folder / "m.map", map)->Commit();
     for (const int max_rows : {37, 5}) {
-      const phi::DepthMap depths = ReadCompactDepthRows(folder / "m.map", max_rows);
+      const auto [depths, map_height] = ReadCompactDepthRows(folder / "m.map", max_rows);
+      EXPECT_EQ(map_height, 37);
       ASSERT_EQ(depths.width(), 53);
       ASSERT_EQ(depths.height(), max_rows);
       for (int y = 0; y < max_rows; ++y) {

@@ -113,14 +113,15 @@ TEST(MapFileTest, SomeRowsAreWholeAndEvenlyOverTheHeight) {
     for (int x = 0; x < 7; ++x) depth(x, y) = static_cast<float>(10 * y + x);
   }
   WriteDepthMap(folder / "d.bin", depth);
-  const phi::Array2D<float> rows = ReadDepthRows(folder / "d.bin", 2);
+  const auto [rows, map_height] = ReadDepthRows(folder / "d.bin", 2);
+  EXPECT_EQ(map_height, 5);
   ASSERT_EQ(rows.width(), 7);
   ASSERT_EQ(rows.height(), 2);
   for (int x = 0; x < 7; ++x) {
     EXPECT_EQ(rows(x, 0), 10 + x);
     EXPECT_EQ(rows(x, 1), 30 + x);
   }
-  const phi::Array2D<float> all = ReadDepthRows(folder / "d.bin", 5);
+  const phi::Array2D<float> all = ReadDepthRows(folder / "d.bin", 5).depths;
   EXPECT_TRUE(std::equal(all.begin(), all.end(), depth.begin(), depth.end()));
 }
 

@@ -121,7 +121,7 @@ TEST_F(MeasurementFileTest, WhoTakesAllDepthsForDepthsGetsNoClues) {
   for (const std::string kind : {"measured", "photometric"}) Write(kind, depths, {0, 128, 255, 0, 128, 0});
   EXPECT_EQ(read("measured"), (std::vector<float>{1, 0, 3, 0, 0, 6}));
   EXPECT_EQ(read("photometric"), depths);
-  EXPECT_EQ(ReadPublishedDepths(Open().DepthMapPath(0, "measured"), 1)(1, 0), 0);
+  EXPECT_EQ(FindPublishedDepths(Open(), 0, "measured", 1)->depths(1, 0), 0);
   fs::remove(Open().FilledMaskPath(0, "measured"));
   EXPECT_EQ(read("measured"), depths);
 }
@@ -135,8 +135,8 @@ TEST_F(MeasurementFileTest, SomeRowsHaveNoCluesEither) {
   WriteMask(workspace.FilledMaskPath(0, "measured"), mask);
   const auto rows = FindPublishedDepths(workspace, 0, "measured", 3);
   ASSERT_TRUE(rows);
-  EXPECT_EQ(std::vector<float>(rows->begin(), rows->end()), (std::vector<float>{0, 3, 3, 0, 3, 3}));
-  EXPECT_EQ(ReadSizeOfMap(workspace, 0, "measured").height, 12);
+  EXPECT_EQ(std::vector<float>(rows->depths.begin(), rows->depths.end()), (std::vector<float>{0, 3, 3, 0, 3, 3}));
+  EXPECT_EQ(rows->map_height, 12);
 }
 
 // The file ends with six planes of eight bytes, which are as they are: two of depth, three of normals, states.
@@ -155,7 +155,7 @@ TEST_F(MeasurementFileTest, DamageOfACompactMapIsFoundWhereItIsRead) {
   std::fill(bytes.end() - 32, bytes.end() - 8, std::uint8_t{255});
   write();
   EXPECT_THAT(problem(kAllRows), HasSubstr(path.string()));
-  EXPECT_EQ((*FindPublishedDepths(workspace, 0, "measured", 1))(0, 0), 3) << "without normals";
+  EXPECT_EQ(FindPublishedDepths(workspace, 0, "measured", 1)->depths(0, 0), 3) << "without normals";
   bytes = EncodeCompactMap(map);
   std::fill(bytes.end() - 8, bytes.end(), std::uint8_t{9});
   write();
