@@ -14,6 +14,7 @@
 #include "colmap_ext/atomic_file.h"
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/jpeg_decoder.h"
+#include "colmap_ext/png_decoder.h"
 #include "colmap_ext/tiff_orientation.h"
 #include "phi/base/error.h"
 
@@ -43,23 +44,9 @@ Bytes ReadAllBytes(const fs::path& path) {
   return bytes;
 }
 
-std::size_t BigEndian(const Bytes& bytes, std::size_t at) {
-  std::size_t value = 0;
-  for (int i = 0; i < 4; ++i) value = value << 8 | bytes[at + i];
-  return value;
-}
-
-constexpr std::size_t kPngHeaderBytes = 25;  // up to the bits of a channel
-
-bool IsPng(const Bytes& bytes) {
-  constexpr std::uint8_t kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-  return bytes.size() >= kPngHeaderBytes && std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin());
-}
-
-// No JPEG. A small PNG can announce an image of gigabytes.
+// Neither JPEG nor PNG.
 cv::Mat Decode(const PhotoFile& photo, int flags, const CheckSize& check_size) {
   const auto& [path, bytes] = photo;
-  if (IsPng(bytes) && check_size) check_size(BigEndian(bytes, 16), BigEndian(bytes, 20));
   cv::Mat image;
   try {
     if (HasPhotoFormat(bytes)) image = cv::imdecode(bytes, flags | cv::IMREAD_IGNORE_ORIENTATION);
@@ -140,6 +127,7 @@ PhotoFile ReadPhotoFile(const fs::path& path) {
 
 phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
   if (IsJpeg(photo.bytes)) return DecodeJpegGray(photo, check_size);
+  if (IsPng(photo.bytes)) return DecodePngGray(photo, check_size);
   const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE, check_size);
   phi::GrayImage image(decoded.cols, decoded.rows);
   decoded.copyTo(Wrap(image));
@@ -147,13 +135,26 @@ phi::GrayImage DecodeGray(const PhotoFile& photo, const CheckSize& check_size) {
 }
 
 ColorImage DecodeColor(const PhotoFile& photo, const CheckSize& check_size) {
-  return IsJpeg(photo.bytes) ? DecodeJpegColor(photo, check_size) : FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
+  if (IsJpeg(photo.bytes)) return DecodeJpegColor(photo, check_size);
+  return IsPng(photo.bytes) ? DecodePngColor(photo, check_size) : FromBgr(Decode(photo, cv::IMREAD_COLOR, check_size));
 }
+
+namespace {
+
+// Of 8 bits, or of 16 where the file has so many.
+cv::Mat DecodeGrayOfAnyDepth(const PhotoFile& photo, const CheckSize& check_size) {
+  const bool is_png = IsPng(photo.bytes);
+  if (is_png && PngPixelsOf(photo.bytes).bits == 16) return Wrap(DecodePngGray16(photo, check_size)).clone();
+  if (is_png || IsJpeg(photo.bytes)) return Wrap(DecodeGray(photo, check_size)).clone();
+  return Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
+}
+
+}  // namespace
 
 std::optional<int> Brightest16Bit(const PhotoFile& photo, const CheckSize& check_size) {
   // What the header tells is not decoded for.
-  if (IsJpeg(photo.bytes) || (IsPng(photo.bytes) && photo.bytes[kPngHeaderBytes - 1] < 16)) return {};
-  const cv::Mat decoded = Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size);
+  if (IsJpeg(photo.bytes) || (IsPng(photo.bytes) && PngPixelsOf(photo.bytes).bits < 16)) return {};
+  const cv::Mat decoded = DecodeGrayOfAnyDepth(photo, check_size);
   if (decoded.depth() != CV_16U) return {};
   double brightest = 0;
   cv::minMaxLoc(decoded, nullptr, &brightest);
@@ -173,9 +174,7 @@ ColorImage ReadColorImage(const fs::path& path, const CheckSize& check_size) {
 }
 
 phi::GrayImage ReadImageMaskFile(const fs::path& path, const CheckSize& check_size) {
-  const PhotoFile photo = ReadPhotoFile(path);
-  const phi::GrayImage jpeg = IsJpeg(photo.bytes) ? DecodeJpegGray(photo, check_size) : phi::GrayImage();
-  const cv::Mat decoded = jpeg.empty() ? Decode(photo, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH, check_size) : Wrap(jpeg);
+  const cv::Mat decoded = DecodeGrayOfAnyDepth(ReadPhotoFile(path), check_size);
   phi::GrayImage mask(decoded.cols, decoded.rows);
   cv::Mat target = Wrap(mask);
   cv::compare(decoded, 0, target, cv::CMP_NE);
@@ -184,7 +183,10 @@ phi::GrayImage ReadImageMaskFile(const fs::path& path, const CheckSize& check_si
 
 phi::Array2D<std::uint16_t> ReadGray16Image(const fs::path& path) {
   const PhotoFile photo = ReadPhotoFile(path);
-  const cv::Mat decoded = IsJpeg(photo.bytes) ? cv::Mat() : Decode(photo, cv::IMREAD_UNCHANGED, {});
+  const PngPixels png = IsPng(photo.bytes) ? PngPixelsOf(photo.bytes) : PngPixels();
+  if (png.is_gray && png.bits == 16) return DecodePngGray16(photo, {});
+  const bool is_other = !IsJpeg(photo.bytes) && !IsPng(photo.bytes);
+  const cv::Mat decoded = is_other ? Decode(photo, cv::IMREAD_UNCHANGED, {}) : cv::Mat();
   if (decoded.type() != CV_16UC1) {
     throw phi::InputError(phi::AboutFile(path) + " is not a 16-bit gray image, as true depths in PNG files are");
   }

@@ -225,6 +225,20 @@ TEST(ProgramTest, ADamagedJpegFailsAloneAndIsNamed) {
   EXPECT_EQ(checked.errors, "");
 }
 
+// Every image that names it as a source reads it once more, and libpng left a line without a name each time.
+TEST(ProgramTest, ADamagedPngFailsAloneAndIsNamed) {
+  const TemporaryFolder folder;
+  const auto names = test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 4, .width = 48, .height = 32});
+  const std::filesystem::path photo = folder / "images" / names[2];
+  const std::string bytes = test_support::ReadBytes(photo);
+  test_support::WriteBytes(photo, bytes.substr(0, bytes.size() / 2));
+  const WatchedResult result = RunStereo(folder.path());
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr("error: " + photo.string() + ": this PNG is cut short; copy or undistort it again\n"));
+  EXPECT_THAT(result.err, Not(HasSubstr("libpng")));
+  EXPECT_EQ(CountMaps(folder.path(), "geometric"), 3);
+}
+
 TEST(ProgramTest, RenamedPhotosAreOneErrorOfEveryCommandThatReadsThem) {
   const TemporaryFolder folder;
   test_support::WriteNoiseWorkspace(folder.path(), {.num_images = 3});

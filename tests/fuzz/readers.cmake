@@ -2,7 +2,7 @@
 # of one is soon under test again, and a source that is missing here fails the build of the tests.
 set(reader_sources
   atomic_file compact_codes compact_map config_lines dead_link file_locks fusion_config image_file input_file jpeg_decoder json_file map_file mask_file moved_image
-  patch_match_config pinhole_camera plane_channels ply_writer rig_frames sparse_model sparse_model_binary sparse_model_text terminal
+  patch_match_config pinhole_camera plane_channels ply_writer png_decoder rig_frames sparse_model sparse_model_binary sparse_model_text terminal
   tiff_orientation workspace
   cli/option_help cli/option_parser cli/project_file cli/suggestion evaluation/crop_volume evaluation/meshlab_project evaluation/ply_rows
   fusion/bounding_box_file
@@ -19,5 +19,5 @@ function(phimvs_add_reader_executable name)
   target_compile_definitions(${name} PRIVATE PHIMVS_VERSION="${PROJECT_VERSION}")
   target_include_directories(${name} SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE phimvs_compilation Eigen3::Eigen TBB::tbb Threads::Threads Boost::program_options
-    nlohmann_json::nlohmann_json JPEG::JPEG PkgConfig::LZ4 ${OpenCV_LIBS})
+    nlohmann_json::nlohmann_json JPEG::JPEG PNG::PNG PkgConfig::LZ4 ${OpenCV_LIBS})
 endfunction()
