@@ -1,6 +1,7 @@
 #include "phi/fusion/map_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -16,6 +17,8 @@ namespace {
 // Pixels around the one that is smoothed, each way.
 constexpr int kRadius = 2;
 constexpr int kWindow = 2 * kRadius + 1;
+// Pixels of a row that are smoothed together: few enough that their sums stay in the fastest memory.
+constexpr int kBlock = 64;
 // Depths that differ by more standard deviations belong to another surface.
 constexpr float kMaxDeviations = 3;
 // About as many pixels are compared with their neighbours to estimate the noise, and at least so many.
@@ -41,13 +44,13 @@ PHI_WIDE_VECTORS void FindPlanes(const RayModel rays, int y, std::ptrdiff_t widt
   }
 }
 
-// A row of a map, with a border of pixels without depth; arrays for the compiler's vectors.
+// A row of a map in whole blocks, with a border of pixels without depth; arrays for the compiler's vectors.
 struct InverseDepthRow {
   std::vector<float> value, slope_x, slope_y;
 
   explicit InverseDepthRow(int width) {
-    for (std::vector<float>* v : {&value, &slope_x, &slope_y})
-      v->assign(static_cast<std::size_t>(width + 2 * kRadius), 0.0f);
+    const int size = (width + kBlock - 1) / kBlock * kBlock + 2 * kRadius;
+    for (std::vector<float>* v : {&value, &slope_x, &slope_y}) v->assign(static_cast<std::size_t>(size), 0.0f);
   }
   void Read(const FusionMap& map, const RayModel& rays, int y) {
     for (int x = 0; x < map.width(); ++x) {
@@ -91,44 +94,46 @@ std::vector<float> SampleDeviations(const FusionMap& map, const RayModel& rays) 
   return deviations;
 }
 
-// Of the differences of the pixels around each pixel of a row.
-struct RowSums {
-  std::vector<float> count, sum, sum_of_squares;
-
-  explicit RowSums(int width) : count(static_cast<std::size_t>(width)), sum(count), sum_of_squares(count) {}
-  void Clear() {
-    for (std::vector<float>* v : {&count, &sum, &sum_of_squares}) std::fill(v->begin(), v->end(), 0.0f);
-  }
+// Of the differences of the pixels around each pixel of a block.
+struct BlockSums {
+  float count[kBlock] = {}, sum[kBlock] = {}, sum_of_squares[kBlock] = {};
 };
 
-// `limit`: of a difference, over the inverse depth.
-void AddDifferences(const InverseDepthRow& row, const InverseDepthRow& other_row, int dx, int dy, float limit,
-                    RowSums* sums) {
-  const float half_x = 0.5f * static_cast<float>(dx), half_y = 0.5f * static_cast<float>(dy);
-  const float *value = &row.value[kRadius], *slope_x = &row.slope_x[kRadius],
-              *slope_y = &row.slope_y[kRadius];
-  const std::size_t shift = static_cast<std::size_t>(kRadius + dx);
-  const float *other = &other_row.value[shift], *other_x = &other_row.slope_x[shift],
-              *other_y = &other_row.slope_y[shift];
-  float *count = sums->count.data(), *sum = sums->sum.data(), *squares = sums->sum_of_squares.data();
-  const std::size_t width = sums->count.size();
-  for (std::size_t x = 0; x < width; ++x) {
-    const float difference =
-        other[x] - value[x] - half_x * (slope_x[x] + other_x[x]) - half_y * (slope_y[x] + other_y[x]);
-    const bool same = (other[x] > 0) & (std::abs(difference) <= limit * value[x]);
-    const float kept = same ? difference : 0.0f;
-    count[x] += same ? 1.0f : 0.0f;
-    sum[x] += kept;
-    squares[x] += kept * kept;
+// For the block of the middle row that begins at pixel `begin`. `limit`: of a difference, over the inverse depth.
+PHI_WIDE_VECTORS void SumDifferences(const std::array<const InverseDepthRow*, kWindow>& rows, std::size_t begin, float limit,
+                                     BlockSums* result) {
+  BlockSums sums;
+  const std::size_t middle = begin + kRadius;
+  const float *const value = &rows[kRadius]->value[middle], *const slope_x = &rows[kRadius]->slope_x[middle],
+                   *const slope_y = &rows[kRadius]->slope_y[middle];
+  for (int dy = -kRadius; dy <= kRadius; ++dy) {
+    const InverseDepthRow& row = *rows[static_cast<std::size_t>(dy + kRadius)];
+    for (int dx = -kRadius; dx <= kRadius; ++dx) {
+      if (dx == 0 && dy == 0) continue;
+      const std::size_t first = begin + static_cast<std::size_t>(kRadius + dx);
+      const float *const other = &row.value[first], *const other_x = &row.slope_x[first], *const other_y = &row.slope_y[first];
+      const float half_x = 0.5f * static_cast<float>(dx), half_y = 0.5f * static_cast<float>(dy);
+      for (int i = 0; i < kBlock; ++i) {
+        const float difference = other[i] - value[i] - half_x * (slope_x[i] + other_x[i]) - half_y * (slope_y[i] + other_y[i]);
+        const bool same = (other[i] > 0) & (std::abs(difference) <= limit * value[i]);
+        const float kept = same ? difference : 0.0f;
+        sums.count[i] += same ? 1.0f : 0.0f;
+        sums.sum[i] += kept;
+        sums.sum_of_squares[i] += kept * kept;
+      }
+    }
   }
+  *result = sums;
 }
 
-void SmoothRow(float noise, const InverseDepthRow& row, const RowSums& sums, int y, FusionMap* map) {
-  for (int x = 0; x < map->width(); ++x) {
-    FusionPixel& pixel = (*map)(x, y);
-    const std::size_t i = static_cast<std::size_t>(x);
+// The block of row y that begins at pixel `begin`.
+void SmoothBlock(float noise, const InverseDepthRow& row, const BlockSums& sums, std::size_t begin, int y, FusionMap* map) {
+  const std::size_t size = std::min(static_cast<std::size_t>(map->width()) - begin, std::size_t{kBlock});
+  FusionPixel* const pixels = &(*map)(static_cast<int>(begin), y);
+  for (std::size_t i = 0; i < size; ++i) {
+    FusionPixel& pixel = pixels[i];
     if (!IsMeasured(pixel) || sums.count[i] < 1) continue;
-    const float value = row.value[i + kRadius], mean = sums.sum[i] / (sums.count[i] + 1);
+    const float value = row.value[begin + i + kRadius], mean = sums.sum[i] / (sums.count[i] + 1);
     const float variance = std::max(0.0f, sums.sum_of_squares[i] - sums.sum[i] * mean) / sums.count[i];
     const float expected = noise * noise * value * value;
     const float share = expected < variance ? expected / variance : 1.0f;
@@ -155,16 +160,15 @@ void SmoothNoise(float noise, const Pinhole& pinhole, FusionMap* map, float scal
     return rows[static_cast<std::size_t>((y + kWindow) % kWindow)];
   };
   for (int y = 0; y < kRadius; ++y) row(y).Read(*map, rays, y);
-  RowSums sums(map->width());
   for (int y = 0; y < map->height(); ++y) {
     row(y + kRadius).Read(*map, rays, y + kRadius);
-    sums.Clear();
-    for (int dy = -kRadius; dy <= kRadius; ++dy) {
-      for (int dx = -kRadius; dx <= kRadius; ++dx) {
-        if (dx != 0 || dy != 0) AddDifferences(row(y), row(y + dy), dx, dy, limit, &sums);
-      }
+    std::array<const InverseDepthRow*, kWindow> around;
+    for (int i = 0; i < kWindow; ++i) around[static_cast<std::size_t>(i)] = &row(y + i - kRadius);
+    for (std::size_t begin = 0; begin < static_cast<std::size_t>(map->width()); begin += kBlock) {
+      BlockSums sums;
+      SumDifferences(around, begin, limit, &sums);
+      SmoothBlock(noise, row(y), sums, begin, y, map);
     }
-    SmoothRow(noise, row(y), sums, y, map);
   }
 }
 
