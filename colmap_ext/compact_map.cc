@@ -1,6 +1,8 @@
 #include "colmap_ext/compact_map.h"
 
 #include <lz4.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -15,20 +17,16 @@
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
+#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
 
 namespace fs = std::filesystem;
 using phi::PixelState;
-using compact::BitsOf;
 using compact::BlockScale;
-using compact::CodeOf;
+using compact::CodeRow;
 using compact::Grid;
-using compact::HasDepth;
-using compact::NormalCode;
-using compact::NormalOf;
-using compact::StepOf;
 using Bytes = std::vector<std::uint8_t>;
 
 static_assert(std::endian::native == std::endian::little, "compact maps are little-endian");
@@ -124,6 +122,51 @@ std::vector<BlockScale> ReadScales(const std::uint8_t* data, std::size_t num_blo
   return scales;
 }
 
+PHI_WIDE_VECTORS void SplitBytes(const std::uint16_t* codes, std::size_t size, std::uint8_t* low, std::uint8_t* high) {
+  for (std::size_t i = 0; i < size; ++i) {
+    low[i] = static_cast<std::uint8_t>(codes[i]);
+    high[i] = static_cast<std::uint8_t>(codes[i] >> 8);
+  }
+}
+
+PHI_WIDE_VECTORS void SplitNormals(const std::uint16_t* x, const std::uint16_t* y, std::size_t size, std::uint8_t* x_low,
+                                   std::uint8_t* y_low, std::uint8_t* upper) {
+  for (std::size_t i = 0; i < size; ++i) {
+    x_low[i] = static_cast<std::uint8_t>(x[i]);
+    y_low[i] = static_cast<std::uint8_t>(y[i]);
+    upper[i] = static_cast<std::uint8_t>(x[i] >> 8 | y[i] >> 8 << 4);
+  }
+}
+
+PHI_WIDE_VECTORS void JoinBytes(const std::uint8_t* low, const std::uint8_t* high, std::size_t size, std::uint16_t* codes) {
+  for (std::size_t i = 0; i < size; ++i) codes[i] = static_cast<std::uint16_t>(low[i] | high[i] << 8);
+}
+
+PHI_WIDE_VECTORS void JoinNormals(const std::uint8_t* x_low, const std::uint8_t* y_low, const std::uint8_t* upper, std::size_t size,
+                                  std::uint16_t* x, std::uint16_t* y) {
+  for (std::size_t i = 0; i < size; ++i) {
+    x[i] = static_cast<std::uint16_t>(x_low[i] | (upper[i] & 15) << 8);
+    y[i] = static_cast<std::uint16_t>(y_low[i] | upper[i] >> 4 << 8);
+  }
+}
+
+// Of pixels with depth; others' are 0.
+PHI_WIDE_VECTORS void SplitStates(const std::uint16_t* depth, const PixelState* states, std::size_t size, std::uint8_t* plane) {
+  for (std::size_t i = 0; i < size; ++i) plane[i] = depth[i] != 0 ? static_cast<std::uint8_t>(states[i]) : 0;
+}
+
+// Of pixels with depth; others have none. False: some numbers are no state.
+PHI_WIDE_VECTORS bool JoinStates(const std::uint16_t* depth, const std::uint8_t* plane, std::size_t size, PixelState* states) {
+  constexpr auto kLast = static_cast<std::uint8_t>(PixelState::kInferredConfirmed);
+  unsigned wrong = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const bool has_depth = depth[i] != 0;
+    wrong |= static_cast<unsigned>(has_depth & ((plane[i] == 0) | (plane[i] > kLast)));
+    states[i] = static_cast<PixelState>(has_depth ? plane[i] : 0);
+  }
+  return wrong == 0;
+}
+
 // part(offset, size): so many bytes of the file, which stay until the next call. Without those of normals, which are not asked for then.
 template <typename Part>
 Planes ReadPlanes(const Header& header, bool with_normals, const phi::Message& whose, const Part& part) {
@@ -139,41 +182,37 @@ Planes ReadPlanes(const Header& header, bool with_normals, const phi::Message& w
   return planes;
 }
 
-// Of pixel i; 0: none.
-float DepthOf(const Planes& planes, std::size_t i, const BlockScale& scale, const phi::Message& whose) {
-  const std::uint32_t code = planes[0][i] | std::uint32_t{planes[1][i]} << 8;
-  if (code == 0) return 0;
-  const float depth = compact::DepthAt(scale, code - 1);
-  if (!std::isnormal(depth)) ThrowDamaged(whose);
-  return depth;
+// The codes of a row, whose first pixel is number `first`, as the planes hold them.
+void SplitRow(const CodeRow& codes, std::size_t first, Planes* planes) {
+  const std::size_t size = codes.depth.size();
+  SplitBytes(codes.depth.data(), size, &(*planes)[0][first], &(*planes)[1][first]);
+  SplitNormals(codes.normal_x.data(), codes.normal_y.data(), size, &(*planes)[2][first], &(*planes)[3][first], &(*planes)[4][first]);
 }
 
-// Of pixel i, which has a depth.
-PixelState StateOf(const Planes& planes, std::size_t i, const phi::Message& whose) {
-  const std::uint8_t state = planes[kStatePlane][i];
-  if (state == 0 || state > static_cast<std::uint8_t>(PixelState::kInferredConfirmed)) ThrowDamaged(whose);
-  return static_cast<PixelState>(state);
+void JoinRow(const Planes& planes, std::size_t first, CodeRow* codes) {
+  const std::size_t size = codes->depth.size();
+  JoinBytes(&planes[0][first], &planes[1][first], size, codes->depth.data());
+  JoinNormals(&planes[2][first], &planes[3][first], &planes[4][first], size, codes->normal_x.data(), codes->normal_y.data());
 }
 
 }  // namespace
 
 Bytes EncodeCompactMap(const phi::MeasurementMap& map) {
   const Grid grid{map.width(), map.height()};
-  const std::vector<BlockScale> scales = compact::ScalesOf(map, grid);
+  std::vector<BlockScale> scales(grid.num_blocks());
   Planes planes;
-  for (Bytes& plane : planes) plane.assign(grid.num_pixels(), 0);
+  for (Bytes& plane : planes) plane.resize(grid.num_pixels());
   if (map.states.empty()) planes.back().clear();
-  grid.ForPixels([&](std::size_t b, std::size_t i) {
-    if (!HasDepth(map, i)) return;
-    const phi::PlaneHypothesis& plane = map.planes.data()[i];
-    const std::uint32_t code = StepOf(scales[b], BitsOf(plane.depth)) + 1;
-    const NormalCode normal = CodeOf(plane.normal);
-    planes[0][i] = static_cast<std::uint8_t>(code);
-    planes[1][i] = static_cast<std::uint8_t>(code >> 8);
-    planes[2][i] = static_cast<std::uint8_t>(normal.x);
-    planes[3][i] = static_cast<std::uint8_t>(normal.y);
-    planes[4][i] = static_cast<std::uint8_t>(normal.x >> 8 | normal.y >> 8 << 4);
-    if (!map.states.empty()) planes[5][i] = static_cast<std::uint8_t>(map.states.data()[i]);
+  grid.ForRowsOfBlocks([&](int begin, int end) {
+    BlockScale* const scales_here = &scales[grid.FirstBlock(begin)];
+    compact::FindScales(map, begin, end, scales_here);
+    CodeRow codes(grid.width);
+    for (int y = begin; y < end; ++y) {
+      codes.Encode(map, y, scales_here);
+      SplitRow(codes, grid.FirstPixel(y), &planes);
+      if (map.states.empty()) continue;
+      SplitStates(codes.depth.data(), &map.states(0, y), codes.depth.size(), &planes[kStatePlane][grid.FirstPixel(y)]);
+    }
   });
   Header header{{}, map.width(), map.height(), map.states.empty() ? 0 : 1, {}};
   std::copy(std::begin(kMagic), std::end(kMagic), header.magic);
@@ -195,16 +234,18 @@ phi::MeasurementMap DecodeCompactMap(const Bytes& bytes, const phi::Message& who
   const Grid grid{header.width, header.height};
   const std::vector<BlockScale> scales = ReadScales(bytes.data() + sizeof(header), grid.num_blocks(), whose);
   const Planes planes = ReadPlanes(header, true, whose, [&](std::size_t offset, std::size_t) { return bytes.data() + offset; });
-  phi::MeasurementMap map{phi::PlaneMap(grid.width, grid.height), {}};
-  if (header.has_states != 0) map.states = phi::StateMap(grid.width, grid.height);
-  grid.ForPixels([&](std::size_t b, std::size_t i) {
-    const float depth = DepthOf(planes, i, scales[b], whose);
-    if (depth == 0) return;
-    const std::uint32_t upper = planes[4][i];
-    const NormalCode normal{planes[2][i] | (upper & 15) << 8, planes[3][i] | upper >> 4 << 8};
-    if (std::max(normal.x, normal.y) > 2 * compact::kHalf) ThrowDamaged(whose);
-    map.planes.data()[i] = {NormalOf(normal), depth};
-    if (header.has_states != 0) map.states.data()[i] = StateOf(planes, i, whose);
+  phi::MeasurementMap map{phi::PlaneMap::Uninitialized(grid.width, grid.height), {}};
+  if (header.has_states != 0) map.states = phi::StateMap::Uninitialized(grid.width, grid.height);
+  grid.ForRowsOfBlocks([&](int begin, int end) {
+    CodeRow codes(grid.width);
+    for (int y = begin; y < end; ++y) {
+      JoinRow(planes, grid.FirstPixel(y), &codes);
+      bool is_right = codes.Decode(&scales[grid.FirstBlock(y)], &map.planes(0, y));
+      if (header.has_states != 0) {
+        is_right &= JoinStates(codes.depth.data(), &planes[kStatePlane][grid.FirstPixel(y)], codes.depth.size(), &map.states(0, y));
+      }
+      if (!is_right) ThrowDamaged(whose);
+    }
   });
   return map;
 }
@@ -246,17 +287,24 @@ DepthRows ReadCompactDepthRows(const fs::path& path, int max_rows) {
   };
   const std::vector<BlockScale> scales = ReadScales(part(sizeof(header), grid.num_blocks() * kScaleBytes), grid.num_blocks(), whose);
   const Planes planes = ReadPlanes(header, false, whose, part);
-  DepthRows rows{phi::DepthMap(grid.width, std::min(max_rows, grid.height)), grid.height};
-  for (int y = 0; y < rows.depths.height(); ++y) {
-    const int row = NearestPixel(y, rows.depths.height(), grid.height);
-    for (int x = 0; x < grid.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x);
-      const int block = row / compact::kBlock * grid.columns() + x / compact::kBlock;
-      const float depth = DepthOf(planes, i, scales[static_cast<std::size_t>(block)], whose);
-      const bool is_hidden = depth > 0 && header.has_states != 0 && !IsPublished(StateOf(planes, i, whose));
-      if (!is_hidden) rows.depths(x, y) = depth;
+  DepthRows rows{phi::DepthMap::Uninitialized(grid.width, std::min(max_rows, grid.height)), grid.height};
+  phi::DepthMap& depths = rows.depths;
+  constexpr int kLeastRows = 64;
+  tbb::parallel_for(tbb::blocked_range<int>(0, depths.height(), kLeastRows), [&](const tbb::blocked_range<int>& part) {
+    CodeRow codes(grid.width);
+    phi::StateMap states(grid.width, 1);
+    for (int y = part.begin(); y < part.end(); ++y) {
+      const int row = NearestPixel(y, depths.height(), grid.height);
+      const std::size_t first = grid.FirstPixel(row);
+      JoinBytes(&planes[0][first], &planes[1][first], codes.depth.size(), codes.depth.data());
+      bool is_right = codes.DecodeDepths(&scales[grid.FirstBlock(row)], &depths(0, y));
+      if (header.has_states != 0) {
+        is_right &= JoinStates(codes.depth.data(), &planes[kStatePlane][first], codes.depth.size(), states.data());
+        for (int x = 0; x < grid.width; ++x) depths(x, y) = IsPublished(states(x, 0)) ? depths(x, y) : 0;
+      }
+      if (!is_right) ThrowDamaged(whose);
     }
-  }
+  });
   return rows;
 }
 

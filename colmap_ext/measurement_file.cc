@@ -132,11 +132,7 @@ phi::MeasuredDepths ReadMeasuredDepths(const Workspace& workspace, int image, st
 phi::DepthMap ReadPublishedDepths(const fs::path& depth_path) { return ReadPublishedRows(depth_path, kAllRows).depths; }
 
 std::optional<DepthRows> FindPublishedDepths(const Workspace& workspace, int image, std::string_view kind, int max_rows) {
-  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) {
-    if (max_rows < kAllRows) return ReadCompactDepthRows(compact, max_rows);
-    const phi::MeasurementMap map = ReadCompactMap(compact);
-    return DepthRows{phi::DepthsOf(map.states.empty() ? map.planes : phi::PublishedPlanes(map)), map.height()};
-  }
+  if (const fs::path compact = CompactMapPath(workspace, image, kind); fs::exists(compact)) return ReadCompactDepthRows(compact, max_rows);
   const fs::path depth_path = workspace.DepthMapPath(image, kind);
   if (!fs::exists(depth_path)) return std::nullopt;
   return ReadPublishedRows(depth_path, max_rows);

@@ -17,6 +17,8 @@ struct PlaneChannels {
 
   // The first `size` of each are those of `planes` then.
   void Load(const phi::PlaneHypothesis* planes, std::size_t size);
+  // The other way round.
+  void Store(std::size_t size, phi::PlaneHypothesis* planes) const;
 };
 
 }  // namespace colmap_ext

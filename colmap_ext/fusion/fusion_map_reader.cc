@@ -16,8 +16,10 @@
 #include "colmap_ext/map_shape.h"
 #include "colmap_ext/mask_file.h"
 #include "colmap_ext/measurement_file.h"
+#include "colmap_ext/plane_channels.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
+#include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
 namespace {
@@ -52,10 +54,8 @@ bool IsAboutUnit(phi::Vec3f normal) {
 }
 
 // Those of about unit length; the others' are of no use.
-void PackRow(const float* const normal[3], std::vector<std::uint32_t>* packed) {
-  const float *const x = normal[0], *const y = normal[1], *const z = normal[2];
-  std::uint32_t* const words = packed->data();
-  for (std::size_t i = 0; i < packed->size(); ++i) {
+PHI_WIDE_VECTORS void PackRow(const float* x, const float* y, const float* z, std::size_t size, std::uint32_t* words) {
+  for (std::size_t i = 0; i < size; ++i) {
     const phi::Vec3f n = {x[i], y[i], z[i]};
     const bool is_unit = IsAboutUnit(n);
     const phi::PackedNormal p = phi::PackNormal({is_unit ? n.x : 0, is_unit ? n.y : 0, is_unit ? n.z : 1});
@@ -162,21 +162,27 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, const MapSiz
   };
   ForRows(map->height(), [&](int begin, int end) {
     int y = begin;
-    if (handed.map != nullptr) {
-      const auto pack = [&](int, phi::Vec3f normal, int x) { return PackChecked(normal, rays, x, y); };
-      for (; y < end; ++y) add_row(y, [&](int source_x) { return handed.map->planes(source_x, source_row(y)); }, pack);
-      return;
-    }
     std::vector<std::uint32_t> packed(static_cast<std::size_t>(source.width));
     const auto pack = [&](int source_x, phi::Vec3f normal, int x) {
       if (!IsAboutUnit(normal)) return PackChecked(normal, rays, x, y);
       return std::bit_cast<phi::PackedNormal>(packed[static_cast<std::size_t>(source_x)]);
     };
     const auto consume = [&](int source_y, const PlaneRow& row) {
-      PackRow(row.normal, &packed);
-      const auto plane_at = [&](int i) { return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]}; };
+      PackRow(row.normal[0], row.normal[1], row.normal[2], packed.size(), packed.data());
+      const auto plane_at = [&](int i) {
+        return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]};
+      };
       for (; y < end && source_row(y) == source_y; ++y) add_row(y, plane_at, pack);
     };
+    if (handed.map != nullptr) {
+      PlaneChannels row(packed.size());
+      while (y < end) {
+        const int source_y = source_row(y);
+        row.Load(&handed.map->planes(0, source_y), packed.size());
+        consume(source_y, {row.depth.data(), {row.x.data(), row.y.data(), row.z.data()}});
+      }
+      return;
+    }
     ReadPlaneRows(workspace_.DepthMapPath(image, input_.kind), workspace_.NormalMapPath(image, input_.kind), consume,
                   {source_row(begin), source_row(end - 1) + 1});
   });

@@ -2,11 +2,14 @@
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "colmap_ext/compact_codes.h"
+#include "colmap_ext/compact_map.h"
 #include "colmap_ext/map_file.h"
 #include "phi/measurement.h"
 
@@ -41,6 +44,20 @@ void RoundMap(benchmark::State& state) {
   }
 }
 BENCHMARK(RoundMap)->Unit(benchmark::kMillisecond);
+
+void EncodeMap(benchmark::State& state) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const phi::MeasurementMap map = colmap_ext::RoundToCompact(NoisyMap());
+  for (auto _ : state) benchmark::DoNotOptimize(colmap_ext::EncodeCompactMap(map).data());
+}
+BENCHMARK(EncodeMap)->Unit(benchmark::kMillisecond);
+
+void DecodeMap(benchmark::State& state) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const std::vector<std::uint8_t> bytes = colmap_ext::EncodeCompactMap(colmap_ext::RoundToCompact(NoisyMap()));
+  for (auto _ : state) benchmark::DoNotOptimize(colmap_ext::DecodeCompactMap(bytes, "map").planes.data());
+}
+BENCHMARK(DecodeMap)->Unit(benchmark::kMillisecond);
 
 void WriteMaps(benchmark::State& state) {
   const phi::MeasurementMap map = NoisyMap();

@@ -201,7 +201,8 @@ TEST(CompactMap, ValuesThatNoMapHasAreErrors) {
   };
   ASSERT_FALSE(refuses(0, {}));
   EXPECT_TRUE(refuses(kHasStatesAt, {2})) << "neither with states nor without";
-  EXPECT_TRUE(refuses(kScalesAt, {0, 0, 0, 0})) << "depths smaller than any normal float";
+  for (const std::uint8_t least : {0, 1})
+    EXPECT_TRUE(refuses(kScalesAt, {least, 0, 0, 0})) << "depths smaller than any normal float";
   EXPECT_TRUE(refuses(kScalesAt, {0, 0, 0x80, 0x7F})) << "infinite depths";
   EXPECT_TRUE(refuses(kScalesAt, {0xFF, 0xFF, 0xFF, 0xFF})) << "no depths at all";
   for (const std::size_t axis : {0, 1}) {  // 4095: beside the octahedron, which ends at 4094
