@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -50,18 +49,38 @@ void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& funct
 
 bool IsAboutUnit(phi::Vec3f normal) {
   const float squared_norm = phi::Dot(normal, normal);
-  return squared_norm > 0.25f && squared_norm < 4.0f;
+  return (squared_norm > 0.25f) & (squared_norm < 4.0f);
 }
 
-// Those of about unit length; the others' are of no use.
-PHI_WIDE_VECTORS void PackRow(const float* x, const float* y, const float* z, std::size_t size, std::uint32_t* words) {
-  for (std::size_t i = 0; i < size; ++i) {
-    const phi::Vec3f n = {x[i], y[i], z[i]};
-    const bool is_unit = IsAboutUnit(n);
-    const phi::PackedNormal p = phi::PackNormal({is_unit ? n.x : 0, is_unit ? n.y : 0, is_unit ? n.z : 1});
-    words[i] = static_cast<std::uint16_t>(p.x) | static_cast<std::uint32_t>(static_cast<std::uint16_t>(p.y)) << 16;
-  }
+// In place of a component of what is not of about unit length, another.
+PHI_WIDE_VECTORS void CopyOfUnit(const float* x, const float* y, const float* z, const float* component, float other, std::size_t size,
+                                 float* copy) {
+  for (std::size_t i = 0; i < size; ++i) copy[i] = IsAboutUnit({x[i], y[i], z[i]}) ? component[i] : other;
 }
+
+PHI_WIDE_VECTORS void PackAxes(const float* along, const float* across, const float* z, std::size_t size, std::int16_t* packed) {
+  for (std::size_t i = 0; i < size; ++i) packed[i] = phi::PackAxis(along[i], across[i], z[i]);
+}
+
+// The normals of a row.
+class PackedRow {
+ public:
+  explicit PackedRow(std::size_t size) : normals_(size), x_(size), y_(size) {}
+
+  // Those of about unit length; the others' are of no use.
+  void Pack(const float* const normal[3]) {
+    float *const x = normals_.x.data(), *const y = normals_.y.data(), *const z = normals_.z.data();
+    for (const auto& [c, copy] : {std::pair{0, x}, {1, y}, {2, z}})
+      CopyOfUnit(normal[0], normal[1], normal[2], normal[c], c == 2 ? 1.0f : 0.0f, x_.size(), copy);
+    PackAxes(x, y, z, x_.size(), x_.data());
+    PackAxes(y, x, z, y_.size(), y_.data());
+  }
+  phi::PackedNormal operator[](std::size_t i) const { return {x_[i], y_[i]}; }
+
+ private:
+  PlaneChannels normals_;
+  std::vector<std::int16_t> x_, y_;
+};
 
 }  // namespace
 
@@ -162,23 +181,24 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, const MapSiz
   };
   ForRows(map->height(), [&](int begin, int end) {
     int y = begin;
-    std::vector<std::uint32_t> packed(static_cast<std::size_t>(source.width));
+    const auto width = static_cast<std::size_t>(source.width);
+    PackedRow packed(width);
     const auto pack = [&](int source_x, phi::Vec3f normal, int x) {
       if (!IsAboutUnit(normal)) return PackChecked(normal, rays, x, y);
-      return std::bit_cast<phi::PackedNormal>(packed[static_cast<std::size_t>(source_x)]);
+      return packed[static_cast<std::size_t>(source_x)];
     };
     const auto consume = [&](int source_y, const PlaneRow& row) {
-      PackRow(row.normal[0], row.normal[1], row.normal[2], packed.size(), packed.data());
+      packed.Pack(row.normal);
       const auto plane_at = [&](int i) {
         return phi::PlaneHypothesis{{row.normal[0][i], row.normal[1][i], row.normal[2][i]}, row.depth[i]};
       };
       for (; y < end && source_row(y) == source_y; ++y) add_row(y, plane_at, pack);
     };
     if (handed.map != nullptr) {
-      PlaneChannels row(packed.size());
+      PlaneChannels row(width);
       while (y < end) {
         const int source_y = source_row(y);
-        row.Load(&handed.map->planes(0, source_y), packed.size());
+        row.Load(&handed.map->planes(0, source_y), width);
         consume(source_y, {row.depth.data(), {row.x.data(), row.y.data(), row.z.data()}});
       }
       return;

@@ -21,13 +21,16 @@ PHI_HD std::int16_t ToSigned16(float v) {
   return static_cast<std::int16_t>(toward_zero - (static_cast<float>(toward_zero) > rounded ? 1 : 0));
 }
 
-PHI_HD PackedNormal PackNormal(Vec3f n) {
-  const float s = 1.0f / (fabsf(n.x) + fabsf(n.y) + fabsf(n.z));
-  const float x = n.x * s, y = n.y * s;
-  // Chosen between, not branched to: rows of normals are packed in vectors.
-  const float folded_x = (1.0f - fabsf(y)) * (x >= 0 ? 1.0f : -1.0f), folded_y = (1.0f - fabsf(x)) * (y >= 0 ? 1.0f : -1.0f);
-  return {ToSigned16(n.z >= 0 ? x : folded_x), ToSigned16(n.z >= 0 ? y : folded_y)};
+// The number along one of the axes x and y, of a normal's components along it, along the other and along z. Chosen between, not branched to,
+// and one axis at a time: so compilers pack rows of normals in vectors.
+PHI_HD std::int16_t PackAxis(float along, float across, float z) {
+  const float s = 1.0f / (fabsf(along) + fabsf(across) + fabsf(z));
+  const float place = along * s;
+  const float folded = (1.0f - fabsf(across * s)) * (place >= 0 ? 1.0f : -1.0f);
+  return ToSigned16(z >= 0 ? place : folded);
 }
+
+PHI_HD PackedNormal PackNormal(Vec3f n) { return {PackAxis(n.x, n.y, n.z), PackAxis(n.y, n.x, n.z)}; }
 
 // Of a PackedNormal's numbers.
 PHI_HD Vec3f UnpackNormal(float packed_x, float packed_y) {
