@@ -219,6 +219,13 @@ def grid_mesh(f, x0, x1, y0, y1, nx, ny, m):
     mesh(vertices, [(k, k + 1, k + nx + 1, k + nx) for k in corners], m)
 
 
+def sheet(f, nu, nv, m):
+    """The surface f(u, v) -> (x, y, z), u and v from 0 to 1."""
+    vertices = [f(u, v) for v in np.linspace(0, 1, nv) for u in np.linspace(0, 1, nu)]
+    corners = [j * nu + i for j in range(nv - 1) for i in range(nu - 1)]
+    mesh(vertices, [(k, k + 1, k + nu + 1, k + nu) for k in corners], m)
+
+
 def look_along(o, direction):
     """Turns a light or a camera."""
     o.rotation_euler = Vector(direction).to_track_quat("-Z", "Y").to_euler()
