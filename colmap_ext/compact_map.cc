@@ -1,8 +1,6 @@
 #include "colmap_ext/compact_map.h"
 
 #include <lz4.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +15,7 @@
 #include "colmap_ext/input_file.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
@@ -289,11 +288,10 @@ DepthRows ReadCompactDepthRows(const fs::path& path, int max_rows) {
   const Planes planes = ReadPlanes(header, false, whose, part);
   DepthRows rows{phi::DepthMap::Uninitialized(grid.width, std::min(max_rows, grid.height)), grid.height};
   phi::DepthMap& depths = rows.depths;
-  constexpr int kLeastRows = 64;
-  tbb::parallel_for(tbb::blocked_range<int>(0, depths.height(), kLeastRows), [&](const tbb::blocked_range<int>& part) {
+  phi::ForRows(depths.height(), [&](int begin, int end) {
     CodeRow codes(grid.width);
     phi::StateMap states(grid.width, 1);
-    for (int y = part.begin(); y < part.end(); ++y) {
+    for (int y = begin; y < end; ++y) {
       const int row = NearestPixel(y, depths.height(), grid.height);
       const std::size_t first = grid.FirstPixel(row);
       JoinBytes(&planes[0][first], &planes[1][first], codes.depth.size(), codes.depth.data());

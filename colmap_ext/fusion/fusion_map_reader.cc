@@ -1,7 +1,5 @@
 #include "colmap_ext/fusion/fusion_map_reader.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <cmath>
@@ -18,6 +16,7 @@
 #include "colmap_ext/plane_channels.h"
 #include "colmap_ext/thinning.h"
 #include "phi/base/error.h"
+#include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 
 namespace colmap_ext {
@@ -25,20 +24,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// function(begin, end) for rows of a map, side by side: where there are more cores than images, one image would be waited for.
-template <typename Function>
-void ForRows(int height, const Function& function) {
-  constexpr int kLeastRows = 64;
-  tbb::parallel_for(tbb::blocked_range<int>(0, height, kLeastRows),
-                    [&](const tbb::blocked_range<int>& rows) { function(rows.begin(), rows.end()); });
-}
-
 // function(value, pixel) for the map's pixels and what the mask, of any size, holds there.
 template <typename Function>
 void ForPixels(const phi::Mask& mask, phi::FusionMap* map, const Function& function) {
   std::vector<int> columns(static_cast<std::size_t>(map->width()));
   for (int x = 0; x < map->width(); ++x) columns[static_cast<std::size_t>(x)] = NearestPixel(x, map->width(), mask.width());
-  ForRows(map->height(), [&](int begin, int end) {
+  phi::ForRows(map->height(), [&](int begin, int end) {
     for (int y = begin; y < end; ++y) {
       const std::uint8_t* values = &mask(0, NearestPixel(y, map->height(), mask.height()));
       phi::FusionPixel* pixels = &(*map)(0, y);
@@ -179,7 +170,7 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, const MapSiz
       pixel.normal = pack(source_x, plane.normal, x);
     }
   };
-  ForRows(map->height(), [&](int begin, int end) {
+  phi::ForRows(map->height(), [&](int begin, int end) {
     int y = begin;
     const auto width = static_cast<std::size_t>(source.width);
     PackedRow packed(width);
@@ -209,7 +200,7 @@ void FusionMapReader::AddMaps(int image, const HandedImage& handed, const MapSiz
 }
 
 void FusionMapReader::AddColors(const ColorImage& colors, phi::FusionMap* map) {
-  ForRows(map->height(), [&](int begin, int end) {
+  phi::ForRows(map->height(), [&](int begin, int end) {
     for (int y = begin; y < end; ++y) {
       for (int x = 0; x < map->width(); ++x) {
         const Rgb& rgb = colors(x, y);

@@ -25,6 +25,13 @@ void ForParts(std::size_t size, const Function& function) {
                     [&](const auto& part) { function(part.begin(), part.end()); });
 }
 
+// The same for rows of an image: where there are more cores than images, one image would be waited for.
+template <typename Function>
+void ForRows(int height, const Function& function) {
+  constexpr int kLeastRows = 64;
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, kLeastRows), [&](const auto& rows) { function(rows.begin(), rows.end()); });
+}
+
 template <typename T>
 void CopyAll(const T* from, std::size_t size, T* to) {
   ForParts(size,
