@@ -11,14 +11,14 @@
 
 #include <jerror.h>
 
-#include "phi/base/error.h"
+#include "colmap_ext/refused_photo.h"
 
 namespace colmap_ext {
 namespace {
 
 using Inks = std::array<std::uint8_t, 4>;  // cyan, magenta, yellow, black; 255: none, as Adobe's programs store them
 
-constexpr std::size_t kMaxPixels = std::size_t{1} << 30;  // as OpenCV, since a small file can announce more
+constexpr char kFormat[] = "JPEG";
 
 struct ErrorManager : jpeg_error_mgr {
   std::jmp_buf way_out;
@@ -103,15 +103,11 @@ class Session {
   jpeg_decompress_struct info_ = {};
 };
 
-[[noreturn]] void Refuse(const PhotoFile& photo, const std::string& problem) {
-  throw phi::InputError(phi::AboutFile(photo.path) + ": this JPEG " + problem + "; copy or undistort it again");
-}
-
 void Open(const PhotoFile& photo, const CheckSize& check_size, Session* session) {
-  if (!session->ReadHeader(photo)) Refuse(photo, session->Problem());
+  if (!session->ReadHeader(photo)) RefusePhoto(photo, kFormat, session->Problem());
   const std::size_t width = session->info().image_width, height = session->info().image_height;
   if (check_size) check_size(width, height);
-  if (width * height > kMaxPixels) Refuse(photo, "has more pixels than any photo");
+  RefuseTooManyPixels(photo, kFormat, width, height);
 }
 
 template <typename Pixel>
@@ -120,7 +116,7 @@ phi::Array2D<Pixel> ReadPixels(const PhotoFile& photo, J_COLOR_SPACE colors, Ses
   info.out_color_space = colors;
   jpeg_calc_output_dimensions(&info);
   auto image = phi::Array2D<Pixel>::Uninitialized(static_cast<int>(info.output_width), static_cast<int>(info.output_height));
-  if (!session->ReadRows(reinterpret_cast<std::uint8_t*>(image.data()))) Refuse(photo, session->Problem());
+  if (!session->ReadRows(reinterpret_cast<std::uint8_t*>(image.data()))) RefusePhoto(photo, kFormat, session->Problem());
   return image;
 }
 

@@ -11,12 +11,12 @@
 
 #include <png.h>
 
-#include "phi/base/error.h"
+#include "colmap_ext/refused_photo.h"
 
 namespace colmap_ext {
 namespace {
 
-constexpr std::size_t kMaxPixels = std::size_t{1} << 30;  // as OpenCV, since a small file can announce more
+constexpr char kFormat[] = "PNG";
 
 // Places in the file: its first chunk is the header.
 constexpr std::size_t kWidth = 16, kHeight = 20, kBits = 24, kColorType = 25, kHeaderEnd = 26;
@@ -108,21 +108,16 @@ class Session {
   char problem_[128] = {};
 };
 
-[[noreturn]] void Refuse(const PhotoFile& photo, const std::string& problem) {
-  throw phi::InputError(phi::AboutFile(photo.path) + ": this PNG " + problem + "; copy or undistort it again");
-}
-
-// A small file can announce an image of gigabytes.
 template <typename Pixel>
 phi::Array2D<Pixel> Decode(const PhotoFile& photo, Wanted wanted, const CheckSize& check_size) {
   if (check_size && photo.bytes.size() >= kHeaderEnd) check_size(BigEndian(photo.bytes, kWidth), BigEndian(photo.bytes, kHeight));
   Session session(photo.bytes);
-  if (!session.ReadHeader()) Refuse(photo, session.Problem());
-  if (session.width() * session.height() > kMaxPixels) Refuse(photo, "has more pixels than any photo");
+  if (!session.ReadHeader()) RefusePhoto(photo, kFormat, session.Problem());
+  RefuseTooManyPixels(photo, kFormat, session.width(), session.height());
   auto image = phi::Array2D<Pixel>::Uninitialized(static_cast<int>(session.width()), static_cast<int>(session.height()));
   std::vector<png_bytep> rows;
   for (int y = 0; y < image.height(); ++y) rows.push_back(reinterpret_cast<png_bytep>(&image(0, y)));
-  if (!session.ReadRows(wanted, rows.data(), session.width() * sizeof(Pixel))) Refuse(photo, session.Problem());
+  if (!session.ReadRows(wanted, rows.data(), session.width() * sizeof(Pixel))) RefusePhoto(photo, kFormat, session.Problem());
   return image;
 }
 
