@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "cuda/buffer.h"
+#include "cuda/staging.h"
 #include "phi/geometry/plane_hypothesis.h"
 #include "phi/measurement.h"
 
@@ -13,16 +14,14 @@ template <typename Pixel>
 class DeviceArray2D {
  public:
   DeviceArray2D() = default;
-  DeviceArray2D(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) { Upload(map, stream, task); }
+  DeviceArray2D(const Array2D<Pixel>& map, StagingPool* staging, const Task& task) { Upload(map, staging, task); }
 
-  // In the place of what was there; the memory stays where it is large enough.
-  void Upload(const Array2D<Pixel>& map, cudaStream_t stream, const Task& task) {
+  // In the place of what was there; the memory stays where it is large enough. Returns once the map is there.
+  void Upload(const Array2D<Pixel>& map, StagingPool* staging, const Task& task) {
     width_ = map.width();
     height_ = map.height();
     buffer_.Reserve(static_cast<std::int64_t>(map.size()), task);
-    buffer_.Upload(map.data(), static_cast<std::int64_t>(map.size()), stream, task);
-    // The host's map may go away once this returns: wait for the driver to have read it.
-    Check(cudaStreamSynchronize(stream), "cudaStreamSynchronize after a map's upload", task);
+    staging->Upload(map.data(), static_cast<std::int64_t>(map.size()), buffer_.data(), task);
   }
 
   // The same from memory of the device.
@@ -47,9 +46,9 @@ using DeviceMask = DeviceArray2D<std::uint8_t>;
 
 class DeviceMeasuredDepths {
  public:
-  void Upload(const MeasuredDepths& map, cudaStream_t stream, const Task& task) {
-    depths_.Upload(map.depths, stream, task);
-    states_.Upload(map.states, stream, task);
+  void Upload(const MeasuredDepths& map, StagingPool* staging, const Task& task) {
+    depths_.Upload(map.depths, staging, task);
+    states_.Upload(map.states, staging, task);
   }
 
   MeasuredDepthsView View() const { return {depths_.View(), states_.View()}; }

@@ -17,11 +17,18 @@ std::int64_t LessReserve(std::int64_t free) {
   return std::max<std::int64_t>(free - std::max(free / kShare, kLeast), 0);
 }
 
+template <typename Map>
+Task UploadTask(const char* stage, const Map& map) {
+  return {stage, "", map.width(), map.height()};
+}
+
+void UploadImage(const GrayImage& image, cudaStream_t stream, GrayPyramid* copy) {
+  copy->Upload(image, stream, UploadTask("image upload", image));
+}
+
 template <typename Host, typename Device>
-typename DeviceCache<Host, Device>::Upload UploadTo(const char* stage) {
-  return [stage](const Host& host, cudaStream_t stream, Device* copy) {
-    copy->Upload(host, stream, Task{stage, "", host.width(), host.height()});
-  };
+typename DeviceCache<Host, Device>::Upload UploadBy(StagingPool* staging, const char* stage) {
+  return [=](const Host& host, cudaStream_t, Device* copy) { copy->Upload(host, staging, UploadTask(stage, host)); };
 }
 
 }  // namespace
@@ -30,9 +37,9 @@ DeviceResources::DeviceResources(const DeviceProperties& p, std::int64_t budget_
     : properties(p),
       num_concurrent_calls(NumConcurrentCalls(num_pixels)),
       budget(budget_bytes > 0 ? budget_bytes : LessReserve(FreeBytes(Task{"set-up"}))),
-      images(UploadTo<GrayImage, GrayPyramid>("image upload")),
-      maps(UploadTo<PlaneMap, DeviceMap>("map upload")),
-      measured(UploadTo<MeasuredDepths, DeviceMeasuredDepths>("measured depths' upload")),
+      images(UploadImage),
+      maps(UploadBy<PlaneMap, DeviceMap>(&staging, "map upload")),
+      measured(UploadBy<MeasuredDepths, DeviceMeasuredDepths>(&staging, "measured depths' upload")),
       times(Task{"set-up"}) {}
 
 std::size_t DeviceResources::NumCallsAtOnce(std::int64_t bytes) {
@@ -70,6 +77,7 @@ void DeviceResources::KeepOnly(const CacheSizes& sizes) {
 
 void DeviceResources::FreeIdle() {
   KeepOnly({});
+  staging.FreeIdle();
   scratch.FreeIdle();
 }
 

@@ -19,6 +19,7 @@
 #include "cuda/memory_budget.h"
 #include "cuda/scratch.h"
 #include "cuda/scratch_pool.h"
+#include "cuda/staging.h"
 #include "phi/backend.h"
 
 namespace phi::gpu {
@@ -58,6 +59,7 @@ struct DeviceResources {
   const int num_concurrent_calls;  // of a kind
   MemoryBudget budget;
   std::atomic<std::int64_t> peak_bytes = 0;
+  StagingPool staging;
   DeviceCache<GrayImage, GrayPyramid> images;
   DeviceCache<PlaneMap, DeviceMap> maps;
   DeviceCache<MeasuredDepths, DeviceMeasuredDepths> measured;  // for inference

@@ -16,18 +16,17 @@ using MapHandle = std::shared_ptr<const DeviceMap>;
 
 // The device's copy of the reference's arrays. `scratch` holds what is beside the map.
 FilterReference BindReference(const FilterReference& on_host, ArrayView2D<const PlaneHypothesis> map,
-                              Scratch* scratch, const Task& task) {
-  const cudaStream_t stream = scratch->stream.get();
+                              StagingPool* staging, Scratch* scratch, const Task& task) {
   FilterReference f = on_host;
   f.map = map;
   if (f.cost.data != nullptr) {
     scratch->cost.Reserve(map.size(), task);
-    scratch->cost.Upload(on_host.cost.data, map.size(), stream, task);
+    staging->Upload(on_host.cost.data, map.size(), scratch->cost.data(), task);
     f.cost = scratch->cost.View(task.width, task.height);
   }
   if (f.states.data != nullptr) {
     scratch->states.Reserve(map.size(), task);
-    scratch->states.Upload(on_host.states.data, map.size(), stream, task);
+    staging->Upload(on_host.states.data, map.size(), scratch->states.data(), task);
     f.states = scratch->states.View(task.width, task.height);
   }
   return f;
@@ -46,7 +45,7 @@ std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& refere
     const std::shared_ptr<const ImageMask> mask = source.load_mask ? source.load_mask() : nullptr;
     if (mask == nullptr) continue;
     if (scratch->masks.size() == num_masks) scratch->masks.emplace_back();
-    scratch->masks[num_masks].Upload(*mask, stream, task);
+    scratch->masks[num_masks].Upload(*mask, &device->staging, task);
     bound.back().mask = scratch->masks[num_masks++].View();
   }
   const std::int64_t count = static_cast<std::int64_t>(bound.size());
@@ -73,7 +72,7 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   device->MakeRoom(CallKind::kFilter, plan.bytes, {.maps = at_once + device->NumCallsAtOnce(plan.bytes)}, scratch.get());
   const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream);
   FilterLaunch launch{
-      BindReference(MakeFilterReference(input, options), reference->View(), scratch.get(), task), {}};
+      BindReference(MakeFilterReference(input, options), reference->View(), &device->staging, scratch.get(), task), {}};
   scratch->testimonies.Reserve(num_pixels, task);
   scratch->verdicts.Reserve(num_pixels, task);
   const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());

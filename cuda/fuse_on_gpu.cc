@@ -12,6 +12,7 @@
 #include "cuda/device.h"
 #include "cuda/fusion_kernels.h"
 #include "cuda/scratch_pool.h"
+#include "cuda/staging.h"
 #include "cuda/stream.h"
 #include "phi/base/log.h"
 
@@ -129,18 +130,6 @@ class MapCopies {
   std::vector<DeviceBuffer<FusionPixel>> unused_;
 };
 
-// Returns once it is on the device.
-template <typename T>
-void Copy(const T* data, std::int64_t count, const DeviceBuffer<T>& copy, const Task& task) {
-  const Stream stream(task);
-  copy.Upload(data, count, stream.get(), task);
-  stream.Synchronize(task);
-}
-
-void Copy(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
-  Copy(map.data, map.size(), pixels, FusionTask(map.width, map.height));
-}
-
 struct FusionScratch {
   explicit FusionScratch(const Task& task) : stream(task) {}
 
@@ -191,6 +180,7 @@ struct FusionMemory {
 
   MapCopies copies;
   DeviceBuffer<FusionNeighbor> neighbors;  // of the image at hand
+  StagingPool staging;
   ScratchPool<FusionScratch> scratch{kMaxCallsAtOnce};
 };
 
@@ -209,7 +199,7 @@ class CudaFusion final : public FusionDevice {
     try {
       GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) {
         lock.unlock();  // copies of several maps side by side
-        Copy(map, pixels);
+        Upload(map, pixels);
         lock.lock();
       });
     } catch (const ResourceError& error) {
@@ -248,6 +238,10 @@ class CudaFusion final : public FusionDevice {
     return copies.Add(map, std::move(pixels));
   }
 
+  void Upload(HostMap map, const DeviceBuffer<FusionPixel>& pixels) {
+    memory_->staging.Upload(map.data, map.size(), pixels.data(), FusionTask(map.width, map.height));
+  }
+
   void GiveUp(const ResourceError& error) {
     LogWarning(std::string(error.what()) + "; the processor goes on in its place");
     has_failed_ = true;
@@ -284,7 +278,7 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
   try {
     const Task task = FusionTask(reference.width, reference.height);
     const auto copy_of = [&](HostMap map) {
-      return GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) { Copy(map, pixels); });
+      return GetCopy(map, [&](const DeviceBuffer<FusionPixel>& pixels) { Upload(map, pixels); });
     };
     std::vector<std::shared_ptr<MapCopy>> copies = {copy_of(reference)};
     std::vector<FusionNeighbor> bound = neighbors;
@@ -296,7 +290,7 @@ std::unique_ptr<FusionDevice::Image> CudaFusion::Start(HostMap reference, const 
     if (copies.back() == nullptr) return nullptr;
     const std::int64_t count = static_cast<std::int64_t>(bound.size());
     memory_->neighbors.Reserve(std::max<std::int64_t>(count, 1), task);
-    gpu::Copy(bound.data(), count, memory_->neighbors, task);
+    memory_->staging.Upload(bound.data(), count, memory_->neighbors.data(), task);
     FusionLaunch launch;
     launch.map = copies.front()->pixels.View(reference.width, reference.height);
     launch.rays = rays;

@@ -60,7 +60,8 @@ class MatchingCostTest : public CudaTest {
       launch.sources[j] = {views[j].a, views[j].b, views[j].source.width, views[j].source.height, {}};
       textures.back()->CopyTextures(0, launch.sources[j].textures);
     }
-    const DeviceMap hypotheses(map, stream.get(), task);
+    StagingPool staging;
+    const DeviceMap hypotheses(map, &staging, task);
     const std::int64_t count = static_cast<std::int64_t>(map.size() * views.size());
     const DeviceBuffer<float> costs(count, task);
     PinnedBuffer<float> host;
