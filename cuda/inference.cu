@@ -1,5 +1,6 @@
 #include "cuda/inference_kernels.h"
 #include "cuda/pixel_grid.cuh"
+#include "cuda/scanline_warp.cuh"
 #include "cuda/transfer.h"
 
 namespace phi::gpu {
@@ -14,6 +15,7 @@ HypothesisState InferenceLaunch::State() const {
 namespace {
 
 constexpr dim3 kBlock(32, 4);
+constexpr int kScanlineThreads = 256;
 
 dim3 Grid(int width, int height) { return PixelGrid(width, height, kBlock); }
 
@@ -60,13 +62,15 @@ __global__ void LineAnchorKernel(const __grid_constant__ InferenceLaunch launch)
   for (int k = 0; k < kNumDirections; ++k) launch.hypotheses[k](x, y) = anchor;
 }
 
-// One thread a scanline; blockIdx.y is the direction.
-__global__ void ScanlineKernel(const __grid_constant__ InferenceLaunch launch, LineOptions options) {
+// One warp a scanline; blockIdx.y is the direction. Scanlines side by side are a block's: they read the same lines of the cache.
+__global__ void __launch_bounds__(kScanlineThreads)
+    ScanlineKernel(const __grid_constant__ InferenceLaunch launch, const __grid_constant__ LineOptions options) {
   const int direction = blockIdx.y, width = launch.carrying.width, height = launch.carrying.height;
-  const int index = ThreadX();
+  const int index = ThreadX() / kWarp;
   if (index >= NumScanlines(direction, width, height)) return;
-  FillScanline(MakeScanline(direction, index, width, height), launch.carrying, launch.line_limits, options,
-               launch.hypotheses[direction]);
+  WarpScanline(MakeScanline(direction, index, width, height), launch.carrying, launch.line_limits, options,
+               launch.hypotheses[direction])
+      .Fill();
 }
 
 __global__ void RegionPlaneKernel(const __grid_constant__ InferenceLaunch launch) {
@@ -167,8 +171,7 @@ void LaunchScanlines(const InferenceLaunch& launch, cudaStream_t stream, const T
   const int width = launch.carrying.width, height = launch.carrying.height;
   LineAnchorKernel<<<Grid(width, height), kBlock, 0, stream>>>(launch);
   CheckLaunch("LineAnchorKernel", task);
-  constexpr int kScanlineThreads = 32;  // few a block: the scanlines spread over all multiprocessors
-  const dim3 blocks((width + height + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
+  const dim3 blocks((kWarp * (width + height) + kScanlineThreads - 1) / kScanlineThreads, kNumDirections);
   ScanlineKernel<<<blocks, kScanlineThreads, 0, stream>>>(launch, MakeLineOptions(launch.parameters.method));
   CheckLaunch("ScanlineKernel", task);
 }

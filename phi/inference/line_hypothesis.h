@@ -215,8 +215,21 @@ PHI_HD float GapValue(const GapModel& model, const LineOptions& options, float t
                                                                                                       : 0;
 }
 
+// Fills position s of the gap that begins at `begin`, where nothing is yet. `hypothesis`: inverse depth, 0: none; `limits`: LineLimit bits;
+// no data: none.
+PHI_HD void FillGapPosition(const Scanline& line, const GapModel& model, ArrayView2D<const std::uint8_t> limits, const LineOptions& options,
+                            int begin, int s, ArrayView2D<float> hypothesis) {
+  const int x = line.x0 + s * line.dx, y = line.y0 + s * line.dy;
+  float& target = hypothesis(x, y);
+  if (target > 0) return;
+  const std::uint8_t limit = limits.data != nullptr ? limits(x, y) : 0;
+  if ((limit & kNoLine) != 0) return;
+  const float value = GapValue(model, options, static_cast<float>(s - begin), (limit & kBetweenSidesOnly) != 0);
+  target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
+}
+
 // Fills the gaps between one scanline's anchors (inverse depths, 0 = none). `hypothesis` holds the anchors on entry and 0 elsewhere;
-// only zeros are written. `limits`: LineLimit bits; no data: none. One call per scanline may run in parallel within a direction.
+// only zeros are written. One call per scanline may run in parallel within a direction.
 PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
                          ArrayView2D<const std::uint8_t> limits, const LineOptions& options,
                          ArrayView2D<float> hypothesis) {
@@ -230,15 +243,7 @@ PHI_HD void FillScanline(const Scanline& line, ArrayView2D<const float> anchors,
     while (t < line.length && !(anchors(line.x0 + t * line.dx, line.y0 + t * line.dy) > 0)) ++t;
     if (begin == 0 && t == line.length) return;
     const GapModel model = FitGap(line, anchors, options, begin, t);
-    for (int s = begin; s < t; ++s) {
-      const int x = line.x0 + s * line.dx, y = line.y0 + s * line.dy;
-      float& target = hypothesis(x, y);
-      if (target > 0) continue;
-      const std::uint8_t limit = limits.data != nullptr ? limits(x, y) : 0;
-      if ((limit & kNoLine) != 0) continue;
-      const float value = GapValue(model, options, static_cast<float>(s - begin), (limit & kBetweenSidesOnly) != 0);
-      target = value > 0 ? (options.formulas == Formulas::kPaper ? 1 / value : value) : 0;
-    }
+    for (int s = begin; s < t; ++s) FillGapPosition(line, model, limits, options, begin, s, hypothesis);
   }
 }
 
