@@ -25,12 +25,12 @@ class FieldTile {
 
   // memory: kTileBytes. (first_x, first_y): the tile's first node.
   __device__ FieldTile(int4* memory, const FieldView& field, int first_x, int first_y)
-      : pairwise_(field.potentials.pairwise), first_x_(first_x), first_y_(first_y) {
+      : first_x_(first_x), first_y_(first_y) {
     unary = reinterpret_cast<std::int32_t*>(memory);
     horizontal = unary + kMaxLabels * kNumNodes;
     vertical = horizontal + kMaxLabels * kNumNodes;
-    steps_ = reinterpret_cast<std::uint16_t*>(vertical + kMaxLabels * kNumNodes);
-    allowed = reinterpret_cast<std::uint8_t*>(steps_ + 2 * kPairs * kNumNodes);
+    edges_ = reinterpret_cast<std::uint16_t*>(vertical + kMaxLabels * kNumNodes);
+    allowed = reinterpret_cast<std::uint8_t*>(edges_ + 2 * kPairs * kNumNodes);
     label = allowed + kNumNodes;
   }
 
@@ -79,7 +79,7 @@ class FieldTile {
   __device__ std::int32_t EdgeEnergy(std::int64_t from, int i, std::int64_t to, int j) const {
     const bool ahead = to > from, in_row = to - from == 1 || from - to == 1;
     const int pair = (in_row ? 0 : kPairs) + (ahead ? kMaxLabels * i + j : kMaxLabels * j + i);
-    return pairwise_[steps_[pair * kNumNodes + (ahead ? from : to)]];
+    return edges_[pair * kNumNodes + (ahead ? from : to)];
   }
 
  private:
@@ -104,23 +104,22 @@ class FieldTile {
     const int first_pair = neighbour == node + 1 ? 0 : kPairs;
     for (int i = 0; i < kMaxLabels; ++i) {
       for (int j = 0; j < kMaxLabels; ++j) {
-        const int step = PairwiseStep(field.inverse_depth[kMaxLabels * from + i],
-                                      field.inverse_depth[kMaxLabels * to + j]);
-        steps_[(first_pair + kMaxLabels * i + j) * kNumNodes + node] = static_cast<std::uint16_t>(step);
+        const std::int32_t energy = PairwiseEnergy(field.potentials, field.inverse_depth[kMaxLabels * from + i],
+                                                   field.inverse_depth[kMaxLabels * to + j]);
+        edges_[(first_pair + kMaxLabels * i + j) * kNumNodes + node] = static_cast<std::uint16_t>(energy);
       }
     }
   }
 
-  const std::int32_t* pairwise_;
-  // PairwiseStep of each pair of labels, of the edges to the right, then of those down, by the node they start from.
-  std::uint16_t* steps_;
+  // PairwiseEnergy of each pair of labels, of the edges to the right, then of those down, by the node they start from.
+  std::uint16_t* edges_;
   int first_x_, first_y_;
 };
 
 // A label's energies and two messages, two edges, and two bytes.
 inline constexpr int kTileBytes =
     FieldTile::kNumNodes * (3 * kMaxLabels * sizeof(std::int32_t) + 2 * kPairs * sizeof(std::uint16_t) + 2);
-static_assert(kTileBytes <= 64 << 10 && kPairwiseTableSize <= 1 << 16);
+static_assert(kTileBytes <= 64 << 10 && kMaxPairwiseNats * kEnergyUnitsPerNat < 1 << 16);
 
 // By one warp; `row`: its lane. Returns what the row adds to the lower bound.
 template <bool kForward>

@@ -134,7 +134,7 @@ OptionList InferenceOptions::List() {
 std::string InferenceOptions::Check() const {
   if (const std::string problem = InferenceOptions(*this).List().Check(); !problem.empty()) return problem;
   if (!(kappa1 > 0 && kappa2 > 0)) return "kappa1 and kappa2 must be positive";
-  return kappa3 > truncation ? "" : "kappa3 must be more than the truncation";
+  return 0.999 * kappa3 >= truncation ? "" : "kappa3 must be more than the truncation, by a thousandth at least";
 }
 
 }  // namespace phi

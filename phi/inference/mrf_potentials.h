@@ -18,6 +18,8 @@ inline constexpr double kNatsPerEnergyUnit = 1.0 / kEnergyUnitsPerNat;
 inline constexpr int kPotentialSteps = 4096;  // table steps per unit of cost or relative difference
 inline constexpr int kUnaryTableSize = static_cast<int>(kMaxCost) * kPotentialSteps + 1;  // costs in [0, kMaxCost]
 inline constexpr int kPairwiseTableSize = kPotentialSteps + 1;   // relative differences in [0, 1]
+// At most, since InferenceOptions::kappa3 is a thousandth more than the truncation: 2 log 1000. So 16 bits hold it.
+inline constexpr double kMaxPairwiseNats = 13.9;
 
 // Views of the two tables, trivially copyable to a device (see PotentialTables for the owner).
 struct PotentialView {
