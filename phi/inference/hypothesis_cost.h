@@ -39,19 +39,22 @@ PHI_HD float HypothesisViewCost(const Sampler& reference, const SampledView<Samp
   const float shift = reference(u, v);
   ZnccSums sums;
   for (int row = -n; row <= n; ++row) {
+    bool is_inside = true;  // without a branch at each sample, whose reads would wait for each other
     for (int column = -n; column <= n; ++column) {
       const float ru = u + column * window.step, rv = v + row * window.step;
       const Vec3f p = ProjectInverseDepth(source.view, ru, rv, SampleInverseDepth(inverse_depth, ru, rv, center));
       const float su = p.x / p.z, sv = p.y / p.z;
-      if (!(p.z > 0 && su >= 0.5f && sv >= 0.5f && su <= max_u && sv <= max_v)) return kMaxCost;
+      const bool is_sample_inside = (p.z > 0) & (su >= 0.5f) & (sv >= 0.5f) & (su <= max_u) & (sv <= max_v);
+      is_inside &= is_sample_inside;
       const float r = reference(ru, rv) - shift;
-      const float s = source.image(su, sv) - shift;
+      const float s = source.image(is_sample_inside ? su : 0.5f, is_sample_inside ? sv : 0.5f) - shift;
       sums.r += r;
       sums.rr += r * r;
       sums.s += s;
       sums.ss += s * s;
       sums.rs += r * s;
     }
+    if (!is_inside) return kMaxCost;
   }
   return sums.Cost(static_cast<float>(window.NumSamples()));
 }
