@@ -4,12 +4,12 @@
 
 #include <cstdint>
 
-#include "phi/inference/image_regions.h"
+#include "phi/base/images.h"
 
 namespace phi {
 
-// Whether another region lies beside (x, y), a pixel of region `own` or beside it: within a 250th of the image's width, at least
-// three pixels.
-bool IsAtCrease(const ImageRegions& regions, std::int32_t own, int x, int y);
+// Of each pixel of a region (ImageRegions::region) whether another one lies beside it, 255 or 0: within a 250th of the image's width, at
+// least three pixels. What is said of pixels in no region means nothing.
+Mask FindCreases(const Array2D<std::int32_t>& region);
 
 }  // namespace phi

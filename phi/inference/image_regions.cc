@@ -15,6 +15,7 @@
 #include "phi/base/whole_array.h"
 #include "phi/base/wide_vectors.h"
 #include "phi/inference/connected_runs.h"
+#include "phi/inference/creases.h"
 #include "phi/inference/pooled_anchors.h"
 #include "phi/inference/region_parts.h"
 
@@ -234,6 +235,7 @@ ImageRegions FindRegions(const GrayImage& image, const Rules& rules) {
     const auto max_change = static_cast<int>(kSumsPerGreyLevel * kMaxBrightnessChange);
     regions.continued = FindContinuedRegions(regions.region, regions.num_regions, sums, max_change, reach);
   }
+  if (rules.IsOn(Rule::kCreases)) regions.creases = FindCreases(regions.region);
   return regions;
 }
 

@@ -18,8 +18,9 @@ struct ImageRegions {
   Array2D<std::int32_t> region;
   std::int32_t num_regions = 0;
   RegionLists continued = {};  // empty: not asked
+  Mask creases = {};           // of FindCreases; empty: not asked
 
-  std::size_t bytes() const { return region.bytes(); }  // the lists take next to nothing
+  std::size_t bytes() const { return region.bytes() + creases.bytes(); }  // the lists take next to nothing
 };
 
 // The same for any number of threads. None without the rule of their planes.

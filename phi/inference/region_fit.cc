@@ -9,7 +9,6 @@
 #include <tbb/parallel_for.h>
 
 #include "phi/base/median.h"
-#include "phi/inference/creases.h"
 #include "phi/inference/fitted_planes.h"
 #include "phi/inference/light_sources.h"
 #include "phi/inference/plane_choice.h"
@@ -141,12 +140,12 @@ class RegionFit {
 
   // Its points: those at creases weigh more.
   std::vector<AnchorPoint> WeightedPoints(std::size_t k) const {
+    const Mask& creases = regions_.creases;
     const float crease_weight = 1 + rules_.Factor(Rule::kCreases) * kMoreAtCreases;
     std::vector<AnchorPoint> weighted;
     weighted.reserve(own_[k].points.size());
     for (const RegionPoint& p : own_[k].points) {
-      const bool is_at_crease = crease_weight != 1 && IsAtCrease(regions_, anchors_.region(k), static_cast<int>(p.x + 0.5f),
-                                                                 static_cast<int>(p.y + 0.5f));
+      const bool is_at_crease = !creases.empty() && creases(static_cast<int>(p.x + 0.5f), static_cast<int>(p.y + 0.5f)) != 0;
       weighted.push_back({p.x, p.y, p.w, p.is_measured, is_at_crease ? crease_weight : 1});
     }
     return weighted;
