@@ -6,6 +6,7 @@
 
 #include "cuda/calls_on_gpu.h"
 #include "cuda/filtering_kernels.h"
+#include "cuda/judging_kernels.h"
 #include "cuda/memory_plan.h"
 #include "phi/filtering/filter_setup.h"
 
@@ -56,6 +57,61 @@ std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& refere
   return handles;
 }
 
+// The judgement's arrays on the device, filled. `image` stays alive while they are in use.
+JudgementReference BindJudgement(const Judgement& judgement, const GrayPyramid& image, ArrayView2D<const PlaneHypothesis> estimate,
+                                 Scratch* scratch, const Task& task) {
+  const cudaStream_t stream = scratch->stream.get();
+  JudgementScratch& buffers = scratch->judgement;
+  buffers.sums.Reserve(estimate.size(), task);
+  buffers.is_plain.Reserve(estimate.size(), task);
+  const std::vector<RelativeView>& sources = judgement.precision.sources();
+  const auto num_sources = static_cast<std::int64_t>(sources.size());
+  buffers.sources.Reserve(std::max<std::int64_t>(num_sources, 1), task);
+  buffers.sources.Upload(sources.data(), num_sources, stream, task);
+  const OwnTextureArrays arrays = {buffers.sums.View(task.width, task.height), buffers.is_plain.View(task.width, task.height)};
+  JudgementReference j = MakeJudgementReference(judgement);
+  j.sources = buffers.sources.data();
+  j.estimate = estimate;
+  j.sums = arrays.sums;
+  LaunchOwnTexture(j, {image.level(0).get()}, arrays, stream, task);
+  if (judgement.rules.IsOn(Rule::kOwnTexture)) j.is_plain = arrays.is_plain;
+  return j;
+}
+
+// Of an estimate, by all that the sources said.
+MeasurementMap Judged(DeviceResources* device, const FilterInput& input, const FilterReference& reference, Scratch* scratch,
+                      const Task& task) {
+  const cudaStream_t stream = scratch->stream.get();
+  const PlaneMap& estimate = input.reference.map->planes;
+  const auto image = device->images.Get(input.judgement->image, stream);
+  const JudgementReference judgement = BindJudgement(*input.judgement, *image, reference.map, scratch, task);
+  scratch->states.Reserve(reference.map.size(), task);
+  LaunchMeasure(reference, judgement, scratch->testimonies.View(task.width, task.height), scratch->states.View(task.width, task.height),
+                stream, task);
+  scratch->end.Record(stream, task);
+  scratch->host_states.Download(scratch->states, reference.map.size(), stream, task);
+  device->NoteMemory(task);
+  scratch->stream.Synchronize(task);
+  return JudgedPixels(estimate, scratch->host_states.data());
+}
+
+// What the filter keeps, not judged.
+MeasurementMap Kept(DeviceResources* device, const MeasurementMap& map, const FilterReference& reference, Scratch* scratch,
+                    const Task& task) {
+  const cudaStream_t stream = scratch->stream.get();
+  const std::int64_t num_pixels = reference.map.size();
+  scratch->verdicts.Reserve(num_pixels, task);
+  LaunchJudge(reference, scratch->testimonies.View(task.width, task.height), scratch->verdicts.View(task.width, task.height), stream,
+              task);
+  scratch->end.Record(stream, task);
+  scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
+  // Only the judgement of estimates reads them.
+  if (map.states.empty()) scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
+  device->NoteMemory(task);
+  scratch->stream.Synchronize(task);
+  return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
+}
+
 }  // namespace
 
 MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, const FilterOptions& options) {
@@ -69,12 +125,12 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const cudaStream_t stream = scratch->stream.get();
   const std::size_t at_once = static_cast<std::size_t>(plan.num_sources_at_once);
   // Concurrent calls share most of the maps.
-  device->MakeRoom(CallKind::kFilter, plan.bytes, {.maps = at_once + device->NumCallsAtOnce(plan.bytes)}, scratch.get());
+  const std::size_t num_calls = device->NumCallsAtOnce(plan.bytes);
+  device->MakeRoom(CallKind::kFilter, plan.bytes, {.images = input.judgement ? num_calls : 0, .maps = at_once + num_calls}, scratch.get());
   const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), &device->staging, scratch.get(), task), {}};
   scratch->testimonies.Reserve(num_pixels, task);
-  scratch->verdicts.Reserve(num_pixels, task);
   const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());
   ClearOnDevice(testimonies.data, num_pixels, stream, task);
 
@@ -90,15 +146,10 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
     scratch->stream.Synchronize(task);
     handles.clear();
   }
-  LaunchJudge(launch.reference, testimonies, scratch->verdicts.View(map.width(), map.height()), stream, task);
-  scratch->end.Record(stream, task);
-  scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
-  // Only the judgement of estimates reads them.
-  if (map.states.empty()) scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
-  device->NoteMemory(task);
-  scratch->stream.Synchronize(task);
+  MeasurementMap kept = input.judgement ? Judged(device, input, launch.reference, scratch.get(), task)
+                                        : Kept(device, map, launch.reference, scratch.get(), task);
   device->times.Add(CallKind::kFilter, scratch->begin, scratch->end, 0, task);
-  return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
+  return kept;
 }
 
 }  // namespace phi::gpu

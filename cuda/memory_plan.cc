@@ -125,6 +125,8 @@ FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task&
   std::int64_t fixed = reference_bytes + num_pixels * (sizeof(Testimonies) + sizeof(FilterVerdict));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   fixed += static_cast<std::int64_t>(input.reference.map->states.bytes());
+  if (input.judgement)
+    fixed += num_pixels * JudgementScratch::kPixelBytes + static_cast<std::int64_t>(GrayPyramid::Bytes(task.width, task.height));
   const SourceMaps maps(input.sources, reference_bytes);
   const std::int64_t smallest = fixed + (1 + kInTransit) * maps.largest;
   if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);

@@ -52,6 +52,15 @@ struct SharingScratch {
   DeviceBuffer<NearestPixel> nearest;
 };
 
+struct JudgementScratch {
+  // Device bytes a pixel, with the new states that Scratch holds for all kinds of call.
+  static constexpr std::int64_t kPixelBytes = sizeof(std::uint16_t) + sizeof(std::uint8_t) + sizeof(PixelState);
+
+  DeviceBuffer<std::uint16_t> sums;
+  DeviceBuffer<std::uint8_t> is_plain;
+  DeviceBuffer<RelativeView> sources;
+};
+
 struct Scratch {
   explicit Scratch(const Task& task)
       : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task) {}
@@ -80,6 +89,7 @@ struct Scratch {
   std::vector<DeviceMask> masks;  // of the filter's sources
   EstimationScratch estimation;
   SharingScratch sharing;
+  JudgementScratch judgement;
   InferenceScratch inference;
   PinnedBuffer<PlaneHypothesis> host_plane;
   PinnedBuffer<float> host_cost;
@@ -96,6 +106,7 @@ struct Scratch {
     for_each(&plane, &cost, &window_scales, &states, &testimonies, &verdicts);
     for_each(&estimation.changed, &estimation.coarse_plane, &estimation.notes);
     for_each(&sharing.leads, &sharing.nearest);
+    for_each(&judgement.sums, &judgement.is_plain);
     for_each(&inference.inverse_depths, &inference.node_bytes, &inference.node_floats, &inference.node_integers);
   }
 };

@@ -11,10 +11,12 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "phi/base/images.h"
+#include "phi/filtering/judge_measurements.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/options.h"
 #include "phi/scene_view.h"
@@ -67,6 +69,7 @@ struct FilterInput {
   ViewMap reference;
   std::vector<SourceMap> sources;
   std::shared_ptr<const CostMap> cost;  // null, or the reference's cost for FilterOptions::min_ncc
+  std::optional<Judgement> judgement = {};  // of an estimate: what is kept is judged, too (JudgeMeasurements)
 };
 
 struct ImageRegions;  // phi/inference/image_regions.h

@@ -43,7 +43,7 @@ struct Testimonies {
 struct MeasurementMap {
   PlaneMap planes;
   StateMap states;  // empty: an estimate that nothing has judged yet
-  // Of an estimate that was just filtered, of all its pixels; else empty.
+  // Of an estimate that was filtered and not judged yet, of all its pixels; else empty.
   Array2D<Testimonies> testimonies = {};
 
   int width() const { return planes.width(); }

@@ -143,13 +143,12 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
   }
   // Only estimates have one, and are asked: not what inference filled, nor another program's maps.
   if (options_.filter.UsesCost() && previous.kind != StageKind::kInfer) input.cost = store_.Cost(job.image, EstimateKind(options_));
-  phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.judges_measurements) {
     const float farthest = phi::FarthestSearched(SearchRange(sparse_depth_(job.image)).max, options_.GivesDepthRange(),
                                                  options_.stereo.method);
-    phi::JudgeMeasurements(*store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), farthest, input.reference.map->planes,
-                           &filtered, options_.filter.method.rules);
+    input.judgement = {store_.Gray(job.image), NoiseOf(job.image), PrecisionOf(job), farthest, options_.filter.method.rules};
   }
+  phi::MeasurementMap filtered = backend.Filter(input, options_.filter);
   if (stage.restores_measured && !job.keeps_measured) {
     phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states,
                          options_.filter.min_num_consistent_inferred, &filtered);

@@ -120,7 +120,9 @@ MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& option
   tbb::parallel_for(0, testimonies.height(), [&](int y) {
     for (int x = 0; x < testimonies.width(); ++x) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
   });
-  return KeptPixels(*input.reference.map, verdicts.data(), testimonies.data());
+  MeasurementMap kept = KeptPixels(*input.reference.map, verdicts.data(), testimonies.data());
+  if (input.judgement) JudgeMeasurements(*input.judgement, input.reference.map->planes, &kept);
+  return kept;
 }
 
 }  // namespace phi

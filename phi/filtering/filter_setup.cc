@@ -118,4 +118,16 @@ MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdic
   return kept;
 }
 
+MeasurementMap JudgedPixels(const PlaneMap& estimate, const PixelState* states) {
+  MeasurementMap judged{PlaneMap::Uninitialized(estimate.width(), estimate.height()),
+                        StateMap::Uninitialized(estimate.width(), estimate.height())};
+  ForParts(estimate.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      judged.planes.data()[i] = states[i] != PixelState::kNone ? estimate.data()[i] : PlaneHypothesis();
+      judged.states.data()[i] = states[i];
+    }
+  });
+  return judged;
+}
+
 }  // namespace phi

@@ -22,4 +22,7 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input);
 // `testimonies` is not read).
 MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies);
 
+// Of an estimate that was judged: the pixels that have a state.
+MeasurementMap JudgedPixels(const PlaneMap& estimate, const PixelState* states);
+
 }  // namespace phi

@@ -28,8 +28,7 @@ PHI_WIDE_VECTORS void Fill(const RayModel rays, const PlaneHypothesis* __restric
     row.offset[x] = h.depth > 0 ? offset : std::numeric_limits<float>::quiet_NaN();
     row.depth[x] = h.depth;
     row.ray_x[x] = ray.x;
-    const float tolerance = kMaxNeighborDeviations * deviations[x];
-    row.tolerance[x] = tolerance > kMaxNeighborError ? tolerance : kMaxNeighborError;
+    row.tolerance[x] = NeighborTolerance(deviations[x]);
   }
 }
 

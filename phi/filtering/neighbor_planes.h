@@ -1,4 +1,4 @@
-// How many of the planes around each pixel agree with its depth, in vector instructions.
+// How many of the planes around each pixel agree with its depth (neighbor_agreement.h), in vector instructions.
 #pragma once
 
 #include <algorithm>
@@ -9,19 +9,11 @@
 
 #include "phi/base/array2d.h"
 #include "phi/base/images.h"
+#include "phi/filtering/neighbor_agreement.h"
 #include "phi/geometry/device_camera.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
-
-// A neighbour agrees when its plane, carried on to the pixel, differs from the pixel's depth by less than the greater of
-// these: a share of the depth, and standard deviations of what matching can tell there: about one of the difference of two
-// depths, so that two in three of the right neighbours agree. By the share alone, right neighbours contradict each other
-// where baselines are short.
-inline constexpr float kMaxNeighborError = 0.003f, kMaxNeighborDeviations = 1.5f;
-
-inline constexpr int kNeighborRadius = 2;  // 5 x 5 pixels are asked, one or more pixels apart
-inline constexpr int kNumNeighbors = (2 * kNeighborRadius + 1) * (2 * kNeighborRadius + 1) - 1;
 
 // A row's planes n . X = offset, and its pixels' own: what loops over x read in vector instructions.
 struct PlaneRow {
@@ -37,7 +29,7 @@ struct PlaneRow {
 };
 
 // Adds to the count of each pixel from `begin` to before `end` how many of the five neighbours in the row `planes`, `spacing` columns
-// apart, agree. A plane meets a pixel's ray at offset / (n . ray), the pixel's depth where offset = depth (n . ray).
+// apart, agree.
 void CountAgreeing(const PlaneRow& pixels, const PlaneRow& planes, int spacing, int begin, int end, std::vector<std::int32_t>* counts);
 
 // Calls function(begin, end) for the pieces of a row that hold what is wanted (not 0).

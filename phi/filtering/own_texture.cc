@@ -16,8 +16,7 @@
 namespace phi {
 namespace {
 
-constexpr int kSumsPerGreyLevel = 9;  // of the smoothed image
-constexpr int kSide = 2 * kOwnTextureRadius + 1;
+constexpr int kSide = kOwnTextureSide;
 
 // Sums over columns of kSide values: of the values, of their squares, of the values times the distance from the middle row.
 PHI_WIDE_VECTORS void SumColumns(const std::uint16_t* const (&rows)[kSide], int width, std::int32_t* sums, std::int32_t* squares,
@@ -36,14 +35,9 @@ PHI_WIDE_VECTORS void SumColumns(const std::uint16_t* const (&rows)[kSide], int 
   }
 }
 
-// Of the square that begins with each of `count` columns: the mean squared difference from a plane of brightness. Whole numbers that
-// a double holds exactly.
+// Of the square that begins with each of `count` columns.
 PHI_WIDE_VECTORS void FindVariances(const std::int32_t* sums, const std::int32_t* squares, const std::int32_t* down, int count,
                                     float* variances) {
-  // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to kSpread.
-  constexpr int kCount = kSide * kSide, kSpread = kCount * (kSide * kSide - 1) / 12;
-  static_assert(kSpread % kCount == 0);
-  constexpr double kSquaredSums = kSumsPerGreyLevel * kSumsPerGreyLevel;
   for (int x = 0; x < count; ++x) {
     std::int32_t sum = 0, square = 0, moment = 0, across = 0;
     for (int u = 0; u < kSide; ++u) {
@@ -52,15 +46,13 @@ PHI_WIDE_VECTORS void FindVariances(const std::int32_t* sums, const std::int32_t
       moment += down[x + u];
       across += sums[x + u] * (u - kOwnTextureRadius);
     }
-    const double s = sum, a = across, d = moment;
-    const double residual = kSpread * static_cast<double>(square) - kSpread / kCount * (s * s) - a * a - d * d;
-    variances[x] = static_cast<float>(residual / (static_cast<double>(kCount) * kSpread) / kSquaredSums);
+    variances[x] = VarianceAboutPlane(sum, square, across, moment);
   }
 }
 
 // Of row y, around each pixel; at the border of the nearest square.
 void FindVarianceRow(const Array2D<std::uint16_t>& sums, int y, float* variances) {
-  const int width = sums.width(), y0 = std::clamp(y - kOwnTextureRadius, 0, sums.height() - kSide);
+  const int width = sums.width(), y0 = FirstOfSurroundings(y, sums.height());
   const std::uint16_t* rows[kSide];
   for (int v = 0; v < kSide; ++v) rows[v] = &sums(0, y0 + v);
   std::vector<std::int32_t> columns(width), squares(width), down(width);
@@ -73,6 +65,10 @@ void FindVarianceRow(const Array2D<std::uint16_t>& sums, int y, float* variances
 
 }  // namespace
 
+float LeastOwnVariance(double noise, double scale) {
+  return static_cast<float>(scale * std::max(kMinOwnVariance, kNoiseShare * noise * noise));
+}
+
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, int plain_reach) {
   OwnTexture texture{Array2D<float>(image.width(), image.height()), {}};
   if (image.width() < kSide || image.height() < kSide) {
@@ -81,7 +77,7 @@ OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, in
   }
   const Array2D<std::uint16_t> sums = SumBoxes3x3(image.view());
   tbb::parallel_for(0, image.height(), [&](int y) { FindVarianceRow(sums, y, &texture.variance(0, y)); });
-  const auto least = static_cast<float>(scale * std::max(kMinOwnVariance, kNoiseShare * noise * noise));
+  const float least = LeastOwnVariance(noise, scale);
   const Mask is_plain = Transformed(texture.variance, [least](float variance) -> std::uint8_t { return variance < least; });
   texture.is_plain = Mask::Uninitialized(image.width(), image.height());
   tbb::parallel_for(0, image.height(), [&](int y) {

@@ -6,6 +6,10 @@
 // brightness matches wherever it is laid.
 #pragma once
 
+#include <cstdint>
+
+#include "phi/base/array2d.h"
+#include "phi/base/hd.h"
 #include "phi/base/images.h"
 #include "phi/measurement.h"
 
@@ -24,6 +28,48 @@ inline constexpr double kNoiseShare = 0.8 / 9;
 // Contrast that only touches the surroundings is another surface's: pixels so far around the middle of a plain patch of 5 x 5 are
 // plain as well.
 inline constexpr int kPlainReach = 1;
+
+inline constexpr int kOwnTextureSide = 2 * kOwnTextureRadius + 1;
+inline constexpr int kBoxSumsPerGreyLevel = 9;  // of the smoothed image
+
+// Of kOwnTextureSide squared sums of 3 x 3 pixels: the mean squared difference from a plane of brightness, squared grey levels. sum and
+// square: of the values; across, down: of the values times the distance from the middle column and row. Whole numbers that a double holds
+// exactly.
+PHI_HD float VarianceAboutPlane(std::int32_t sum, std::int32_t square, std::int32_t across, std::int32_t down) {
+  // Least squares: mean and slopes are independent over a square. Squared distances from its middle line add up to kSpread.
+  constexpr int kCount = kOwnTextureSide * kOwnTextureSide, kSpread = kCount * (kOwnTextureSide * kOwnTextureSide - 1) / 12;
+  static_assert(kSpread % kCount == 0);
+  constexpr double kSquaredSums = kBoxSumsPerGreyLevel * kBoxSumsPerGreyLevel;
+  const double s = sum, a = across, d = down;
+  const double residual = kSpread * static_cast<double>(square) - kSpread / kCount * (s * s) - a * a - d * d;
+  return static_cast<float>(residual / (static_cast<double>(kCount) * kSpread) / kSquaredSums);
+}
+
+// First column or row of the surroundings of pixel i, of `size`: at the border the nearest ones.
+PHI_HD int FirstOfSurroundings(int i, int size) {
+  const int first = i - kOwnTextureRadius, last = size - kOwnTextureSide;
+  return first < 0 ? 0 : first > last ? last : first;
+}
+
+// OwnTexture::variance of one pixel. sums: SumBoxes3x3 of the image.
+PHI_HD float OwnVarianceAt(ArrayView2D<const std::uint16_t> sums, int x, int y) {
+  if (sums.width < kOwnTextureSide || sums.height < kOwnTextureSide) return 0;
+  const int x0 = FirstOfSurroundings(x, sums.width), y0 = FirstOfSurroundings(y, sums.height);
+  std::int32_t sum = 0, square = 0, across = 0, down = 0;
+  for (int v = 0; v < kOwnTextureSide; ++v) {
+    for (int u = 0; u < kOwnTextureSide; ++u) {
+      const std::int32_t value = sums(x0 + u, y0 + v);
+      sum += value;
+      square += value * value;
+      across += value * (u - kOwnTextureRadius);
+      down += value * (v - kOwnTextureRadius);
+    }
+  }
+  return VarianceAboutPlane(sum, square, across, down);
+}
+
+// The variance below which a pixel is plain. scale: of the limits.
+float LeastOwnVariance(double noise, double scale);
 
 // Of each pixel; images smaller than the surroundings have no variance, and nothing in them is plain.
 struct OwnTexture {

@@ -17,24 +17,6 @@ DepthPrecision::DepthPrecision(const Camera& reference, const std::vector<const 
 
 namespace {
 
-// Square of how far the point of (u, v) moves in a source view when its depth changes by a share; whether the view's image contains
-// it. Without branches, so that a loop over a row becomes vector instructions.
-struct Motion {
-  float squared;
-  bool is_seen;
-};
-
-inline Motion MotionIn(const RelativeView& view, float u, float v, float w) {
-  const Vec3f far = view.a * Vec3f{u, v, 1};  // at w = 0
-  const float x = far.x + w * view.b.x, y = far.y + w * view.b.y, z = far.z + w * view.b.z;
-  const bool is_seen =
-      (z > 0) & (x >= 0) & (y >= 0) & (x <= z * view.source.width) & (y <= z * view.source.height);
-  // d(x / z) / d(log w)
-  const float scale = w / (z * z);
-  const float du = (view.b.x * z - x * view.b.z) * scale, dv = (view.b.y * z - y * view.b.z) * scale;
-  return {du * du + dv * dv, is_seen};
-}
-
 struct Points {
   const float *u, *v, *inverse_depths;
   std::size_t size;
@@ -49,34 +31,21 @@ struct MotionSums {
 PHI_WIDE_VECTORS void AddMotions(const RelativeView& view, Points points, MotionSums sums) {
   const RelativeView own = view;
   for (std::size_t i = 0; i < points.size; ++i) {
-    const Motion motion = MotionIn(own, points.u[i], points.v[i], points.inverse_depths[i]);
+    const MatchMotion motion = MotionIn(own, points.u[i], points.v[i], points.inverse_depths[i]);
     sums.squares[i] += motion.is_seen ? motion.squared : 0.0f;
     sums.num_seeing[i] += motion.is_seen ? 1.0f : 0.0f;
   }
 }
 
-inline float DeviationOf(float squares, float num_seeing) {
-  const float deviation = kMatchDeviation / std::sqrt(squares / num_seeing);
-  return squares > 0 ? deviation : 0;
-}
-
 PHI_WIDE_VECTORS void SetDeviations(const float* __restrict squares, const float* __restrict num_seeing, std::size_t size,
                                     float* __restrict deviations) {
-  for (std::size_t i = 0; i < size; ++i) deviations[i] = DeviationOf(squares[i], num_seeing[i]);
+  for (std::size_t i = 0; i < size; ++i) deviations[i] = MatchDeviation(squares[i], num_seeing[i]);
 }
 
 }  // namespace
 
 float DepthPrecision::RelativeDeviation(float u, float v, float depth) const {
-  const float w = 1 / depth;
-  float squares = 0, num_seeing = 0;
-  for (const RelativeView& view : sources_) {
-    const Motion motion = MotionIn(view, u, v, w);
-    if (!motion.is_seen) continue;
-    squares += motion.squared;
-    ++num_seeing;
-  }
-  return DeviationOf(squares, num_seeing);
+  return MatchDeviationOf(sources_.data(), static_cast<int>(sources_.size()), u, v, depth);
 }
 
 void DepthPrecision::FindRelativeDeviations(const float* u, const float* v, const float* depth, std::size_t size,

@@ -9,13 +9,10 @@
 #include "phi/base/images.h"
 #include "phi/geometry/camera.h"
 #include "phi/geometry/device_camera.h"
+#include "phi/geometry/match_motion.h"
 #include "phi/geometry/plane_hypothesis.h"
 
 namespace phi {
-
-// Standard deviation of a match, pixels of a source view. A window of 121 samples with noise of a grey level reaches
-// this; tolerances are made of several of them.
-inline constexpr float kMatchDeviation = 0.15f;
 
 class DepthPrecision {
  public:
@@ -26,6 +23,7 @@ class DepthPrecision {
   DepthPrecision(const Camera& reference, const std::vector<const Camera*>& sources);
 
   const RayModel& reference() const { return reference_; }
+  const std::vector<RelativeView>& sources() const { return sources_; }
 
   // Of a depth (or an inverse depth), relative to it, at (u, v) of the reference image, K's coordinates. As one source
   // view tells it: a typical one of those whose images contain the point, by the root mean square of how far the point

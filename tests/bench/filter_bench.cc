@@ -84,18 +84,18 @@ BENCHMARK(OwnTexture)->Unit(benchmark::kMillisecond);
 // All that the judgement of an image costs.
 void Judgement(benchmark::State& state) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const phi::DepthPrecision precision = Precision();
   const phi::PlaneMap estimate = NoisyPlane();
   phi::MeasurementMap map = phi::AllMeasured(estimate);
   map.testimonies = phi::Array2D<phi::Testimonies>(kWidth, kHeight, {5, 4, 2});
   phi::GrayImage image(kWidth, kHeight);
   std::mt19937 random(1);
   for (std::uint8_t& value : image) value = static_cast<std::uint8_t>(100 + random() % 50);
+  const phi::Judgement judgement{.image = std::make_shared<const phi::GrayImage>(image), .noise = 1, .precision = Precision()};
   for (auto _ : state) {
     state.PauseTiming();
     phi::MeasurementMap judged = map;
     state.ResumeTiming();
-    phi::JudgeMeasurements(image, 1, precision, std::numeric_limits<float>::infinity(), estimate, &judged);
+    phi::JudgeMeasurements(judgement, estimate, &judged);
     benchmark::DoNotOptimize(judged.planes.data());
   }
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <thread>
@@ -251,6 +252,33 @@ TEST_F(ParityTest, SharesAsTheCpuDoes) {
   }
   EXPECT_GT(num_taken, cpu.size() / 10);
   EXPECT_LT(num_unlike, cpu.size() / 500);
+}
+
+// Clues too: the photo's own texture, the neighbours' planes and the precision are worked out on the device.
+TEST_F(ParityTest, FilterJudgesAsTheCpuDoes) {
+  const RenderedScene scene = test_support::SphereScene();
+  const EstimationInput estimation = InputOf(scene);
+  const EstimationResult estimate = MakeBackend("cpu")->Estimate(estimation, Iterations(3));
+  std::vector<const Camera*> sources;
+  for (const ViewImage& source : estimation.sources) sources.push_back(&source.view->camera);
+  FilterInput input = FilterInputOf(scene, estimate.map);
+  float farthest = 0;
+  for (const PlaneHypothesis& h : estimate.map) farthest = std::max(farthest, h.depth);
+  for (const float end : {0.98f * farthest, std::numeric_limits<float>::infinity()}) {
+    input.judgement = {estimation.reference.image, 3, DepthPrecision(estimation.reference.view->camera, sources), end, {}};
+    const MeasurementMap gpu = MakeBackend("cuda")->Filter(input, {}), cpu = MakeBackend("cpu")->Filter(input, {});
+    EXPECT_TRUE(gpu.testimonies.empty());
+    std::size_t num_different = 0, num_measured = 0, num_clues = 0;
+    for (std::size_t i = 0; i < gpu.size(); ++i) {
+      num_different += std::memcmp(&gpu.planes.data()[i], &cpu.planes.data()[i], sizeof(PlaneHypothesis)) != 0 ||
+                       gpu.states.data()[i] != cpu.states.data()[i];
+      num_measured += cpu.states.data()[i] == PixelState::kMeasured;
+      num_clues += cpu.states.data()[i] == PixelState::kClue;
+    }
+    EXPECT_GT(num_measured, cpu.size() / 10);
+    EXPECT_GE(num_clues, 20);
+    EXPECT_LE(num_different, cpu.size() / 2000);  // the filter's thresholds met within rounding
+  }
 }
 
 TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {

@@ -6,8 +6,13 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "phi/base/array2d.h"
+#include "phi/base/box_sums.h"
+#include "phi/base/random.h"
 #include "phi/filtering/judge_measurements.h"
 #include "phi/filtering/own_texture.h"
 #include "phi/geometry/depth_precision.h"
@@ -114,7 +119,7 @@ class JudgeMeasurementsTest : public testing::Test {
 
   PixelState JudgedAt(int x, int y) {
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, kNoise, kPrecision, farthest_, estimate_, &map, rules_);
+    JudgeMeasurements({std::make_shared<const GrayImage>(photo_), kNoise, kPrecision, farthest_, rules_}, estimate_, &map);
     EXPECT_TRUE(map.testimonies.empty());
     EXPECT_EQ(map.planes(x, y).depth > 0, map.states(x, y) != PixelState::kNone);
     return map.states(x, y);
@@ -155,13 +160,89 @@ TEST_F(JudgeMeasurementsTest, WhatCannotBeToldFromTheSearchsEndIsNeitherMeasured
     reference.pinhole = source.pinhole = {kSide, kSide, kRays.fx, kRays.fy, kRays.cx, kRays.cy};
     source.pose.translation = {-kMatchDeviation * depth / (0.05 * kRays.fx), 0, 0};
     MeasurementMap map = map_;
-    JudgeMeasurements(photo_, kNoise, DepthPrecision(reference, {&source}), depth * ratio, estimate_, &map, rules_);
+    const auto photo = std::make_shared<const GrayImage>(photo_);
+    JudgeMeasurements({photo, kNoise, DepthPrecision(reference, {&source}), depth * ratio, rules_}, estimate_, &map);
     return map.states(x, y);
   };
   for (const int x : {15, 28}) {  // measured; dropped by the filter
     if (x == 28) map_.Drop(20 * kSide + 28);
     EXPECT_EQ(judged(x, 20, 1.049f), PixelState::kNone) << x;
     EXPECT_NE(judged(x, 20, 1.051f), PixelState::kNone) << x;
+  }
+}
+
+// A random map and photo, judged pixel by pixel as a GPU does it: what is measured, plain, at the search's end, probable or none of these.
+class JudgePixelTest : public testing::Test {
+ protected:
+  JudgePixelTest() : photo_(kWidth, kHeight), estimate_(kWidth, kHeight), kept_{estimate_, StateMap(kWidth, kHeight), {}} {
+    kept_.testimonies = Array2D<Testimonies>(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) MakePixel(x, y);
+    }
+    reference_.pinhole = {kWidth, kHeight, 70, 72, 33.5, 20};
+    for (const double step : {0.3, -0.2}) {
+      sources_.push_back(reference_);
+      sources_.back().pose.translation = {step, 0.05, 0};
+    }
+  }
+
+  void MakePixel(int x, int y) {
+    const Random4 random = Philox({3, 1}, 0, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
+    const auto number = [&](int i, std::uint32_t end) { return static_cast<std::uint8_t>(random.v[i] % end); };
+    photo_(x, y) = static_cast<std::uint8_t>(100 + (x / 16 % 2 == 0 ? number(0, 30) : 0));
+    const float wall = x / 10 % 3 == 2 ? 5.5f : 3;
+    if (number(1, 9) > 0) estimate_(x, y) = {{0.1f, 0, -0.995f}, wall * (1 + 1e-4f * static_cast<float>(number(1, 64)))};
+    const bool is_kept = estimate_(x, y).depth > 0 && number(2, 3) > 0;
+    if (is_kept) kept_.planes(x, y) = estimate_(x, y);
+    kept_.states(x, y) = is_kept ? PixelState::kMeasured : PixelState::kNone;
+    const std::uint8_t confirming = number(3, 7);
+    kept_.testimonies(x, y) = {confirming, static_cast<std::uint8_t>(number(0, 99) % (confirming + 1)), number(2, 4)};
+  }
+
+  void ExpectTheSame(const Rules& rules, float farthest) const {
+    const Judgement judgement = {std::make_shared<const GrayImage>(photo_), 1.5,
+                                 DepthPrecision(reference_, {sources_.data(), &sources_[1]}), farthest, rules};
+    MeasurementMap judged = kept_;
+    JudgeMeasurements(judgement, estimate_, &judged);
+    const Array2D<std::uint16_t> sums = SumBoxes3x3(photo_.view());
+    Mask is_plain(kWidth, kHeight);
+    JudgementReference j = MakeJudgementReference(judgement);
+    j.sources = judgement.precision.sources().data();
+    j.estimate = estimate_.view();
+    j.sums = sums.view();
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) is_plain(x, y) = IsPlain(j, x, y);
+    }
+    if (rules.IsOn(Rule::kOwnTexture)) j.is_plain = std::as_const(is_plain).view();
+    int num_of_state[5] = {};
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const auto verdict = kept_.states(x, y) == PixelState::kNone ? FilterVerdict::kDropped : FilterVerdict::kKept;
+        const PixelState state = JudgePixel(j, x, y, kept_.testimonies(x, y), verdict);
+        ASSERT_EQ(state, judged.states(x, y)) << x << ", " << y;
+        ++num_of_state[static_cast<int>(state)];
+      }
+    }
+    EXPECT_GT(num_of_state[0], 100);
+    EXPECT_GT(num_of_state[1], 100);
+    EXPECT_EQ(num_of_state[2] > 50, rules.IsOn(Rule::kClues));
+  }
+
+  static constexpr int kWidth = 67, kHeight = 41;
+  GrayImage photo_;
+  PlaneMap estimate_;
+  MeasurementMap kept_;
+  Camera reference_;
+  std::vector<Camera> sources_;
+};
+
+TEST_F(JudgePixelTest, IsTheSamePixelByPixel) {
+  ExpectTheSame({}, std::numeric_limits<float>::infinity());
+  ExpectTheSame({}, 5.52f);
+  for (const Rule rule : {Rule::kOwnTexture, Rule::kPlainPatches, Rule::kClues}) {
+    Rules rules;
+    rules.Set(rule, 0);
+    ExpectTheSame(rules, 5.52f);
   }
 }
 

@@ -70,6 +70,28 @@ class FakeBackend : public phi::Backend {
     const Call call(this, "filter", *input.reference.view);
     ++calls_.filters;
     if (calls_.on_filter) calls_.on_filter(input);
+    phi::MeasurementMap kept = Kept(input);
+    if (input.judgement) phi::JudgeMeasurements(*input.judgement, input.reference.map->planes, &kept);
+    return kept;
+  }
+
+  phi::InferenceResult Infer(const phi::InferenceInput& input, const phi::StereoOptions&,
+                             const phi::InferenceOptions&) override {
+    const Call call(this, "infer", *input.reference.view);
+    ++calls_.inferences;
+    if (calls_.on_infer) calls_.on_infer(input);
+    phi::InferenceResult result{*input.measured, {}};
+    for (std::size_t i = 0; i < result.map.size(); ++i) {
+      if (phi::IsMeasured(result.map.states.data()[i])) continue;
+      result.map.planes.data()[i] = {{0, 0, -1}, 1000};
+      result.map.states.data()[i] = phi::PixelState::kInferredConfirmed;
+    }
+    return result;
+  }
+
+ private:
+  // By the filter.
+  phi::MeasurementMap Kept(const phi::FilterInput& input) const {
     std::vector<std::shared_ptr<const phi::MeasurementMap>> maps;
     for (const phi::SourceMap& source : input.sources) {
       maps.push_back(source.load != nullptr ? source.load() : nullptr);
@@ -98,21 +120,6 @@ class FakeBackend : public phi::Backend {
     return kept;
   }
 
-  phi::InferenceResult Infer(const phi::InferenceInput& input, const phi::StereoOptions&,
-                             const phi::InferenceOptions&) override {
-    const Call call(this, "infer", *input.reference.view);
-    ++calls_.inferences;
-    if (calls_.on_infer) calls_.on_infer(input);
-    phi::InferenceResult result{*input.measured, {}};
-    for (std::size_t i = 0; i < result.map.size(); ++i) {
-      if (phi::IsMeasured(result.map.states.data()[i])) continue;
-      result.map.planes.data()[i] = {{0, 0, -1}, 1000};
-      result.map.states.data()[i] = phi::PixelState::kInferredConfirmed;
-    }
-    return result;
-  }
-
- private:
   // Counts the calls that run at once.
   struct Call {
     Call(FakeBackend* backend, const std::string& stage, const phi::SceneView& view)
