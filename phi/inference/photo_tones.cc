@@ -47,13 +47,33 @@ using Row = std::array<float, kColumns>;
 
 // The weighted sum of the rows' products with themselves, its upper right half.
 using Products = std::array<std::array<double, kColumns>, kColumns>;
-PHI_WIDE_VECTORS void AddProducts(const Row& row, double weight, Products* sums) {
+
+// Rows and their weights, whose products are added together: the sums are in memory, and what is added to them is not.
+struct RowBatch {
+  static constexpr std::size_t kSize = 4;
+  std::size_t size = 0;
+  std::array<const Row*, kSize> rows = {};
+  std::array<double, kSize> weights = {};
+};
+
+// Each sum takes the rows in their order. What the batch lacks has no weight.
+PHI_WIDE_VECTORS void AddProducts(const RowBatch& batch, Products* sums) {
   constexpr int kTogether = 4;  // one vector's, so that each row of sums is whole ones
-  std::array<double, kColumns> values;
-  for (int k = 0; k < kColumns; ++k) values[k] = row[k];
+  static_assert(RowBatch::kSize == 4);
+  double values[RowBatch::kSize][kColumns] = {};
+  for (std::size_t r = 0; r < batch.size; ++r) {
+    for (int k = 0; k < kColumns; ++k) values[r][k] = (*batch.rows[r])[k];
+  }
   for (int i = 0; i < kColumns; ++i) {
-    const double weighted = weight * values[i];
-    for (int k = i / kTogether * kTogether; k < kColumns; ++k) (*sums)[i][k] += weighted * values[k];
+    double weighted[RowBatch::kSize] = {};
+    for (std::size_t r = 0; r < batch.size; ++r) weighted[r] = batch.weights[r] * values[r][i];
+    double* of_row = (*sums)[i].data();
+    for (int k = i / kTogether * kTogether; k < kColumns; ++k) {
+      double sum = of_row[k] + weighted[0] * values[0][k];
+      sum += weighted[1] * values[1][k];
+      sum += weighted[2] * values[2][k];
+      of_row[k] = sum + weighted[3] * values[3][k];
+    }
   }
 }
 
@@ -79,11 +99,17 @@ class SourceRows {
     const std::vector<float> residuals = Residuals(solution);
     const float median = std::max(MedianSize(residuals, fitted), kLeastMedian), error = std::max(median, kLeastError);
     Products sums = {};
+    RowBatch batch;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (!Takes(fitted, i)) continue;
       const float off = residuals[i] / (kFarMedians * median);
-      AddProducts(rows_[i], 1 / ((1 + off * off) * error * error), &sums);
+      batch.rows[batch.size] = &rows_[i];
+      batch.weights[batch.size++] = 1 / ((1 + off * off) * error * error);
+      if (batch.size < RowBatch::kSize) continue;
+      AddProducts(batch, &sums);
+      batch.size = 0;
     }
+    AddProducts(batch, &sums);
     Normal normal;
     for (int i = 0; i < kUnknowns; ++i) {
       for (int k = i; k < kUnknowns; ++k) normal.matrix(i, k) = normal.matrix(k, i) = sums[i][k];
