@@ -29,7 +29,7 @@ __global__ void __launch_bounds__(kBlock)
   extern __shared__ int4 memory[];
   const FieldView& view = field.view;
   const int tile_row = first_row + blockIdx.x;
-  const FieldTile tile(memory, view, (diagonal - tile_row) * kTileColumns, tile_row * kTileRows);
+  const FieldTile tile(memory, (diagonal - tile_row) * kTileColumns, tile_row * kTileRows);
   if (!tile.LoadAllowed(view)) return;
   tile.Load(view);
   __syncthreads();

@@ -24,8 +24,7 @@ class FieldTile {
   std::uint8_t* label;
 
   // memory: kTileBytes. (first_x, first_y): the tile's first node.
-  __device__ FieldTile(int4* memory, const FieldView& field, int first_x, int first_y)
-      : first_x_(first_x), first_y_(first_y) {
+  __device__ FieldTile(int4* memory, int first_x, int first_y) : first_x_(first_x), first_y_(first_y) {
     unary = reinterpret_cast<std::int32_t*>(memory);
     horizontal = unary + kMaxLabels * kNumNodes;
     vertical = horizontal + kMaxLabels * kNumNodes;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "phi/inference/mrf_potentials.h"
+
 namespace phi {
 
 int StereoOptions::SamplesPerSide() const {
@@ -134,7 +136,7 @@ OptionList InferenceOptions::List() {
 std::string InferenceOptions::Check() const {
   if (const std::string problem = InferenceOptions(*this).List().Check(); !problem.empty()) return problem;
   if (!(kappa1 > 0 && kappa2 > 0)) return "kappa1 and kappa2 must be positive";
-  return 0.999 * kappa3 >= truncation ? "" : "kappa3 must be more than the truncation, by a thousandth at least";
+  return -2 * std::log(1 - truncation / kappa3) <= kMaxPairwiseNats ? "" : "kappa3 must be more than the truncation, by a thousandth of it";
 }
 
 }  // namespace phi

@@ -18,8 +18,8 @@ inline constexpr double kNatsPerEnergyUnit = 1.0 / kEnergyUnitsPerNat;
 inline constexpr int kPotentialSteps = 4096;  // table steps per unit of cost or relative difference
 inline constexpr int kUnaryTableSize = static_cast<int>(kMaxCost) * kPotentialSteps + 1;  // costs in [0, kMaxCost]
 inline constexpr int kPairwiseTableSize = kPotentialSteps + 1;   // relative differences in [0, 1]
-// At most, since InferenceOptions::kappa3 is a thousandth more than the truncation: 2 log 1000. So 16 bits hold it.
-inline constexpr double kMaxPairwiseNats = 13.9;
+// The most that the differences in [0, 1] may cost, so that 16 bits hold it.
+inline constexpr double kMaxPairwiseNats = 15;
 
 // Views of the two tables, trivially copyable to a device (see PotentialTables for the owner).
 struct PotentialView {
@@ -33,17 +33,12 @@ PHI_HD std::int32_t UnaryEnergy(const PotentialView& potentials, float cost) {
   return potentials.unary[static_cast<int>(rintf(clamped * kPotentialSteps))];
 }
 
-// The entry of the table for two neighbouring nodes' depths or, equally, inverse depths (> 0): their difference relative to
-// the smaller one.
-PHI_HD int PairwiseStep(float depth1, float depth2) {
+// Of two neighbouring nodes' depths or, equally, inverse depths (> 0), by their difference relative to the smaller one.
+PHI_HD std::int32_t PairwiseEnergy(const PotentialView& potentials, float depth1, float depth2) {
   const float lo = depth1 < depth2 ? depth1 : depth2, hi = depth1 < depth2 ? depth2 : depth1;
   const float relative = (hi - lo) / lo;
   const float clamped = relative < 1 ? relative : 1.0f;
-  return static_cast<int>(rintf(clamped * kPotentialSteps));
-}
-
-PHI_HD std::int32_t PairwiseEnergy(const PotentialView& potentials, float depth1, float depth2) {
-  return potentials.pairwise[PairwiseStep(depth1, depth2)];
+  return potentials.pairwise[static_cast<int>(rintf(clamped * kPotentialSteps))];
 }
 
 }  // namespace phi

@@ -1,6 +1,9 @@
 #include "phi/inference/potential_tables.h"
 
 #include <algorithm>
+#include <string>
+
+#include "phi/base/error.h"
 
 namespace phi {
 namespace {
@@ -13,6 +16,7 @@ std::int32_t Quantise(double nats) {
 
 PotentialTables::PotentialTables(const InferenceOptions& options)
     : unary_(kUnaryTableSize), pairwise_(kPairwiseTableSize) {
+  if (const std::string problem = options.Check(); !problem.empty()) throw UsageError(problem);
   const double best_unary = kMaxCost / options.kappa1 + options.kappa2;
   for (int i = 0; i < kUnaryTableSize; ++i) {
     const double cost = static_cast<double>(i) / kPotentialSteps;

@@ -10,6 +10,7 @@ namespace phi {
 
 class PotentialTables {
  public:
+  // Throws UsageError where the options' Check() tells a problem.
   explicit PotentialTables(const InferenceOptions& options);
 
   PotentialView view() const { return {unary_.data(), pairwise_.data()}; }

@@ -6,6 +6,7 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include "phi/base/error.h"
 #include "tests/phi/inference/field_for_tests.h"
 
 namespace phi {
@@ -44,6 +45,21 @@ TEST(Potentials, TruncationIsAnOption) {
   options.truncation = 0.1;
   const PotentialTables tables(options);
   EXPECT_NEAR(PairwiseEnergy(tables.view(), 1.0f, 5.0f), 4096 * -2 * std::log(1.9 / 2), 1);
+}
+
+// The most that a difference may cost is 15 nats: kappa3 = truncation / (1 - exp(-7.5)).
+TEST(Potentials, FitSixteenBits) {
+  InferenceOptions options;
+  options.truncation = 0.5;
+  const double least = options.truncation / (1 - std::exp(-7.5));
+  options.kappa3 = least * (1 + 1e-9);
+  EXPECT_EQ(options.Check(), "");
+  EXPECT_LT(PairwiseEnergy(PotentialTables(options).view(), 1.0f, 5.0f), 1 << 16);
+  options.kappa3 = least * (1 - 1e-6);
+  EXPECT_NE(options.Check().find("more than the truncation"), std::string::npos);
+  EXPECT_THROW(PotentialTables{options}, UsageError);
+  options.kappa3 = 0.4;
+  EXPECT_NE(options.Check(), "");
 }
 
 TEST(Trws, ChainsAreExactAfterOnePass) {
