@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "phi/inference/creases.h"
+
 namespace phi {
 namespace {
 
@@ -223,6 +225,17 @@ TEST(ImageRegions, DoNotDependOnThreads) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const ImageRegions alone = FindRegions(image);
   EXPECT_TRUE(std::equal(all.region.begin(), all.region.end(), alone.region.begin()));
+}
+
+TEST(ImageRegions, KnowTheirCreases) {
+  const GrayImage image = Blobs(210, 300);
+  const ImageRegions regions = FindRegions(image);
+  const Mask creases = FindCreases(regions.region);
+  EXPECT_TRUE(std::equal(creases.begin(), creases.end(), regions.creases.begin(), regions.creases.end()));
+  EXPECT_GT(std::count(creases.begin(), creases.end(), 255), 100);
+  Rules rules;
+  rules.Set(Rule::kCreases, 0);
+  EXPECT_TRUE(FindRegions(image, rules).creases.empty());
 }
 
 }  // namespace
