@@ -170,7 +170,6 @@ phi::MeasurementMap RoundToCompact(phi::MeasurementMap map) {
       }
     }
   });
-  map.testimonies = {};
   return map;
 }
 

@@ -17,7 +17,7 @@
 namespace colmap_ext {
 
 // The map as its compact file gives it back. To round twice changes nothing. Pixels without depth lose their normal; depths
-// that are negative or not finite, and testimonies, go.
+// that are negative or not finite go.
 phi::MeasurementMap RoundToCompact(phi::MeasurementMap map);
 
 namespace compact {

@@ -30,7 +30,7 @@ class DeviceCache {
 
   explicit DeviceCache(Upload upload) : upload_(std::move(upload)) {}
 
-  // The copy of `host`, complete. Uploaded on `stream` where it is not there.
+  // The copy of `host`, complete. Uploaded where it is not there, on `stream` or one that Upload has.
   std::shared_ptr<const Device> Get(const std::shared_ptr<const Host>& host, cudaStream_t stream) {
     return GetOrMake(host, [&](Device* copy) { upload_(*host, stream, copy); });
   }

@@ -1,6 +1,7 @@
-// The consistency filter of one reference map: maps come from the cache, verdicts go back.
+// The consistency filter of one reference map, and the judgement of an estimate: maps come from the cache, verdicts or states go back.
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "cuda/judging_kernels.h"
 #include "cuda/memory_plan.h"
 #include "phi/filtering/filter_setup.h"
+#include "phi/filtering/judge_measurements.h"
 
 namespace phi::gpu {
 namespace {
@@ -57,39 +59,44 @@ std::vector<MapHandle> BindTurn(DeviceResources* device, const SceneView& refere
   return handles;
 }
 
-// The judgement's arrays on the device, filled. `image` stays alive while they are in use.
-JudgementReference BindJudgement(const Judgement& judgement, const GrayPyramid& image, ArrayView2D<const PlaneHypothesis> estimate,
-                                 Scratch* scratch, const Task& task) {
+// A judgement on the device, but for what the kernels fill.
+struct JudgementOnDevice {
+  std::shared_ptr<const GrayPyramid> image;
+  JudgementReference reference;
+  OwnTextureArrays own_texture;
+};
+
+JudgementOnDevice BindJudgement(DeviceResources* device, const Judgement& judgement, ArrayView2D<const PlaneHypothesis> estimate,
+                                Scratch* scratch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
   JudgementScratch& buffers = scratch->judgement;
+  JudgementOnDevice j;
+  j.image = device->images.Get(judgement.image, stream);
   buffers.sums.Reserve(estimate.size(), task);
   buffers.is_plain.Reserve(estimate.size(), task);
+  scratch->states.Reserve(estimate.size(), task);
   const std::vector<RelativeView>& sources = judgement.precision.sources();
   const auto num_sources = static_cast<std::int64_t>(sources.size());
   buffers.sources.Reserve(std::max<std::int64_t>(num_sources, 1), task);
   buffers.sources.Upload(sources.data(), num_sources, stream, task);
-  const OwnTextureArrays arrays = {buffers.sums.View(task.width, task.height), buffers.is_plain.View(task.width, task.height)};
-  JudgementReference j = MakeJudgementReference(judgement);
-  j.sources = buffers.sources.data();
-  j.estimate = estimate;
-  j.sums = arrays.sums;
-  LaunchOwnTexture(j, {image.level(0).get()}, arrays, stream, task);
-  if (judgement.rules.IsOn(Rule::kOwnTexture)) j.is_plain = arrays.is_plain;
+  j.own_texture = {buffers.sums.View(task.width, task.height), buffers.is_plain.View(task.width, task.height)};
+  j.reference = MakeJudgementReference(judgement);
+  j.reference.sources = buffers.sources.data();
+  j.reference.estimate = estimate;
+  j.reference.sums = j.own_texture.sums;
+  if (judgement.rules.IsOn(Rule::kOwnTexture)) j.reference.is_plain = j.own_texture.is_plain;
   return j;
 }
 
 // Of an estimate, by all that the sources said.
-MeasurementMap Judged(DeviceResources* device, const FilterInput& input, const FilterReference& reference, Scratch* scratch,
-                      const Task& task) {
+MeasurementMap Judged(DeviceResources* device, const PlaneMap& estimate, const FilterReference& filter, const JudgementOnDevice& j,
+                      Scratch* scratch, const Task& task) {
   const cudaStream_t stream = scratch->stream.get();
-  const PlaneMap& estimate = input.reference.map->planes;
-  const auto image = device->images.Get(input.judgement->image, stream);
-  const JudgementReference judgement = BindJudgement(*input.judgement, *image, reference.map, scratch, task);
-  scratch->states.Reserve(reference.map.size(), task);
-  LaunchMeasure(reference, judgement, scratch->testimonies.View(task.width, task.height), scratch->states.View(task.width, task.height),
+  LaunchOwnTexture(j.reference, {j.image->level(0).get()}, j.own_texture, stream, task);
+  LaunchMeasure(filter, j.reference, scratch->testimonies.View(task.width, task.height), scratch->states.View(task.width, task.height),
                 stream, task);
   scratch->end.Record(stream, task);
-  scratch->host_states.Download(scratch->states, reference.map.size(), stream, task);
+  scratch->host_states.Download(scratch->states, filter.map.size(), stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
   return JudgedPixels(estimate, scratch->host_states.data());
@@ -105,11 +112,9 @@ MeasurementMap Kept(DeviceResources* device, const MeasurementMap& map, const Fi
               task);
   scratch->end.Record(stream, task);
   scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
-  // Only the judgement of estimates reads them.
-  if (map.states.empty()) scratch->host_testimonies.Download(scratch->testimonies, num_pixels, stream, task);
   device->NoteMemory(task);
   scratch->stream.Synchronize(task);
-  return KeptPixels(map, scratch->host_verdicts.data(), scratch->host_testimonies.data());
+  return KeptPixels(map, scratch->host_verdicts.data());
 }
 
 }  // namespace
@@ -130,6 +135,8 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
   const MapHandle reference = device->maps.Get(PlanesOf(input.reference.map), stream);
   FilterLaunch launch{
       BindReference(MakeFilterReference(input, options), reference->View(), &device->staging, scratch.get(), task), {}};
+  std::optional<JudgementOnDevice> judgement;
+  if (input.judgement) judgement = BindJudgement(device, *input.judgement, reference->View(), scratch.get(), task);
   scratch->testimonies.Reserve(num_pixels, task);
   const ArrayView2D<Testimonies> testimonies = scratch->testimonies.View(map.width(), map.height());
   ClearOnDevice(testimonies.data, num_pixels, stream, task);
@@ -146,8 +153,8 @@ MeasurementMap FilterOnGpu(DeviceResources* device, const FilterInput& input, co
     scratch->stream.Synchronize(task);
     handles.clear();
   }
-  MeasurementMap kept = input.judgement ? Judged(device, input, launch.reference, scratch.get(), task)
-                                        : Kept(device, map, launch.reference, scratch.get(), task);
+  MeasurementMap kept = judgement ? Judged(device, map.planes, launch.reference, *judgement, scratch.get(), task)
+                                  : Kept(device, map, launch.reference, scratch.get(), task);
   device->times.Add(CallKind::kFilter, scratch->begin, scratch->end, 0, task);
   return kept;
 }

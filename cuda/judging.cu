@@ -1,4 +1,4 @@
-// Judging on the device gives the host's states: compiled without fused multiply-adds, as the host's code is.
+// Judging on the device gives the host's states, but for the last bit of log2f: compiled without fused multiply-adds, as the host's code is.
 #include "cuda/judging_kernels.h"
 #include "cuda/pixel_grid.cuh"
 #include "phi/filtering/judge_pixel.h"
@@ -39,6 +39,7 @@ void LaunchOwnTexture(const JudgementReference& judgement, TextureSampler photo,
   const dim3 grid = PixelGrid(arrays.sums.width, arrays.sums.height, kBlock);
   SumKernel<<<grid, kBlock, 0, stream>>>(photo, arrays.sums);
   CheckLaunch("SumKernel", task);
+  if (judgement.is_plain.data == nullptr) return;
   PlainKernel<<<grid, kBlock, 0, stream>>>(judgement, arrays.is_plain);
   CheckLaunch("PlainKernel", task);
 }

@@ -19,7 +19,7 @@ struct OwnTextureArrays {
   ArrayView2D<std::uint8_t> is_plain;
 };
 
-// All of `judgement` is on the device; its sums and plain pixels are these arrays, which are filled here.
+// All of `judgement` is on the device; its sums and, where they are asked, plain pixels are these arrays, which are filled here.
 void LaunchOwnTexture(const JudgementReference& judgement, TextureSampler photo, const OwnTextureArrays& arrays, cudaStream_t stream,
                       const Task& task);
 

@@ -122,11 +122,14 @@ SharingPlan PlanSharing(const SharingInput& input, std::int64_t budget, const Ta
 FilterPlan PlanFilter(const FilterInput& input, std::int64_t budget, const Task& task) {
   const std::int64_t num_pixels = static_cast<std::int64_t>(input.reference.map->size());
   const std::int64_t reference_bytes = static_cast<std::int64_t>(input.reference.map->planes.bytes());
-  std::int64_t fixed = reference_bytes + num_pixels * (sizeof(Testimonies) + sizeof(FilterVerdict));
+  std::int64_t fixed = reference_bytes + num_pixels * static_cast<std::int64_t>(sizeof(Testimonies));
   if (input.cost != nullptr) fixed += num_pixels * sizeof(float);
   fixed += static_cast<std::int64_t>(input.reference.map->states.bytes());
-  if (input.judgement)
+  if (input.judgement) {
     fixed += num_pixels * JudgementScratch::kPixelBytes + static_cast<std::int64_t>(GrayPyramid::Bytes(task.width, task.height));
+  } else {
+    fixed += num_pixels * static_cast<std::int64_t>(sizeof(FilterVerdict));
+  }
   const SourceMaps maps(input.sources, reference_bytes);
   const std::int64_t smallest = fixed + (1 + kInTransit) * maps.largest;
   if (smallest > budget) ThrowTooLittleMemory(smallest, budget, task);

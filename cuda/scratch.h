@@ -96,7 +96,6 @@ struct Scratch {
   PinnedBuffer<unsigned long long> host_num_samples;
   PinnedBuffer<PixelState> host_states;
   PinnedBuffer<FilterVerdict> host_verdicts;
-  PinnedBuffer<Testimonies> host_testimonies;
   std::optional<CallKind> last_use;
 
  private:

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "phi/base/images.h"
-#include "phi/filtering/judge_measurements.h"
+#include "phi/filtering/judgement.h"
 #include "phi/matching/cost_aggregation.h"
 #include "phi/options.h"
 #include "phi/scene_view.h"
@@ -139,7 +139,7 @@ class Backend {
   virtual EstimationResult Estimate(const EstimationInput& input, const StereoOptions& options) = 0;
   // The estimate of the image, in which what other images' estimates carry has replaced what clearly matches worse.
   virtual std::shared_ptr<const MeasurementMap> Share(const SharingInput& input, const StereoOptions& options) = 0;
-  // What is kept; the rest has no depth.
+  // What is kept, and clues where a judgement is asked; the rest has no depth.
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;

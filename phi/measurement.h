@@ -43,8 +43,6 @@ struct Testimonies {
 struct MeasurementMap {
   PlaneMap planes;
   StateMap states;  // empty: an estimate that nothing has judged yet
-  // Of an estimate that was filtered and not judged yet, of all its pixels; else empty.
-  Array2D<Testimonies> testimonies = {};
 
   int width() const { return planes.width(); }
   int height() const { return planes.height(); }

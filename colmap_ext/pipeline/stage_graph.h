@@ -24,7 +24,7 @@ struct Stage {
   std::string result = {};   // the kind of map it makes: middle part of file names, name in phimvs.json
   std::string options = {};  // what its results depend on, as text
   bool is_output = true;     // belongs into the finished workspace; else made where a later stage asks for it
-  bool judges_measurements = false;  // of a filter: phi/filtering/judge_measurements.h follows it
+  bool judges_measurements = false;  // of a filter: it judges, too (phi/filtering/judgement.h)
   bool restores_measured = false;  // of a filter after inference: what the measured map has, where inference's correction was not confirmed
   bool transient = false;  // lives in memory and is not recorded
   bool has_mask = false;   // its maps have states: phi/measurement.h

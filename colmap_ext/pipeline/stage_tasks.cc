@@ -153,7 +153,6 @@ StageResult StageTasks::Filter(const StageTask& task, phi::Backend& backend) con
     phi::RestoreMeasured(*store_.Map(job.image, std::string(kMeasured)), input.reference.map->states,
                          options_.filter.min_num_consistent_inferred, &filtered);
   }
-  filtered.testimonies = {};
   if (previous.kind == StageKind::kInfer) {
     const std::int64_t num_kept =
         phi::CountIf(filtered.states, [](phi::PixelState s) { return phi::IsInferred(s); });

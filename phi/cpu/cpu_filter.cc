@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "phi/base/cancellation.h"
 #include "phi/base/wide_vectors.h"
 #include "phi/filtering/filter_setup.h"
+#include "phi/filtering/judge_measurements.h"
 
 namespace phi {
 namespace {
@@ -101,7 +103,7 @@ void AskForRow(const FilterReference& reference, const FilterSource& source, int
 
 }  // namespace
 
-MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options) {
+MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options, Array2D<Testimonies>* said) {
   const FilterReference reference = MakeFilterReference(input, options);
   const std::vector<SourceMap> sources = SourcesWithMap(input);
   Array2D<Testimonies> testimonies(reference.map.width, reference.map.height);
@@ -120,8 +122,9 @@ MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& option
   tbb::parallel_for(0, testimonies.height(), [&](int y) {
     for (int x = 0; x < testimonies.width(); ++x) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
   });
-  MeasurementMap kept = KeptPixels(*input.reference.map, verdicts.data(), testimonies.data());
-  if (input.judgement) JudgeMeasurements(*input.judgement, input.reference.map->planes, &kept);
+  MeasurementMap kept = KeptPixels(*input.reference.map, verdicts.data());
+  if (input.judgement) JudgeMeasurements(*input.judgement, input.reference.map->planes, testimonies, &kept);
+  if (said != nullptr) *said = std::move(testimonies);
   return kept;
 }
 

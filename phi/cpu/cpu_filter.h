@@ -5,6 +5,7 @@
 
 namespace phi {
 
-MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options);
+// testimonies: null, or what becomes what the views say of each pixel.
+MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options, Array2D<Testimonies>* testimonies = nullptr);
 
 }  // namespace phi

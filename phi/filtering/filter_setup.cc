@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "phi/base/error.h"
+#include "phi/base/message.h"
 #include "phi/base/whole_array.h"
 #include "phi/geometry/camera.h"
 #include "phi/matching/zncc.h"
@@ -15,6 +17,13 @@ namespace {
 PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
   if (verdict == FilterVerdict::kDropped) return PixelState::kNone;
   return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
+}
+
+void CheckJudgement(const Judgement& judgement, const ViewMap& estimate) {
+  const bool has_image = judgement.image != nullptr && judgement.image->width() == estimate.map->width() &&
+                         judgement.image->height() == estimate.map->height();
+  if (!has_image || !estimate.map->states.empty())
+    throw UsageError("image " + AboutImage(estimate.view->name) + ": an estimate alone is judged, by an image of its size");
 }
 
 constexpr double kPi = std::numbers::pi, kRadianPerDegree = kPi / 180;
@@ -78,6 +87,7 @@ ConsistencyThresholds MakeConsistencyThresholds(const FilterOptions& options) {
 }
 
 FilterReference MakeFilterReference(const FilterInput& input, const FilterOptions& options) {
+  if (input.judgement) CheckJudgement(*input.judgement, input.reference);
   FilterReference f{.rays = MakeRayModel(input.reference.view->camera.pinhole),
                     .thresholds = MakeConsistencyThresholds(options),
                     .max_reprojection_error_inferred = MaxReprojectionErrorInferred(options),
@@ -100,7 +110,7 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
   return sources;
 }
 
-MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts, const Testimonies* testimonies) {
+MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts) {
   MeasurementMap kept{PlaneMap::Uninitialized(map.width(), map.height()),
                       StateMap::Uninitialized(map.width(), map.height())};
   ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
@@ -111,10 +121,6 @@ MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdic
       kept.states.data()[i] = StateAfter(verdicts[i], was_inferred);
     }
   });
-  if (map.states.empty()) {
-    kept.testimonies = Array2D<Testimonies>::Uninitialized(map.width(), map.height());
-    CopyAll(testimonies, map.size(), kept.testimonies.data());
-  }
   return kept;
 }
 

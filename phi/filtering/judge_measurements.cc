@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "phi/base/whole_array.h"
 #include "phi/filtering/confidence.h"
@@ -41,7 +40,7 @@ JudgementReference MakeJudgementReference(const Judgement& judgement) {
   return j;
 }
 
-void JudgeMeasurements(const Judgement& judgement, const PlaneMap& estimate, MeasurementMap* map) {
+void JudgeMeasurements(const Judgement& judgement, const PlaneMap& estimate, const Array2D<Testimonies>& testimonies, MeasurementMap* map) {
   const auto& [image, noise, precision, farthest, rules] = judgement;
   const JudgementReference j = MakeJudgementReference(judgement);
   const Mask at_end = FindAtEnd(estimate, precision, farthest);
@@ -51,7 +50,6 @@ void JudgeMeasurements(const Judgement& judgement, const PlaneMap& estimate, Mea
     }
   });
   const OwnTexture texture = FindOwnTexture(*image, noise, rules.Scale(Rule::kOwnTexture), j.plain_reach);
-  const Array2D<Testimonies> testimonies = std::exchange(map->testimonies, {});
   if (rules.IsOn(Rule::kOwnTexture)) DropPlainPixels(texture, map);
   if (!j.finds_clues) return;
   const Mask unmeasured = Transformed(

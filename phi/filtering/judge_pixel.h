@@ -37,7 +37,9 @@ PHI_HD bool IsAtEnd(float depth, float deviation, float farthest) {
   return MayBeAtEnd(depth, farthest) && !(depth * (1 + deviation) < farthest);
 }
 
-PHI_HD bool IsPlain(const JudgementReference& j, int x, int y) { return OwnVarianceAt(j.sums, x, y) < j.least_variance; }
+PHI_HD bool IsPlain(const JudgementReference& j, int x, int y) {
+  return HasSurroundings(j.sums.width, j.sums.height) && OwnVarianceAt(j.sums, x, y) < j.least_variance;
+}
 
 // Whether any pixel up to `plain_reach` away is plain.
 PHI_HD bool TouchesPlain(const JudgementReference& j, int x, int y) {

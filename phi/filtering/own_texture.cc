@@ -71,7 +71,7 @@ float LeastOwnVariance(double noise, double scale) {
 
 OwnTexture FindOwnTexture(const GrayImage& image, double noise, double scale, int plain_reach) {
   OwnTexture texture{Array2D<float>(image.width(), image.height()), {}};
-  if (image.width() < kSide || image.height() < kSide) {
+  if (!HasSurroundings(image.width(), image.height())) {
     texture.is_plain = Mask(image.width(), image.height());
     return texture;
   }

@@ -51,9 +51,12 @@ PHI_HD int FirstOfSurroundings(int i, int size) {
   return first < 0 ? 0 : first > last ? last : first;
 }
 
+// False: images of that size have no variance, and nothing in them is plain.
+PHI_HD bool HasSurroundings(int width, int height) { return width >= kOwnTextureSide && height >= kOwnTextureSide; }
+
 // OwnTexture::variance of one pixel. sums: SumBoxes3x3 of the image.
 PHI_HD float OwnVarianceAt(ArrayView2D<const std::uint16_t> sums, int x, int y) {
-  if (sums.width < kOwnTextureSide || sums.height < kOwnTextureSide) return 0;
+  if (!HasSurroundings(sums.width, sums.height)) return 0;
   const int x0 = FirstOfSurroundings(x, sums.width), y0 = FirstOfSurroundings(y, sums.height);
   std::int32_t sum = 0, square = 0, across = 0, down = 0;
   for (int v = 0; v < kOwnTextureSide; ++v) {

@@ -1,6 +1,6 @@
 // When two depths are one surface's, and when one surface lies before another. All tolerances of that kind that are no option
 // stand here; they are shares of the depth. Those that follow from the geometry of the views (DepthPrecision) stand where they
-// are used: neighbor_planes.h, region_planes.cc.
+// are used: neighbor_agreement.h, region_planes.cc.
 #pragma once
 
 #include <cmath>

@@ -86,7 +86,7 @@ void Judgement(benchmark::State& state) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const phi::PlaneMap estimate = NoisyPlane();
   phi::MeasurementMap map = phi::AllMeasured(estimate);
-  map.testimonies = phi::Array2D<phi::Testimonies>(kWidth, kHeight, {5, 4, 2});
+  const phi::Array2D<phi::Testimonies> testimonies(kWidth, kHeight, {5, 4, 2});
   phi::GrayImage image(kWidth, kHeight);
   std::mt19937 random(1);
   for (std::uint8_t& value : image) value = static_cast<std::uint8_t>(100 + random() % 50);
@@ -95,7 +95,7 @@ void Judgement(benchmark::State& state) {
     state.PauseTiming();
     phi::MeasurementMap judged = map;
     state.ResumeTiming();
-    phi::JudgeMeasurements(judgement, estimate, &judged);
+    phi::JudgeMeasurements(judgement, estimate, testimonies, &judged);
     benchmark::DoNotOptimize(judged.planes.data());
   }
 }

@@ -262,12 +262,10 @@ TEST_F(ParityTest, FilterJudgesAsTheCpuDoes) {
   std::vector<const Camera*> sources;
   for (const ViewImage& source : estimation.sources) sources.push_back(&source.view->camera);
   FilterInput input = FilterInputOf(scene, estimate.map);
-  float farthest = 0;
-  for (const PlaneHypothesis& h : estimate.map) farthest = std::max(farthest, h.depth);
-  for (const float end : {0.98f * farthest, std::numeric_limits<float>::infinity()}) {
+  std::size_t num_before_the_end = 0;
+  for (const float end : {6.0f, std::numeric_limits<float>::infinity()}) {  // of the search: where the wall stands
     input.judgement = {estimation.reference.image, 3, DepthPrecision(estimation.reference.view->camera, sources), end, {}};
     const MeasurementMap gpu = MakeBackend("cuda")->Filter(input, {}), cpu = MakeBackend("cpu")->Filter(input, {});
-    EXPECT_TRUE(gpu.testimonies.empty());
     std::size_t num_different = 0, num_measured = 0, num_clues = 0;
     for (std::size_t i = 0; i < gpu.size(); ++i) {
       num_different += std::memcmp(&gpu.planes.data()[i], &cpu.planes.data()[i], sizeof(PlaneHypothesis)) != 0 ||
@@ -275,8 +273,12 @@ TEST_F(ParityTest, FilterJudgesAsTheCpuDoes) {
       num_measured += cpu.states.data()[i] == PixelState::kMeasured;
       num_clues += cpu.states.data()[i] == PixelState::kClue;
     }
-    EXPECT_GT(num_measured, cpu.size() / 10);
-    EXPECT_GE(num_clues, 20);
+    EXPECT_GT(num_measured, num_before_the_end);
+    num_before_the_end = num_measured + cpu.size() / 50;
+    if (std::isinf(end)) {
+      EXPECT_GT(num_measured, cpu.size() / 10);
+      EXPECT_GE(num_clues, 20);
+    }
     EXPECT_LE(num_different, cpu.size() / 2000);  // the filter's thresholds met within rounding
   }
 }
@@ -306,19 +308,6 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
     }
     EXPECT_GT(num_kept, cpu.size() / 4);
     EXPECT_LE(num_different, cpu.size() / 2000);  // thresholds met within rounding
-    ASSERT_EQ(gpu.testimonies.size(), after_inference ? 0 : cpu.size());
-    ASSERT_EQ(cpu.testimonies.size(), gpu.testimonies.size());
-    const auto num_unlike = [&](auto count) {
-      std::size_t sum = 0;
-      for (std::size_t i = 0; i < cpu.testimonies.size(); ++i) {
-        sum += gpu.testimonies.data()[i].*count != cpu.testimonies.data()[i].*count;
-      }
-      return sum;
-    };
-    EXPECT_LE(num_unlike(&Testimonies::num_confirming), cpu.size() / 1000);
-    EXPECT_LE(num_unlike(&Testimonies::num_close), cpu.size() / 1000);
-    EXPECT_LE(num_unlike(&Testimonies::num_contradicting), cpu.size() / 1000);
-    EXPECT_LE(num_unlike(&Testimonies::num_empty), cpu.size() / 1000);
     const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
     // After inference measured pixels are not asked again.
     if (!after_inference) {

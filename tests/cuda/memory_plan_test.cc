@@ -1,6 +1,7 @@
 // What calls need, by hand from the sizes; and that a call done in parts gives the bytes of the whole.
 #include "cuda/memory_plan.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -294,6 +295,36 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
     DeviceResources scarce(QueryDevice(0), budget);
     const PlaneMap parts = FilterOnGpu(&scarce, input, options).planes;
     EXPECT_EQ(std::memcmp(whole.data(), parts.data(), whole.bytes()), 0) << num_sources << " at once";
+  }
+}
+
+// An estimate that is judged: by what the sources of all turns said.
+TEST_F(SplitTest, AJudgementInPartsGivesTheBytesOfTheWhole) {
+  const RenderedScene scene = TallScene();
+  PlaneMap map = *scene.truth[0];
+  for (int y = 40; y < 60; ++y) {
+    for (int x = 0; x < kWidth; ++x) map(x, y).depth *= 1 + 0.002f * static_cast<float>(x);
+  }
+  FilterInput input;
+  input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{map, {}})};
+  input.sources = scene.SourceTruth(0);
+  input.judgement = {.image = scene.Image(0).image,
+                     .noise = 2,
+                     .precision = DepthPrecision(scene.views[0].camera, {&scene.views[1].camera, &scene.views[2].camera})};
+  // The map and two of the others, testimonies, box sums, plain pixels and states, and the image.
+  const std::int64_t smallest = std::int64_t{kWidth} * kHeight * (3 * 16 + 4 + 2 + 1 + 1) +
+                                static_cast<std::int64_t>(GrayPyramid::Bytes(kWidth, kHeight));
+  EXPECT_THROW(PlanFilter(input, smallest - 1, TestTask()), ResourceError);
+  DeviceResources ample(QueryDevice(0), 0);
+  const MeasurementMap whole = FilterOnGpu(&ample, input, {});
+  EXPECT_GT(std::count(whole.states.begin(), whole.states.end(), PixelState::kMeasured), whole.size() / 10);
+  for (int num_sources = 1; num_sources <= kNumSources; ++num_sources) {
+    const std::int64_t budget = smallest + (num_sources - 1) * std::int64_t{kWidth} * kHeight * 16;
+    EXPECT_EQ(PlanFilter(input, budget, TestTask()).num_sources_at_once, num_sources);
+    DeviceResources scarce(QueryDevice(0), budget);
+    const MeasurementMap parts = FilterOnGpu(&scarce, input, {});
+    EXPECT_EQ(std::memcmp(whole.planes.data(), parts.planes.data(), whole.planes.bytes()), 0) << num_sources << " at once";
+    EXPECT_EQ(std::memcmp(whole.states.data(), parts.states.data(), whole.states.bytes()), 0) << num_sources << " at once";
   }
 }
 

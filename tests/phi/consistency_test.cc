@@ -437,7 +437,7 @@ TEST_F(FilterTest, TurnsOfAnySizeGiveTheSameBytes) {
     for (int y = 0; y < 60; ++y) {
       for (int x = 0; x < 80; ++x) verdicts(x, y) = JudgeByViews(reference, x, y, testimonies(x, y));
     }
-    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data(), testimonies.data()).planes;
+    const PlaneMap kept = KeptPixels(*input_.reference.map, verdicts.data()).planes;
     EXPECT_EQ(std::memcmp(kept.data(), whole.data(), whole.bytes()), 0) << turn_size << " at once";
   }
 }
@@ -459,7 +459,8 @@ TEST_F(FilterTest, PixelsAskedSideBySideSayWhatEachSaysAlone) {
   for (int y = 0; y < 60; ++y) std::fill(&mask(50, y), &mask(59, y), std::uint8_t{0});
   input_.reference.map = Estimate(rough(1));
   input_.sources = {{&turned, [map = Estimate(rough(2))] { return map; }, [mask] { return std::make_shared<const ImageMask>(mask); }}};
-  const auto said = FilterOnCpu(input_, options_).testimonies;
+  Array2D<Testimonies> said;
+  FilterOnCpu(input_, options_, &said);
 
   const FilterReference reference = MakeFilterReference(input_, options_);
   const PlaneMap map = rough(2);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "phi/backend.h"
+#include "phi/filtering/judge_measurements.h"
 
 namespace test_support {
 
@@ -71,7 +72,11 @@ class FakeBackend : public phi::Backend {
     ++calls_.filters;
     if (calls_.on_filter) calls_.on_filter(input);
     phi::MeasurementMap kept = Kept(input);
-    if (input.judgement) phi::JudgeMeasurements(*input.judgement, input.reference.map->planes, &kept);
+    if (input.judgement) {
+      const bool is_emptied = input.reference.view->name == calls_.emptied;
+      const phi::Array2D<phi::Testimonies> testimonies(kept.width(), kept.height(), is_emptied ? phi::Testimonies{} : phi::Testimonies{8, 8, 0});
+      phi::JudgeMeasurements(*input.judgement, input.reference.map->planes, testimonies, &kept);
+    }
     return kept;
   }
 
@@ -99,9 +104,7 @@ class FakeBackend : public phi::Backend {
     const phi::MeasurementMap& reference = *input.reference.map;
     phi::PlaneMap map = reference.planes;
     if (input.reference.view->name == calls_.emptied) {
-      phi::MeasurementMap empty = phi::AllMeasured(phi::PlaneMap(map.width(), map.height()));
-      if (reference.states.empty()) empty.testimonies = phi::Array2D<phi::Testimonies>(map.width(), map.height());
-      return empty;
+      return phi::AllMeasured(phi::PlaneMap(map.width(), map.height()));
     }
     for (std::size_t i = 0; i < map.size(); ++i) {
       float& depth = map.data()[i].depth;
@@ -110,8 +113,6 @@ class FakeBackend : public phi::Backend {
       if (i % 7 == 0) map.data()[i] = {};
     }
     phi::MeasurementMap kept = phi::AllMeasured(std::move(map));
-    if (reference.states.empty())
-      kept.testimonies = phi::Array2D<phi::Testimonies>(kept.width(), kept.height(), {8, 8, 0});
     for (std::size_t i = 0; i < kept.size() && !reference.states.empty(); ++i) {
       const phi::PixelState state = reference.states.data()[i];
       if (kept.states.data()[i] != phi::PixelState::kNone && phi::IsInferred(state))

@@ -1,6 +1,6 @@
 // confidence_table WORKSPACE TRUTH_DEPTH_MAPS VALUES_PER_UNIT COVERED OUTPUT
 //
-// The table that scripts/fit_confidence fits the model of phi/filtering/confidence.h to. For pixels of the workspace's photometric
+// The table that scripts/fit_confidence fits the model of phi/filtering/confidence_terms.h to. For pixels of the workspace's photometric
 // maps, every fourth of every fourth row: the terms, and 1 where the depth is right, 0 where not; little-endian floats, row by row.
 // COVERED 1: pixels without truth are no surface (rendered scenes), 0: the truth has gaps there, which are left out.
 #include <cmath>
@@ -68,7 +68,8 @@ class Table {
       if (cameras.size() < job.NumMatched()) cameras.push_back(&workspace_.views()[source].camera);
     }
     const phi::DepthPrecision precision(view.camera, cameras);
-    const phi::MeasurementMap filtered = phi::FilterOnCpu(input, phi::FilterOptions());
+    phi::Array2D<phi::Testimonies> testimonies;
+    phi::FilterOnCpu(input, phi::FilterOptions(), &testimonies);
     const phi::Array2D<float> truth = colmap_ext::ReadTruthDepth(truth_path, values_per_unit_);
     const std::shared_ptr<const phi::GrayImage> photo = workspace_.ReadGray(job.image);
     const double noise = phi::NoiseDeviation(photo->view());
@@ -84,7 +85,7 @@ class Table {
     }
     const phi::Array2D<float> deviations = precision.RelativeDeviations(estimate, sample);
     const phi::OwnTexture texture = phi::FindOwnTexture(*photo, noise);
-    phi::ForConfidenceTerms({precision.reference(), estimate, filtered.testimonies, sample, deviations, texture.variance, noise},
+    phi::ForConfidenceTerms({precision.reference(), estimate, testimonies, sample, deviations, texture.variance, noise},
                             [&](int x, int y, const phi::ConfidenceTerms& terms) {
                               const int u = static_cast<int>((x + 0.5) * scale), v = static_cast<int>((y + 0.5) * scale);
                               if (u >= truth.width() || v >= truth.height()) return;
