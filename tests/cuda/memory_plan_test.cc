@@ -266,12 +266,17 @@ TEST_F(SplitTest, ASharingInPartsGivesTheBytesOfTheWhole) {
   }
 }
 
-TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
-  const RenderedScene scene = TallScene();
-  PlaneMap map = *scene.truth[0];
+// The more so, the farther to the right.
+PlaneMap PartlyWrong(PlaneMap map) {
   for (int y = 40; y < 60; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth *= 1 + 0.002f * static_cast<float>(x);
   }
+  return map;
+}
+
+TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
+  const RenderedScene scene = TallScene();
+  const PlaneMap map = PartlyWrong(*scene.truth[0]);
   FilterInput input;
   StateMap states(kWidth, kHeight, PixelState::kMeasured);
   for (int x = 0; x < kWidth; ++x) states(x, 50) = PixelState::kInferredConfirmed;
@@ -301,10 +306,7 @@ TEST_F(SplitTest, AFilterInPartsGivesTheBytesOfTheWhole) {
 // An estimate that is judged: by what the sources of all turns said.
 TEST_F(SplitTest, AJudgementInPartsGivesTheBytesOfTheWhole) {
   const RenderedScene scene = TallScene();
-  PlaneMap map = *scene.truth[0];
-  for (int y = 40; y < 60; ++y) {
-    for (int x = 0; x < kWidth; ++x) map(x, y).depth *= 1 + 0.002f * static_cast<float>(x);
-  }
+  const PlaneMap map = PartlyWrong(*scene.truth[0]);
   FilterInput input;
   input.reference = {&scene.views[0], std::make_shared<const MeasurementMap>(MeasurementMap{map, {}})};
   input.sources = scene.SourceTruth(0);
