@@ -88,6 +88,17 @@ JudgementOnDevice BindJudgement(DeviceResources* device, const Judgement& judgem
   return j;
 }
 
+// Of each pixel what the last kernel made. The device is done with the call then.
+template <typename Pixel>
+const Pixel* Download(DeviceResources* device, const DeviceBuffer<Pixel>& pixels, std::int64_t count, Scratch* scratch,
+                      PinnedBuffer<Pixel>* host, const Task& task) {
+  scratch->end.Record(scratch->stream.get(), task);
+  host->Download(pixels, count, scratch->stream.get(), task);
+  device->NoteMemory(task);
+  scratch->stream.Synchronize(task);
+  return host->data();
+}
+
 // Of an estimate, by all that the sources said.
 MeasurementMap Judged(DeviceResources* device, const PlaneMap& estimate, const FilterReference& filter, const JudgementOnDevice& j,
                       Scratch* scratch, const Task& task) {
@@ -95,26 +106,17 @@ MeasurementMap Judged(DeviceResources* device, const PlaneMap& estimate, const F
   LaunchOwnTexture(j.reference, {j.image->level(0).get()}, j.own_texture, stream, task);
   LaunchMeasure(filter, j.reference, scratch->testimonies.View(task.width, task.height), scratch->states.View(task.width, task.height),
                 stream, task);
-  scratch->end.Record(stream, task);
-  scratch->host_states.Download(scratch->states, filter.map.size(), stream, task);
-  device->NoteMemory(task);
-  scratch->stream.Synchronize(task);
-  return JudgedPixels(estimate, scratch->host_states.data());
+  return JudgedPixels(estimate, Download(device, scratch->states, filter.map.size(), scratch, &scratch->host_states, task));
 }
 
 // What the filter keeps, not judged.
 MeasurementMap Kept(DeviceResources* device, const MeasurementMap& map, const FilterReference& reference, Scratch* scratch,
                     const Task& task) {
-  const cudaStream_t stream = scratch->stream.get();
   const std::int64_t num_pixels = reference.map.size();
   scratch->verdicts.Reserve(num_pixels, task);
-  LaunchJudge(reference, scratch->testimonies.View(task.width, task.height), scratch->verdicts.View(task.width, task.height), stream,
-              task);
-  scratch->end.Record(stream, task);
-  scratch->host_verdicts.Download(scratch->verdicts, num_pixels, stream, task);
-  device->NoteMemory(task);
-  scratch->stream.Synchronize(task);
-  return KeptPixels(map, scratch->host_verdicts.data());
+  LaunchJudge(reference, scratch->testimonies.View(task.width, task.height), scratch->verdicts.View(task.width, task.height),
+              scratch->stream.get(), task);
+  return KeptPixels(map, Download(device, scratch->verdicts, num_pixels, scratch, &scratch->host_verdicts, task));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 namespace phi {
 
-// testimonies: null, or what becomes what the views say of each pixel.
-MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options, Array2D<Testimonies>* testimonies = nullptr);
+// said: null, or what becomes what the views say of each pixel.
+MeasurementMap FilterOnCpu(const FilterInput& input, const FilterOptions& options, Array2D<Testimonies>* said = nullptr);
 
 }  // namespace phi

@@ -19,6 +19,21 @@ PixelState StateAfter(FilterVerdict verdict, bool was_inferred) {
   return was_inferred ? PixelState::kInferredConfirmed : PixelState::kMeasured;
 }
 
+// The planes of the pixels whose state is not kNone. state_of(i): of pixel i.
+template <typename Function>
+MeasurementMap PixelsWithState(const PlaneMap& planes, const Function& state_of) {
+  MeasurementMap kept{PlaneMap::Uninitialized(planes.width(), planes.height()),
+                      StateMap::Uninitialized(planes.width(), planes.height())};
+  ForParts(planes.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const PixelState state = state_of(i);
+      kept.planes.data()[i] = state != PixelState::kNone ? planes.data()[i] : PlaneHypothesis();
+      kept.states.data()[i] = state;
+    }
+  });
+  return kept;
+}
+
 void CheckJudgement(const Judgement& judgement, const ViewMap& estimate) {
   const bool has_image = judgement.image != nullptr && judgement.image->width() == estimate.map->width() &&
                          judgement.image->height() == estimate.map->height();
@@ -111,29 +126,13 @@ std::vector<SourceMap> SourcesWithMap(const FilterInput& input) {
 }
 
 MeasurementMap KeptPixels(const MeasurementMap& map, const FilterVerdict* verdicts) {
-  MeasurementMap kept{PlaneMap::Uninitialized(map.width(), map.height()),
-                      StateMap::Uninitialized(map.width(), map.height())};
-  ForParts(map.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const bool was_inferred = !map.states.empty() && IsInferred(map.states.data()[i]);
-      kept.planes.data()[i] =
-          verdicts[i] != FilterVerdict::kDropped ? map.planes.data()[i] : PlaneHypothesis();
-      kept.states.data()[i] = StateAfter(verdicts[i], was_inferred);
-    }
+  return PixelsWithState(map.planes, [&](std::size_t i) {
+    return StateAfter(verdicts[i], !map.states.empty() && IsInferred(map.states.data()[i]));
   });
-  return kept;
 }
 
 MeasurementMap JudgedPixels(const PlaneMap& estimate, const PixelState* states) {
-  MeasurementMap judged{PlaneMap::Uninitialized(estimate.width(), estimate.height()),
-                        StateMap::Uninitialized(estimate.width(), estimate.height())};
-  ForParts(estimate.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      judged.planes.data()[i] = states[i] != PixelState::kNone ? estimate.data()[i] : PlaneHypothesis();
-      judged.states.data()[i] = states[i];
-    }
-  });
-  return judged;
+  return PixelsWithState(estimate, [states](std::size_t i) { return states[i]; });
 }
 
 }  // namespace phi
