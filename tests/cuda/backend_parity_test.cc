@@ -9,6 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include "cuda/device_map.h"
+#include "cuda/filtering_kernels.h"
+#include "phi/cpu/cpu_filter.h"
+#include "phi/filtering/filter_setup.h"
 #include "tests/cuda/cuda_test_fixture.h"
 #include "tests/support/exact_scenes.h"
 
@@ -283,6 +287,48 @@ TEST_F(ParityTest, FilterJudgesAsTheCpuDoes) {
   }
 }
 
+// What the sources say of an estimate's pixels.
+Array2D<Testimonies> TestimoniesOnGpu(const FilterInput& input, const FilterOptions& options) {
+  const PlaneMap& estimate = input.reference.map->planes;
+  const Task task{"test", "", estimate.width(), estimate.height()};
+  const auto num_pixels = static_cast<std::int64_t>(estimate.size());
+  const Stream stream(task);
+  StagingPool staging;
+  const DeviceMap reference(estimate, &staging, task);
+  std::vector<DeviceMap> maps;
+  for (const SourceMap& source : input.sources) maps.emplace_back(source.load()->planes, &staging, task);
+  std::vector<FilterSource> sources;
+  for (std::size_t j = 0; j < maps.size(); ++j)
+    sources.push_back({MakeRelativeView(input.reference.view->camera, input.sources[j].view->camera), maps[j].View()});
+  const DeviceBuffer<FilterSource> device_sources(static_cast<std::int64_t>(sources.size()), task);
+  staging.Upload(sources.data(), static_cast<std::int64_t>(sources.size()), device_sources.data(), task);
+  const DeviceBuffer<Testimonies> said(num_pixels, task);
+  ClearOnDevice(said.data(), num_pixels, stream.get(), task);
+  FilterLaunch launch{MakeFilterReference(input, options), {device_sources.data(), static_cast<int>(sources.size())}};
+  launch.reference.map = reference.View();
+  LaunchAskSources(launch, said.View(estimate.width(), estimate.height()), stream.get(), task);
+  Array2D<Testimonies> on_host(estimate.width(), estimate.height());
+  CopyToHost(on_host.data(), said.data(), num_pixels, stream.get(), task);
+  stream.Synchronize(task);
+  return on_host;
+}
+
+void ExpectTheSameTestimonies(const FilterInput& input, const FilterOptions& options) {
+  Array2D<Testimonies> cpu;
+  FilterOnCpu(input, options, &cpu);
+  const Array2D<Testimonies> gpu = TestimoniesOnGpu(input, options);
+  ASSERT_EQ(cpu.size(), gpu.size());
+  const auto num_unlike = [&](auto count) {
+    std::size_t sum = 0;
+    for (std::size_t i = 0; i < cpu.size(); ++i) sum += gpu.data()[i].*count != cpu.data()[i].*count;
+    return sum;
+  };
+  EXPECT_LE(num_unlike(&Testimonies::num_confirming), cpu.size() / 1000);
+  EXPECT_LE(num_unlike(&Testimonies::num_close), cpu.size() / 1000);
+  EXPECT_LE(num_unlike(&Testimonies::num_contradicting), cpu.size() / 1000);
+  EXPECT_LE(num_unlike(&Testimonies::num_empty), cpu.size() / 1000);
+}
+
 TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
   const RenderedScene scene = test_support::SphereScene();
   const EstimationResult estimate = MakeBackend("cpu")->Estimate(InputOf(scene), Iterations(3));
@@ -308,6 +354,7 @@ TEST_F(ParityTest, FilterDecidesAsTheCpuDoes) {
     }
     EXPECT_GT(num_kept, cpu.size() / 4);
     EXPECT_LE(num_different, cpu.size() / 2000);  // thresholds met within rounding
+    if (!after_inference) ExpectTheSameTestimonies(input, options);
     const std::size_t with_masks = NumKeptWithMasks(input, options, MakeBackend("cpu").get());
     // After inference measured pixels are not asked again.
     if (!after_inference) {

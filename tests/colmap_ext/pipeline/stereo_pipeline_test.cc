@@ -358,8 +358,8 @@ TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
   EXPECT_LE(summary.peak_cache_bytes, (3 + 5) * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths, the
-  // states of these three, images, and the images' regions with their creases. And the last filter's first result: what was measured stays until its
-  // image's is there.
+  // states of these three, images, and the images' regions with their creases. And the last filter's first result: what was measured
+  // stays until its image's is there.
   options_.cache_gigabytes = 1;
   options_.stereo.seed = 1;
   const std::int64_t all = kNumImages * (2 * map_bytes + 2 * (map_bytes / 4) + 5 * map_bytes / 16), one = map_bytes + map_bytes / 16;
