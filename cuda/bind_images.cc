@@ -21,10 +21,10 @@ void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput&
   }
 }
 
-void BindSampleCount(Scratch* scratch, const Task& task, EstimationLaunch* launch) {
+void BindSampleCount(Scratch* scratch, cudaStream_t stream, const Task& task, EstimationLaunch* launch) {
   DeviceBuffer<unsigned long long>& counter = scratch->num_samples;
   counter.Reserve(1, task);
-  ClearOnDevice(counter.data(), 1, scratch->stream.get(), task);
+  ClearOnDevice(counter.data(), 1, stream, task);
   launch->num_samples = counter.data();
 }
 

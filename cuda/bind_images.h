@@ -21,6 +21,6 @@ void BindTextures(const std::vector<ImageHandle>& images, const EstimationInput&
                   EstimationLaunch* launch);
 
 // Sets the count of samples to 0 and binds it.
-void BindSampleCount(Scratch* scratch, const Task& task, EstimationLaunch* launch);
+void BindSampleCount(Scratch* scratch, cudaStream_t stream, const Task& task, EstimationLaunch* launch);
 
 }  // namespace phi::gpu

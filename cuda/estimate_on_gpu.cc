@@ -51,7 +51,7 @@ ArrayView2D<const DepthRange> UploadRanges(Scratch* scratch, const EstimationInp
   const DepthRangeMap ranges = NearestPointDepthRanges(coarsest.sparse, size.width, size.height);
   const std::int64_t num_cells = static_cast<std::int64_t>(ranges.size());
   scratch->estimation.ranges.Reserve(num_cells, task);
-  scratch->estimation.ranges.Upload(ranges.data(), num_cells, scratch->stream.get(), task);
+  scratch->estimation.ranges.Upload(ranges.data(), num_cells, scratch->estimation.stream.get(), task);
   return scratch->estimation.ranges.View(ranges.width(), ranges.height());
 }
 
@@ -71,8 +71,8 @@ class PartsOnGpu {
   // What all parts read.
   void Upload(DeviceResources* device) {
     ReserveState(scratch_, plan_, task_);
-    BindSampleCount(scratch_, task_, &launch_);
-    images_ = UploadImages(device, input_, scratch_->stream.get());
+    BindSampleCount(scratch_, scratch_->estimation.stream.get(), task_, &launch_);
+    images_ = UploadImages(device, input_, scratch_->estimation.stream.get());
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
   }
 
@@ -94,7 +94,7 @@ class PartsOnGpu {
     ranges_.cell = kDepthRangeCell << (parts_.front().level - part.level);
     BindTextures(images_, of_part.input(), part.level, &launch_);
     BindState(*scratch_, ranges_, &launch_);
-    LaunchWindowScales(launch_, scratch_->stream.get(), task_);
+    LaunchWindowScales(launch_, scratch_->estimation.stream.get(), task_);
     if (IsWhole()) {
       EstimateWhole();
     } else {
@@ -111,7 +111,7 @@ class PartsOnGpu {
   }
 
   void EstimateWhole() {
-    const cudaStream_t stream = scratch_->stream.get();
+    const cudaStream_t stream = scratch_->estimation.stream.get();
     LaunchInitialization(launch_, coarse_, stream, task_);
     ForEachHalfPass(
         [&](int iteration, int colour) { LaunchHalfPass(launch_, iteration, colour, stream, task_); });
@@ -129,10 +129,10 @@ class PartsOnGpu {
     const ArrayView2D<PlaneHypothesis> found = launch_.state.plane;
     if (IsWhole()) {
       const DeviceBuffer<PlaneHypothesis>& kept = scratch_->estimation.coarse_plane;
-      CopyOnDevice(kept.data(), found.data, found.size(), scratch_->stream.get(), task_);
+      CopyOnDevice(kept.data(), found.data, found.size(), scratch_->estimation.stream.get(), task_);
       coarse_.map = kept.View(found.width, found.height);
     } else {
-      scratch_->stream.Synchronize(task_);
+      scratch_->estimation.stream.Synchronize(task_);
       host_coarse_ = PlaneMap(found.width, found.height);
       std::memcpy(host_coarse_.data(), scratch_->host_plane.data(), host_coarse_.bytes());
     }
@@ -154,7 +154,7 @@ class PartsOnGpu {
 // Waits for the device.
 EstimationResult TakeResult(const Scratch& scratch, const Task& task) {
   EstimationResult result{PlaneMap::Uninitialized(task.width, task.height), CostMap::Uninitialized(task.width, task.height)};
-  scratch.stream.Synchronize(task);
+  scratch.estimation.stream.Synchronize(task);
   CopyAll(scratch.host_plane.data(), result.map.size(), result.map.data());
   CopyAll(scratch.host_cost.data(), result.cost.size(), result.cost.data());
   return result;
@@ -172,7 +172,7 @@ EstimationResult EstimateOnGpu(DeviceResources* device, const EstimationInput& i
 
   const MemoryBudget::Lease lease(&device->budget, plan.bytes);
   ScratchPool<Scratch>::Lease scratch(&device->scratch, task);
-  const cudaStream_t stream = scratch->stream.get();
+  const cudaStream_t stream = scratch->estimation.stream.get();
   PrepareMemory(device, scratch.get(), plan, input.sources.size());
   PartsOnGpu estimation(input, options, plan, std::move(parts), scratch.get(), task);
   estimation.Upload(device);

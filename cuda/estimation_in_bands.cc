@@ -26,7 +26,7 @@ EstimationInBands::EstimationInBands(const EstimationLaunch& launch, int band_ro
 void EstimationInBands::Initialize(CoarseHypotheses coarse, const PlaneMap* found) {
   ForEachBand([&](const Band& band) {
     if (found != nullptr) coarse.map = UploadCoarse(*found, coarse.shift, band);
-    LaunchInitialization(Bind(band), coarse, scratch_->stream.get(), task_);
+    LaunchInitialization(Bind(band), coarse, scratch_->estimation.stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
   });
 }
@@ -37,14 +37,14 @@ ArrayView2D<const PlaneHypothesis> EstimationInBands::UploadCoarse(const PlaneMa
   const std::int64_t offset = static_cast<std::int64_t>(first) * coarse.width();
   const DeviceBuffer<PlaneHypothesis>& rows = scratch_->estimation.coarse_plane;
   rows.Upload(coarse.data() + offset, static_cast<std::int64_t>(end - first) * coarse.width(),
-              scratch_->stream.get(), task_);
+              scratch_->estimation.stream.get(), task_);
   return {rows.data() - offset, coarse.width(), coarse.height()};
 }
 
 void EstimationInBands::HalfPass(int iteration, int colour) {
   ForEachBand([&](const Band& band) {
     CopyNeighbourRows(band, band.first_read, band.end_read, Direction::kToDevice);
-    LaunchHalfPass(Bind(band), iteration, colour, scratch_->stream.get(), task_);
+    LaunchHalfPass(Bind(band), iteration, colour, scratch_->estimation.stream.get(), task_);
     CopyNeighbourRows(band, band.first, band.end, Direction::kToHost);
   });
 }
@@ -74,7 +74,7 @@ void EstimationInBands::CopyNeighbourRows(const Band& band, int first, int end, 
   const std::int64_t device = static_cast<std::int64_t>(first - band.first_read) * width_;
   const std::int64_t count = static_cast<std::int64_t>(end - first) * width_;
   const auto copy = [&](auto* host_data, auto* device_data) {
-    const cudaStream_t stream = scratch_->stream.get();
+    const cudaStream_t stream = scratch_->estimation.stream.get();
     if (direction == Direction::kToDevice) {
       CopyToDevice(device_data + device, host_data + host, count, stream, task_);
     } else {

@@ -132,6 +132,7 @@ class MapCopies {
 
 struct FusionScratch {
   explicit FusionScratch(const Task& task) : stream(task) {}
+  void Settle() const { stream.Settle(); }
 
   Stream stream;
   DeviceBuffer<std::uint32_t> pixels;

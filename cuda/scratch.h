@@ -37,6 +37,10 @@ struct InferenceScratch {
 };
 
 struct EstimationScratch {
+  explicit EstimationScratch(const Task& task) : stream(task, Stream::Priority::kLow) {}
+
+  // Its kernels keep the device busy for long. Calls of other kinds need it for a moment, and then the host goes on: they come first.
+  Stream stream;
   DeviceBuffer<std::uint8_t> changed;
   DeviceBuffer<PlaneHypothesis> coarse_plane;  // what a coarser part found
   DeviceBuffer<HalfPassNote> notes;
@@ -63,7 +67,12 @@ struct JudgementScratch {
 
 struct Scratch {
   explicit Scratch(const Task& task)
-      : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task) {}
+      : stream(task), begin(Event::Timing::kOn, task), end(Event::Timing::kOn, task), estimation(task) {}
+
+  void Settle() const {
+    stream.Settle();
+    estimation.stream.Settle();
+  }
 
   // Those on the device that grow with the image.
   void FreeDeviceMaps() {
@@ -76,7 +85,7 @@ struct Scratch {
     return sum;
   }
 
-  Stream stream;
+  Stream stream;     // of all kinds of call but the estimation
   Event begin, end;  // around the kernels
   DeviceBuffer<PlaneHypothesis> plane;
   DeviceBuffer<float> cost;

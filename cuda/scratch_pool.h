@@ -13,7 +13,8 @@
 
 namespace phi::gpu {
 
-// Lends scratch to concurrent calls; makes a new one when all are lent. Scratch is made of a Task and has a `stream`.
+// Lends scratch to concurrent calls; makes a new one when all are lent. Scratch is made of a Task and waits in Settle() for what
+// the device has under way with it.
 template <typename Scratch>
 class ScratchPool {
  public:
@@ -25,7 +26,7 @@ class ScratchPool {
     Lease(ScratchPool* pool, const Task& task) : pool_(pool), scratch_(pool->Take(task)) {}
     // Copies of a call that failed may still be under way: wait for them.
     ~Lease() {
-      cudaStreamSynchronize(scratch_->stream.get());
+      scratch_->Settle();
       pool_->Return(std::move(scratch_));
     }
     Lease(const Lease&) = delete;

@@ -34,7 +34,7 @@ class SharingOnGpu {
     images_ = UploadImages(device_, input_.estimation, stream_);
     own_ = device_->maps.Get(PlanesOf(input_.own.map), stream_);
     BindTextures(images_, input_.estimation, 0, &matching_);
-    BindSampleCount(scratch_, task_, &matching_);
+    BindSampleCount(scratch_, stream_, task_, &matching_);
     const std::int64_t num_pixels = static_cast<std::int64_t>(task_.width) * task_.height;
     scratch_->window_scales.Reserve(num_pixels, task_);
     matching_.window_scales = scratch_->window_scales.View(task_.width, task_.height);

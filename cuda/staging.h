@@ -37,6 +37,8 @@ class Staging {
     stream.Synchronize(task);
   }
 
+  void Settle() const { stream.Settle(); }
+
   Stream stream;
 
  private:

@@ -35,8 +35,14 @@ class Event {
 
 class Stream {
  public:
-  explicit Stream(const Task& task) : done_(Event::Timing::kOff, task) {
-    Check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate", task);
+  // Of kernels that wait for room on the device those of a high priority come first.
+  enum class Priority { kLow, kHigh };
+
+  explicit Stream(const Task& task, Priority priority = Priority::kHigh) : done_(Event::Timing::kOff, task) {
+    int lowest = 0, highest = 0;
+    Check(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "cudaDeviceGetStreamPriorityRange", task);
+    Check(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, priority == Priority::kLow ? lowest : highest),
+          "cudaStreamCreateWithPriority", task);
   }
   ~Stream() {
     if (stream_) cudaStreamDestroy(stream_);
@@ -45,7 +51,9 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
 
   cudaStream_t get() const { return stream_; }
-  // Blocks the host until what was submitted has passed.
+  // Blocks the host until what was submitted has passed, or has failed: who waits next is told.
+  void Settle() const { cudaStreamSynchronize(stream_); }
+  // The same; the thread sleeps. Throws where it has failed.
   void Synchronize(const Task& task) const {
     done_.Record(stream_, task);
     done_.Wait(task);

@@ -114,6 +114,7 @@ TEST_F(ResourcesTest, ACallKeepsNoMemoryOfAnotherKindNorMoreThanItMayTake) {
 
 struct EmptyScratch {
   explicit EmptyScratch(const Task& task) : stream(task) {}
+  void Settle() const { stream.Settle(); }
   Stream stream;
 };
 
