@@ -1,4 +1,5 @@
 // Plane hypothesis inference of one image: uploads, launches, one synchronisation, download.
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -127,10 +128,13 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
   LaunchScanlines(launch, stream, task);
   float* host = host_buffers.planes;
   tbb::parallel_for(0, height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      const auto& region = planes.At(x, y);
-      const std::int64_t pixel = static_cast<std::int64_t>(y) * width + x;
-      for (int k = 0; k < kPlanesPerRegion; ++k) host[k * n + pixel] = region[k].At(x, y);
+    for (int k = 0; k < kPlanesPerRegion; ++k) {
+      float* row = host + k * n + static_cast<std::int64_t>(y) * width;
+      std::fill(row, row + width, 0.0f);
+      planes.ForFittedRuns(y, [&](int begin, int end, const FittedRegion& region) {
+        if (!region.planes[k].IsThere()) return;
+        for (int x = begin; x < end; ++x) row[x] = region.planes[k].At(x, y);
+      });
     }
   });
   const std::int64_t first = launch.region_planes[0].data - buffers.inverse_depths.data();

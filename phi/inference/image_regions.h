@@ -23,6 +23,18 @@ struct ImageRegions {
   std::size_t bytes() const { return region.bytes() + creases.bytes(); }  // the lists take next to nothing
 };
 
+// function(region, begin, end) for the runs of pixels of row y that share a region; also of those that are in none.
+template <typename Function>
+void ForRunsOfRow(const ImageRegions& regions, int y, const Function& function) {
+  const std::int32_t* row = &regions.region(0, y);
+  const int width = regions.region.width();
+  for (int x = 0, end = 0; x < width; x = end) {
+    const std::int32_t region = row[x];
+    while (end < width && row[end] == region) ++end;
+    function(region, x, end);
+  }
+}
+
 // The same for any number of threads. None without the rule of their planes.
 ImageRegions FindRegions(const GrayImage& image, const Rules& rules = {});
 

@@ -62,18 +62,6 @@ void SetTolerances(const AnchorTolerance& tolerance, std::vector<RegionPoint>* p
   for (std::size_t i = 0; i < size; ++i) (*points)[i].tolerance = tolerance.Of(deviations[i], (*points)[i].w);
 }
 
-// function(region, first x, end x) for the runs of pixels of row y that share a region.
-template <typename Function>
-void ForRuns(const ImageRegions& regions, int y, const Function& function) {
-  const std::int32_t* row = &regions.region(0, y);
-  const int width = regions.region.width();
-  for (int x = 0, end = 0; x < width; x = end) {
-    const std::int32_t region = row[x];
-    while (end < width && row[end] == region) ++end;
-    if (region >= 0) function(region, x, end);
-  }
-}
-
 std::int32_t FetchAdd(std::int32_t* value, std::int32_t summand) {
   return std::atomic_ref<std::int32_t>(*value).fetch_add(summand, std::memory_order_relaxed);
 }
@@ -88,7 +76,8 @@ struct Counts {
 std::vector<Counts> CountAnchors(const ImageRegions& regions, ArrayView2D<const float> anchors, std::span<const PooledAnchor> pooled) {
   std::vector<Counts> counts(static_cast<std::size_t>(regions.num_regions));
   tbb::parallel_for(0, anchors.height, [&](int y) {
-    ForRuns(regions, y, [&](std::int32_t region, int begin, int end) {
+    ForRunsOfRow(regions, y, [&](std::int32_t region, int begin, int end) {
+      if (region < 0) return;
       std::int32_t count = 0;
       for (int x = begin; x < end; ++x) count += anchors(x, y) > 0;
       Counts& own = counts[static_cast<std::size_t>(region)];
@@ -126,8 +115,8 @@ RegionAnchors::RegionAnchors(const ImageRegions& regions, ArrayView2D<const floa
 void RegionAnchors::ListMembers(const ImageRegions& regions) {
   tbb::parallel_for(0, anchors_.height, [&](int y) {
     std::vector<Member> found;
-    ForRuns(regions, y, [&](std::int32_t region, int begin, int end) {
-      const std::int32_t k = index_[static_cast<std::size_t>(region)];
+    ForRunsOfRow(regions, y, [&](std::int32_t region, int begin, int end) {
+      const std::int32_t k = region < 0 ? -1 : index_[static_cast<std::size_t>(region)];
       if (k < 0) return;
       Region& own = regions_[static_cast<std::size_t>(k)];
       found.clear();

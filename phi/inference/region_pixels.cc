@@ -1,5 +1,6 @@
 #include "phi/inference/region_pixels.h"
 
+#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -11,26 +12,28 @@
 namespace phi {
 namespace {
 
+using PlanesOfRegion = std::array<RegionPlane, kPlanesPerRegion>;
+
 // Of the planes at (x, y), the inverse depth nearest to w; 0: none reaches there.
-float NearestOnPlanes(const RegionPlanes& planes, int x, int y, float w) {
+float NearestOnPlanes(const PlanesOfRegion& planes, int x, int y, float w) {
   float nearest = 0;
-  for (const RegionPlane& plane : planes.At(x, y)) {
+  for (const RegionPlane& plane : planes) {
     const float there = plane.At(x, y);
     if (there > 0 && (nearest == 0 || std::abs(there - w) < std::abs(nearest - w))) nearest = there;
   }
   return nearest;
 }
 
-void CorrectEdgeDepth(const RegionPlanes& planes, int x, int y, MeasurementMap* map) {
+void CorrectEdgeDepth(const RegionPlanes& planes, const PlanesOfRegion& of_region, int x, int y, MeasurementMap* map) {
   const float w = 1 / map->planes(x, y).depth;
-  const float nearest = NearestOnPlanes(planes, x, y, w);
+  const float nearest = NearestOnPlanes(of_region, x, y, w);
   if (nearest == 0 || planes.IsWithinTolerance(x, y, w, std::abs(nearest - w))) return;
   map->planes(x, y).depth = 1 / nearest;
   map->states(x, y) = PixelState::kInferredAlone;
 }
 
-void SetNormal(const RegionPlanes& planes, const RayModel& rays, int x, int y, PlaneHypothesis* h) {
-  for (const RegionPlane& plane : planes.At(x, y)) {
+void SetNormal(const PlanesOfRegion& planes, const RayModel& rays, int x, int y, PlaneHypothesis* h) {
+  for (const RegionPlane& plane : planes) {
     const float w = plane.At(x, y);
     // To the bit: a hypothesis is copied, never blended.
     if (w > 0 && h->depth == 1 / w) h->normal = NormalOfInverseDepthPlane(rays, plane.Around(x, y), x, y);
@@ -44,10 +47,12 @@ void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input,
   const RayModel rays = MakeRayModel(input.reference.view->camera.pinhole);
   const bool corrects = !input.keeps_measured && rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
   tbb::parallel_for(0, map->height(), [&](int y) {
-    for (int x = 0; x < map->width(); ++x) {
-      if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, x, y, map);
-      if (sets_normals && IsInferred(map->states(x, y))) SetNormal(planes, rays, x, y, &map->planes(x, y));
-    }
+    planes.ForFittedRuns(y, [&](int begin, int end, const FittedRegion& region) {
+      for (int x = begin; x < end; ++x) {
+        if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, region.planes, x, y, map);
+        if (sets_normals && IsInferred(map->states(x, y))) SetNormal(region.planes, rays, x, y, &map->planes(x, y));
+      }
+    });
   });
 }
 

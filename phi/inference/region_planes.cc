@@ -59,14 +59,16 @@ Mask RegionPlanes::LineLimits(ArrayView2D<const float> anchors, const Rules& rul
   const double min_apart = RegionFitLimits(rules).min_apart;
   auto limits = Mask::Uninitialized(anchors.width, anchors.height);
   tbb::parallel_for(0, anchors.height, [&](int y) {
-    for (int x = 0; x < anchors.width; ++x) {
-      limits(x, y) = regions_->region(x, y) < 0 ? 0 : even;
-      const FittedRegion* region = FittedAt(x, y);
-      if (region == nullptr) continue;
-      limits(x, y) |= LimitOf(region->sky);
-      const AnchorPoint anchor = {static_cast<float>(x), static_cast<float>(y), anchors(x, y)};
-      if (region->is_mirror && anchor.w > 0 && IsBehind(region->planes[0], anchor, min_apart)) limits(x, y) |= kReflected;
-    }
+    ForRunsOfRow(*regions_, y, [&](std::int32_t region, int begin, int end) {
+      const FittedRegion* fitted = Fitted(region);
+      const std::uint8_t of_all = (region < 0 ? 0 : even) | (fitted == nullptr ? 0 : LimitOf(fitted->sky));
+      std::fill(&limits(begin, y), &limits(begin, y) + (end - begin), of_all);
+      if (fitted == nullptr || !fitted->is_mirror) return;
+      for (int x = begin; x < end; ++x) {
+        const AnchorPoint anchor = {static_cast<float>(x), static_cast<float>(y), anchors(x, y)};
+        if (anchor.w > 0 && IsBehind(fitted->planes[0], anchor, min_apart)) limits(x, y) |= kReflected;
+      }
+    });
   });
   return limits;
 }
@@ -79,7 +81,7 @@ ViewRegions RegionPlanes::Tell() const {
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Spot spot = grid.At(column, row);
-      const std::int32_t region = IndexAt(spot.x, spot.y);
+      const std::int32_t region = IndexOf(RegionAt(spot.x, spot.y));
       told.label(column, row) = region;
       if (region < 0) continue;
       told.regions[static_cast<std::size_t>(region)].box.AddCell(column, row, grid.step);

@@ -38,17 +38,20 @@ class RegionPlanes {
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const {
     static constexpr std::array<RegionPlane, kPlanesPerRegion> kNone{};
-    const FittedRegion* region = FittedAt(x, y);
+    const FittedRegion* region = Fitted(RegionAt(x, y));
     return region == nullptr ? kNone : region->planes;
+  }
+
+  // function(begin, end, region) for the runs of pixels of row y that share a region with anchors enough: a FittedRegion.
+  template <typename Function>
+  void ForFittedRuns(int y, const Function& function) const {
+    ForRunsOfRow(*regions_, y, [&](std::int32_t region, int begin, int end) {
+      if (const FittedRegion* fitted = Fitted(region)) function(begin, end, *fitted);
+    });
   }
 
   // Of ImageRegions, whether or not it has a plane.
   std::int32_t RegionAt(int x, int y) const { return regions_->region(x, y); }
-  // Why the pixel's region has no plane.
-  Sky SkyAt(int x, int y) const {
-    const FittedRegion* region = FittedAt(x, y);
-    return region == nullptr ? Sky::kNot : region->sky;
-  }
   // Whether any region is the sky, or shines.
   bool ShowsSky() const;
 
@@ -64,13 +67,10 @@ class RegionPlanes {
 
  private:
   // Into fitted_.regions; -1: no region, or too few anchors.
-  std::int32_t IndexAt(int x, int y) const {
-    const std::int32_t region = regions_->region(x, y);
-    return region < 0 ? -1 : fitted_.index[static_cast<std::size_t>(region)];
-  }
+  std::int32_t IndexOf(std::int32_t region) const { return region < 0 ? -1 : fitted_.index[static_cast<std::size_t>(region)]; }
   // Null: the same.
-  const FittedRegion* FittedAt(int x, int y) const {
-    const std::int32_t k = IndexAt(x, y);
+  const FittedRegion* Fitted(std::int32_t region) const {
+    const std::int32_t k = IndexOf(region);
     return k < 0 ? nullptr : &fitted_.regions[static_cast<std::size_t>(k)];
   }
 

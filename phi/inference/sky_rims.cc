@@ -42,10 +42,13 @@ void DropSkyRims(const RegionPlanes& planes, const GrayImage& image, const Rules
   const StateMap states = map->states;
   const SkyBeside sky = {planes, image, states, static_cast<int>(rules.Factor(Rule::kSkyRims) * kMaxBrightnessChange)};
   tbb::parallel_for(0, map->height(), [&](int y) {
-    for (int x = 0; x < map->width(); ++x) {
-      if (!IsPublished(states(x, y)) || planes.SkyAt(x, y) != Sky::kSeen || !sky.IsShown(x, y)) continue;
-      map->Drop(static_cast<std::size_t>(y) * static_cast<std::size_t>(map->width()) + static_cast<std::size_t>(x));
-    }
+    planes.ForFittedRuns(y, [&](int begin, int end, const FittedRegion& region) {
+      if (region.sky != Sky::kSeen) return;
+      for (int x = begin; x < end; ++x) {
+        if (!IsPublished(states(x, y)) || !sky.IsShown(x, y)) continue;
+        map->Drop(static_cast<std::size_t>(y) * static_cast<std::size_t>(map->width()) + static_cast<std::size_t>(x));
+      }
+    });
   });
 }
 

@@ -255,7 +255,12 @@ TEST(RegionPlanes, WhatIsMostlyMeasuredIsNoSky) {
     evidence.scene = {{0.3, 0, 0}};
     evidence.views.emplace(scene.input, std::vector<RelativeExposure>(2));
     const GrayImage& image = *scene.input.reference.image;
-    return RegionPlanes(SharedRegions(image), std::as_const(anchors).view(), 1, evidence).SkyAt(80, 10);
+    const RegionPlanes planes(SharedRegions(image), std::as_const(anchors).view(), 1, evidence);
+    Sky at_80_10 = Sky::kNot;
+    planes.ForFittedRuns(10, [&](int begin, int end, const FittedRegion& region) {
+      if (begin <= 80 && 80 < end) at_80_10 = region.sky;
+    });
+    return at_80_10;
   };
   EXPECT_EQ(sky(60), Sky::kSeen) << "half of the rows";
   EXPECT_EQ(sky(59), Sky::kNot);
