@@ -114,17 +114,20 @@ RegionAnchors::RegionAnchors(const ImageRegions& regions, ArrayView2D<const floa
 
 void RegionAnchors::ListMembers(const ImageRegions& regions) {
   tbb::parallel_for(0, anchors_.height, [&](int y) {
-    std::vector<Member> found;
+    std::vector<Member> found(static_cast<std::size_t>(anchors_.width));
     ForRunsOfRow(regions, y, [&](std::int32_t region, int begin, int end) {
       const std::int32_t k = region < 0 ? -1 : index_[static_cast<std::size_t>(region)];
       if (k < 0) return;
       Region& own = regions_[static_cast<std::size_t>(k)];
-      found.clear();
+      // Written and passed over or not, for a processor cannot foretell a hash.
+      std::size_t num_found = 0;
       for (int x = begin; x < end; ++x) {
         const std::int32_t pixel = y * anchors_.width + x;
-        if (anchors_(x, y) > 0 && PixelHash(static_cast<std::uint32_t>(pixel)) <= own.max_hash) found.push_back(pixel);
+        const bool is_chosen = (anchors_(x, y) > 0) & (PixelHash(static_cast<std::uint32_t>(pixel)) <= own.max_hash);
+        found[num_found] = pixel;
+        num_found += is_chosen ? 1 : 0;
       }
-      Append(found, &own);
+      Append({found.data(), num_found}, &own);
     });
   });
   for (std::size_t k = 0; k < pooled_.size(); ++k) {
