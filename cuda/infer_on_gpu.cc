@@ -80,22 +80,18 @@ void BindMaps(Scratch* scratch, int width, int height, const Task& task, Inferen
   launch->line_limits = launch->from_region;
 }
 
-// By way of page-locked memory, which all threads fill: from other memory the driver copies with one.
-void UploadMeasured(const MeasurementMap& measured, Scratch* scratch, const Task& task) {
+void UploadMeasured(const MeasurementMap& measured, StagingPool* staging, Scratch* scratch, const Task& task) {
   const std::int64_t n = static_cast<std::int64_t>(measured.size());
-  scratch->host_plane.Reserve(n, task);
-  scratch->host_states.Reserve(n, task);
-  CopyAll(measured.planes.data(), measured.size(), scratch->host_plane.data());
-  CopyAll(measured.states.data(), measured.size(), scratch->host_states.data());
-  scratch->plane.Upload(scratch->host_plane.data(), n, scratch->stream.get(), task);
-  scratch->states.Upload(scratch->host_states.data(), n, scratch->stream.get(), task);
+  staging->Upload(measured.planes.data(), n, scratch->plane.data(), task);
+  staging->Upload(measured.states.data(), n, scratch->states.data(), task);
 }
 
-// Page-locked memory for what goes to and fro while regions are found: the measured map's, which is on the device by then.
+// Page-locked memory for what goes to and fro while regions are found: the result's, which comes last.
 struct RegionBuffers {
   float *anchors, *planes;
   std::uint8_t* line_limits;
 
+  // There must be room for the result.
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
       : anchors(reinterpret_cast<float*>(scratch->host_plane.data())),
         planes(anchors + num_pixels),
@@ -154,10 +150,12 @@ std::optional<RegionPlanes> MakeHypotheses(const InferenceInput& input, Scratch*
   }
   const Event anchors_ready(Event::Timing::kOff, task);
   const std::int64_t num_pixels = launch.carrying.size();
+  scratch->host_plane.Reserve(num_pixels, task);
+  scratch->host_states.Reserve(num_pixels, task);
   CopyToHost(RegionBuffers(scratch, num_pixels).anchors, launch.carrying.data, num_pixels, stream, task);
   anchors_ready.Record(stream, task);
   const std::shared_ptr<const ImageRegions> regions = RegionsOf(input, launch.parameters.method.rules);
-  anchors_ready.Wait(task);  // from here on the measured map's page-locked memory is free
+  anchors_ready.Wait(task);
   return AddRegionPlanes(input, regions, scratch, launch, task);
 }
 
@@ -223,7 +221,7 @@ InferenceResult InferOnGpu(DeviceResources* device, const InferenceInput& input,
   launch.parameters = MakeInferenceParameters(input, stereo, options.method);
   const SourceHandles handles = BindSources(device, input, scratch.get(), task, &launch);
   BindMaps(scratch.get(), width, height, task, &launch);
-  UploadMeasured(*input.measured, scratch.get(), task);
+  UploadMeasured(*input.measured, &device->staging, scratch.get(), task);
   const bool solves_field = options.mode == InferenceMode::kMrf;
   const PotentialTables tables(options);
 

@@ -1,6 +1,6 @@
 // Uploads of the host's arrays by way of page-locked memory that all threads fill. Of other memory the driver copies with one thread,
-// a fifth as fast as the bus, and others' uploads wait for it. Inference fills page-locked memory of its own, which it needs anyway; images
-// are small beside maps, and go to arrays.
+// a fifth as fast as the bus, and others' uploads wait for it. Images are small beside maps, and go
+// to arrays.
 #pragma once
 
 #include <algorithm>
