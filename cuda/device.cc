@@ -2,6 +2,10 @@
 
 #include <cuda_runtime_api.h>
 
+#include <cstddef>
+#include <numeric>
+#include <thread>
+
 #include "cuda/error.h"
 #include "phi/base/error.h"
 
@@ -64,6 +68,31 @@ DeviceProperties QueryDevice(int index) {
   Check(cudaGetDeviceProperties(&properties, index), "cudaGetDeviceProperties",
         Task{.stage = "device query"});
   return {index, properties.name, properties.multiProcessorCount};
+}
+
+void StartDevices(std::vector<int> indices) noexcept {
+  const auto start = [](int index) {
+    try {
+      const ScopedDevice current(index);
+      cudaFree(nullptr);
+      cudaGetLastError();
+    } catch (...) {
+      // who needs it meets it again
+    }
+  };
+  try {
+    const int count = NumCudaDevices(nullptr);
+    if (indices.empty() || indices.front() < 0) {
+      indices.resize(static_cast<std::size_t>(count));
+      std::iota(indices.begin(), indices.end(), 0);
+    }
+    std::vector<std::jthread> threads;
+    for (const int index : indices) {
+      if (index < count) threads.emplace_back(start, index);
+    }
+  } catch (...) {
+    // of the system: no thread, no memory
+  }
 }
 
 ScopedDevice::ScopedDevice(int index) {

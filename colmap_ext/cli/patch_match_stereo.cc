@@ -54,6 +54,7 @@ struct StereoInput {
 int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
                  const Shard& shard, HandedMaps* handed) {
   using Sharing = WorkspaceLock::Sharing;
+  const GpuStart gpus(options.backend);  // while the workspace is read
   Workspace workspace(options.workspace);
   RequireAnImage(workspace);
   if (handed != nullptr && std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {

@@ -9,6 +9,7 @@
 #include "phi/base/log.h"
 #ifdef PHIMVS_WITH_CUDA
 #include "cuda/cuda_backend.h"
+#include "cuda/device.h"
 #endif
 
 namespace colmap_ext {
@@ -18,7 +19,11 @@ namespace {
 Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes, std::int64_t num_pixels) {
   return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes), num_pixels);
 }
+
+void StartGpus(const std::vector<int>& gpu_indices) { phi::gpu::StartDevices(gpu_indices); }
 #else
+void StartGpus(const std::vector<int>&) {}
+
 Backends MakeCuda(const std::vector<int>&, double, std::int64_t) {
   throw phi::NoDeviceError(
       "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
@@ -96,6 +101,11 @@ Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels) {
     phi::LogWarning(std::string("the CPU is used, because no GPU can be: ") + error.what());
     return MakeCpu(options);
   }
+}
+
+GpuStart::GpuStart(const BackendOptions& options) {
+  if (options.kind == BackendKind::kCpu) return;
+  beside_.StartIfPossible([indices = ParseGpuIndices(options.gpu_index)] { StartGpus(indices); });
 }
 
 int NumAtOnce(const Backends& backends) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "colmap_ext/pipeline/thread_group.h"
 #include "phi/backend.h"
 
 namespace colmap_ext {
@@ -30,6 +31,15 @@ std::vector<int> ParseGpuIndices(const std::string& text);
 // runs where a GPU could have been meant. Throws phi::NoDeviceError when CUDA is asked for and this build or this machine has none,
 // phi::ResourceError where one fails.
 Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels = 0);
+
+// Starts the GPUs that MakeBackends would use, beside what comes before it: that takes some tenths of a second.
+class GpuStart {
+ public:
+  explicit GpuStart(const BackendOptions& options);
+
+ private:
+  ThreadGroup beside_;
+};
 
 // Calls of one stage that keep all of them busy.
 int NumAtOnce(const Backends& backends);
