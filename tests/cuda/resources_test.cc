@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "cuda/buffer.h"
 #include "cuda/cuda_backend.h"
@@ -83,6 +84,28 @@ TEST_F(ResourcesTest, AScopedDeviceLeavesTheThreadAsItWas) {
     { const ScopedDevice current(0); }
     EXPECT_EQ(CurrentContext(), own);
   }).join();
+}
+
+// With a GPU and without one.
+TEST(StartDevices, LeavesTheThreadAsItWasAndSaysNothingOfDevicesThatAreNot) {
+  std::thread([] {
+    const int count = NumCudaDevices(nullptr);
+    for (const std::vector<int>& indices : {std::vector<int>{}, {-1}, {0}, {1000}}) StartDevices(indices);
+    EXPECT_EQ(NumCudaDevices(nullptr), count);
+    if (count > 0) EXPECT_EQ(CurrentContext(), nullptr);
+  }).join();
+}
+
+// Else calls that need the device for a moment would wait for those that keep it busy.
+TEST_F(ResourcesTest, EstimationsGiveWay) {
+  const ScopedDevice current(0);
+  int lowest = 0, highest = 0, of_estimation = -1, of_others = -1;
+  ASSERT_EQ(cudaDeviceGetStreamPriorityRange(&lowest, &highest), cudaSuccess);
+  const Scratch scratch(Task{});
+  ASSERT_EQ(cudaStreamGetPriority(scratch.estimation.stream.get(), &of_estimation), cudaSuccess);
+  ASSERT_EQ(cudaStreamGetPriority(scratch.stream.get(), &of_others), cudaSuccess);
+  EXPECT_EQ(of_estimation, lowest);
+  EXPECT_EQ(of_others, highest);
 }
 
 TEST_F(ResourcesTest, AnErrorOfAnotherUserOfTheThreadIsNoneOfOurs) {
