@@ -82,13 +82,13 @@ void StartDevices(std::vector<int> indices) noexcept {
   };
   try {
     const int count = NumCudaDevices(nullptr);
-    if (indices.empty() || indices.front() < 0) {
+    if (indices.empty() || indices == std::vector<int>{-1}) {
       indices.resize(static_cast<std::size_t>(count));
       std::iota(indices.begin(), indices.end(), 0);
     }
     std::vector<std::jthread> threads;
     for (const int index : indices) {
-      if (index < count) threads.emplace_back(start, index);
+      if (index >= 0 && index < count) threads.emplace_back(start, index);
     }
   } catch (...) {
     // of the system: no thread, no memory

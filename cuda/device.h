@@ -20,7 +20,7 @@ int NumCudaDevices(std::string* why_none);
 // Throws phi::UsageError when there is no device `index`.
 DeviceProperties QueryDevice(int index);
 
-// Starts devices, each by a thread: calls that come later find them ready. -1 or none: all. Says nothing of what fails, since those calls do.
+// Starts devices, each by a thread, for calls to come; none or {-1}: all. Says nothing of what fails, since those calls do.
 void StartDevices(std::vector<int> indices) noexcept;
 
 // Makes a device current for this thread, and what was current before it again. A thread that had chosen none has none again: to go back

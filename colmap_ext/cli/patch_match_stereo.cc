@@ -54,13 +54,13 @@ struct StereoInput {
 int EstimateMaps(const StereoCommandOptions& options, const std::map<std::string, std::string>& effective_options,
                  const Shard& shard, HandedMaps* handed) {
   using Sharing = WorkspaceLock::Sharing;
-  const GpuStart gpus(options.backend);  // while the workspace is read
   Workspace workspace(options.workspace);
   RequireAnImage(workspace);
   if (handed != nullptr && std::filesystem::exists(workspace.StereoFolder() / "fusion.cfg")) {
     ReadFusionConfig(workspace);  // a mistake there must not come out after hours of stereo
   }
   const WorkspaceLock lock(workspace.StereoFolder(), shard.IsWhole() ? Sharing::kAlone : Sharing::kWithShards);
+  const GpuStart gpus(options.backend);  // beside the choice of views
   WarnOfFrames(workspace);
   if (const std::string dim = DescribeDimPhotosOfSome(workspace); !dim.empty()) phi::LogWarning(dim);
   const StereoInput input(std::move(workspace), options, shard);

@@ -19,11 +19,7 @@ namespace {
 Backends MakeCuda(const std::vector<int>& gpu_indices, double budget_gigabytes, std::int64_t num_pixels) {
   return phi::gpu::MakeCudaBackends(gpu_indices, ByteCount(kBytesPerGigabyte * budget_gigabytes), num_pixels);
 }
-
-void StartGpus(const std::vector<int>& gpu_indices) { phi::gpu::StartDevices(gpu_indices); }
 #else
-void StartGpus(const std::vector<int>&) {}
-
 Backends MakeCuda(const std::vector<int>&, double, std::int64_t) {
   throw phi::NoDeviceError(
       "this build has no CUDA backend; build it where nvcc is installed, or use --PhiStereo.backend cpu");
@@ -105,7 +101,10 @@ Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels) {
 
 GpuStart::GpuStart(const BackendOptions& options) {
   if (options.kind == BackendKind::kCpu) return;
-  beside_.StartIfPossible([indices = ParseGpuIndices(options.gpu_index)] { StartGpus(indices); });
+  const std::vector<int> indices = ParseGpuIndices(options.gpu_index);
+#ifdef PHIMVS_WITH_CUDA
+  beside_.StartIfPossible([indices] { phi::gpu::StartDevices(indices); });
+#endif
 }
 
 int NumAtOnce(const Backends& backends) {

@@ -32,9 +32,10 @@ std::vector<int> ParseGpuIndices(const std::string& text);
 // phi::ResourceError where one fails.
 Backends MakeBackends(const BackendOptions& options, std::int64_t num_pixels = 0);
 
-// Starts the GPUs that MakeBackends would use, beside what comes before it: that takes some tenths of a second.
+// Starts, on a thread, the GPUs that MakeBackends will use: that takes some tenths of a second. The destructor waits for it.
 class GpuStart {
  public:
+  // Throws phi::UsageError for indices that are none; all that else fails comes up in MakeBackends.
   explicit GpuStart(const BackendOptions& options);
 
  private:

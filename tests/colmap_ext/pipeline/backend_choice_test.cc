@@ -22,6 +22,19 @@ TEST(MakeBackendsTest, AutoTakesTheCpuWhereNoGpuWorks) {
   EXPECT_FALSE(MakeBackends(BackendOptions()).empty());
 }
 
+TEST(GpuStartTest, RefusesWhatIsNoIndexAndSaysNothingElse) {
+  BackendOptions options;
+  options.gpu_index = "0,x";
+  EXPECT_THROW(GpuStart{options}, phi::UsageError);
+  options.kind = BackendKind::kCpu;
+  EXPECT_NO_THROW(GpuStart{options});
+  options.kind = BackendKind::kCuda;
+  for (const char* index : {"-1", "0", "1000"}) {
+    options.gpu_index = index;
+    EXPECT_NO_THROW(GpuStart{options}) << index;
+  }
+}
+
 // Without any backend the images would wait forever.
 TEST(MakeBackendsTest, CudaIsAGpuOrAnErrorThatNamesTheCpuBackend) {
   BackendOptions options;
