@@ -1,6 +1,7 @@
 #include "phi/inference/infer_setup.h"
 
 #include "phi/base/error.h"
+#include "phi/inference/image_regions.h"
 #include "phi/matching/matching_window.h"
 
 namespace phi {
@@ -12,6 +13,10 @@ void CheckInferenceInput(const InferenceInput& input) {
     throw InputError("plane inference of image " +
                      (input.reference.view != nullptr ? AboutImage(input.reference.view->name) : Message("?")) +
                      ": the depth map's size differs from the image's; run patch_match_stereo again");
+  }
+  if (input.regions != nullptr &&
+      (input.regions->region.width() != image->width() || input.regions->region.height() != image->height())) {
+    throw UsageError("plane inference of image " + AboutImage(input.reference.view->name) + ": its regions are of another size");
   }
   for (std::size_t j = 0; j < input.sources.size(); ++j) {
     const auto depths = input.DepthsOf(j);

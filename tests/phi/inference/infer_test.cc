@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include "phi/base/error.h"
+#include "phi/inference/image_regions.h"
 #include "phi/inference/infer_holes.h"
 #include "tests/support/error_message.h"
 
@@ -248,6 +251,17 @@ TEST(Infer, DepthsOfASourceMustFitItsImage) {
   InferenceInput input = scene.Input(MakeMeasured(0));
   input.source_depths = {std::make_shared<const MeasuredDepths>(AllMeasured(DepthMap(kWidth / 2, kHeight, 3.0f)))};
   EXPECT_THAT(test_support::MessageOf<InputError>([&] { InferPlanes(input, StereoOptions(), {}); }), testing::HasSubstr("source"));
+}
+
+TEST(Infer, RegionsMustFitTheImage) {
+  const PlainScene scene;
+  InferenceInput input = scene.Input(MakeMeasured(0));
+  for (const auto& [width, height] : {std::pair{kWidth + 1, kHeight}, {kWidth, kHeight - 1}}) {
+    input.regions = std::make_shared<const ImageRegions>(FindRegions(GrayImage(width, height, 128)));
+    EXPECT_THROW(InferPlanes(input, StereoOptions(), {}), UsageError) << width << "x" << height;
+  }
+  input.regions = std::make_shared<const ImageRegions>(FindRegions(*scene.plain));
+  EXPECT_NO_THROW(InferPlanes(input, StereoOptions(), {}));
 }
 
 // Another view's clues confirm nothing, and nothing refuses what it measured elsewhere: the second filter asks for agreement.
