@@ -1,6 +1,6 @@
-// For functions whose loops the compiler turns into vector instructions: compiled for any processor, for one that has AVX2, and, by compilers
-// that can tell one, for one that has AVX-512; chosen when the program starts. All give the same bits: nothing is fused or reordered
-// (-ffp-contract=off). Builds with sanitizers have the first form alone, since what chooses runs before their runtime is set up.
+// For functions whose loops the compiler turns into vector instructions: compiled for any processor, for one that has AVX2, and, by
+// compilers that can tell one, for one that has AVX-512; chosen when the program starts. All give the same bits: nothing is fused or
+// reordered (-ffp-contract=off). Builds with sanitizers have the first form alone, since what chooses runs before their runtime is set up.
 #pragma once
 
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \

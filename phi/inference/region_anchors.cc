@@ -123,9 +123,10 @@ void RegionAnchors::ListMembers(const ImageRegions& regions) {
       std::size_t num_found = 0;
       for (int x = begin; x < end; ++x) {
         const std::int32_t pixel = y * anchors_.width + x;
-        const bool is_chosen = (anchors_(x, y) > 0) & (PixelHash(static_cast<std::uint32_t>(pixel)) <= own.max_hash);
+        const unsigned has_depth = anchors_(x, y) > 0 ? 1 : 0;
+        const unsigned is_drawn = PixelHash(static_cast<std::uint32_t>(pixel)) <= own.max_hash ? 1 : 0;
         found[num_found] = pixel;
-        num_found += is_chosen ? 1 : 0;
+        num_found += has_depth & is_drawn;
       }
       Append({found.data(), num_found}, &own);
     });

@@ -48,6 +48,7 @@ void FinishRegionPixels(const RegionPlanes& planes, const InferenceInput& input,
   const bool corrects = !input.keeps_measured && rules.IsOn(Rule::kEdgeDepths), sets_normals = rules.IsOn(Rule::kRegionNormals);
   tbb::parallel_for(0, map->height(), [&](int y) {
     planes.ForFittedRuns(y, [&](int begin, int end, const FittedRegion& region) {
+      if (!region.planes[0].IsThere() && !region.planes[1].IsThere()) return;
       for (int x = begin; x < end; ++x) {
         if (corrects && IsMeasured(map->states(x, y))) CorrectEdgeDepth(planes, region.planes, x, y, map);
         if (sets_normals && IsInferred(map->states(x, y))) SetNormal(region.planes, rays, x, y, &map->planes(x, y));

@@ -46,6 +46,20 @@ int SmoothedSum(const GrayImage& image, int x, int y) {
   return sum;
 }
 
+TEST(ImageRegions, RunsOfARowEndWhereTheRegionDoes) {
+  ImageRegions regions{Array2D<std::int32_t>(6, 3, -1), 2};
+  for (const int x : {0, 1, 5}) regions.region(x, 1) = 0;
+  regions.region(2, 1) = 1;
+  using Run = std::tuple<std::int32_t, int, int>;
+  const auto runs = [&](int y) {
+    std::vector<Run> found;
+    ForRunsOfRow(regions, y, [&](std::int32_t region, int begin, int end) { found.emplace_back(region, begin, end); });
+    return found;
+  };
+  EXPECT_EQ(runs(0), (std::vector<Run>{{-1, 0, 6}}));
+  EXPECT_EQ(runs(1), (std::vector<Run>{{0, 0, 2}, {1, 2, 3}, {-1, 3, 5}, {0, 5, 6}}));
+}
+
 constexpr int kMaxStep = 108;  // 4 / 3 of a grey level
 
 // The other end of a pixel's link k of four to its neighbours; the pixel itself beyond the border.
