@@ -21,7 +21,7 @@ class KindTime {
   int num_images() const { return static_cast<int>(intervals_.size()); }
   double samples() const { return samples_; }  // of source images for ZNCC
 
-  // Seconds in which at least one call's kernels were under way.
+  // Seconds in which at least one call's kernels were under way, or gave way to another kind's.
   double BusySeconds() const {
     std::vector<std::pair<double, double>> sorted = intervals_;
     std::sort(sorted.begin(), sorted.end());

@@ -72,7 +72,7 @@ class PartsOnGpu {
   void Upload(DeviceResources* device) {
     ReserveState(scratch_, plan_, task_);
     BindSampleCount(scratch_, scratch_->estimation.stream.get(), task_, &launch_);
-    images_ = UploadImages(device, input_, scratch_->estimation.stream.get());
+    images_ = UploadImages(device, input_, scratch_->stream.get());  // others may wait for these copies
     ranges_.cells = UploadRanges(scratch_, PartInput(input_, options_, parts_.front()).input(), task_);
   }
 

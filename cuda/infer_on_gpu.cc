@@ -91,7 +91,7 @@ struct RegionBuffers {
   float *anchors, *planes;
   std::uint8_t* line_limits;
 
-  // There must be room for the result.
+  // host_plane and host_states must have room for the result.
   RegionBuffers(Scratch* scratch, std::int64_t num_pixels)
       : anchors(reinterpret_cast<float*>(scratch->host_plane.data())),
         planes(anchors + num_pixels),

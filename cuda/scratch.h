@@ -1,4 +1,4 @@
-// Device memory, page-locked memory and a stream for one call of a backend at a time (ScratchPool); grown as needed. A call may
+// Device memory, page-locked memory and streams for one call of a backend at a time (ScratchPool); grown as needed. A call may
 // free what only other kinds of call use: that stops the device, but stages change rarely.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Scratch memory and a stream for one call at a time, kept between calls.
+// Scratch memory and streams for one call at a time, kept between calls.
 #pragma once
 
 #include <condition_variable>

@@ -1,6 +1,5 @@
 // Uploads of the host's arrays by way of page-locked memory that all threads fill. Of other memory the driver copies with one thread,
-// a fifth as fast as the bus, and others' uploads wait for it. Images are small beside maps, and go
-// to arrays.
+// a fifth as fast as the bus, and others' uploads wait for it. Images, which are small beside maps, go to arrays without it.
 #pragma once
 
 #include <algorithm>

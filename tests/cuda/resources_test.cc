@@ -92,8 +92,29 @@ TEST(StartDevices, LeavesTheThreadAsItWasAndSaysNothingOfDevicesThatAreNot) {
     const int count = NumCudaDevices(nullptr);
     for (const std::vector<int>& indices : {std::vector<int>{}, {-1}, {0}, {1000}}) StartDevices(indices);
     EXPECT_EQ(NumCudaDevices(nullptr), count);
-    if (count > 0) EXPECT_EQ(CurrentContext(), nullptr);
+    if (count > 0) {
+      EXPECT_EQ(CurrentContext(), nullptr);
+    }
   }).join();
+}
+
+// A call that failed leaves work on either stream, and the next one takes its buffers.
+TEST_F(ResourcesTest, AScratchComesBackWhenTheDeviceHasEndedWithIt) {
+  DeviceResources device(QueryDevice(0), 10000);
+  const ScopedDevice current(0);
+  for (const bool is_estimation : {false, true}) {
+    std::atomic<bool> has_ended = false;
+    {
+      const ScratchPool<Scratch>::Lease scratch(&device.scratch, Task{});
+      const Stream& stream = is_estimation ? scratch->estimation.stream : scratch->stream;
+      const auto end_later = [](void* ended) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        *static_cast<std::atomic<bool>*>(ended) = true;
+      };
+      ASSERT_EQ(cudaLaunchHostFunc(stream.get(), end_later, &has_ended), cudaSuccess);
+    }
+    EXPECT_TRUE(has_ended) << (is_estimation ? "the estimation's stream" : "the other one");
+  }
 }
 
 // Else calls that need the device for a moment would wait for those that keep it busy.
