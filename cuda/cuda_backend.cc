@@ -1,7 +1,6 @@
 #include "cuda/cuda_backend.h"
 
 #include <cstdio>
-#include <numeric>
 #include <string>
 
 #include "cuda/calls_on_gpu.h"
@@ -131,13 +130,9 @@ class CudaBackend : public Backend {
 
 std::vector<std::unique_ptr<Backend>> MakeCudaBackends(const std::vector<int>& gpu_indices, std::int64_t budget_bytes,
                                                        std::int64_t num_pixels) {
-  std::vector<int> indices = gpu_indices;
-  if (indices.empty() || indices == std::vector<int>{-1}) {
-    std::string why_none;
-    indices.resize(NumCudaDevices(&why_none));
-    if (indices.empty()) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
-    std::iota(indices.begin(), indices.end(), 0);
-  }
+  std::string why_none;
+  const std::vector<int> indices = DevicesNamed(gpu_indices, NumCudaDevices(&why_none));
+  if (indices.empty()) throw NoDeviceError(why_none + "; --PhiStereo.backend cpu needs none");
   return MakeWorkingBackends(indices, [=](int index) {
     const DeviceProperties properties = QueryDevice(index);
     RequireWorkingDevice(properties);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 #include <thread>
+#include <utility>
 
 #include "cuda/error.h"
 #include "phi/base/error.h"
@@ -70,6 +71,13 @@ DeviceProperties QueryDevice(int index) {
   return {index, properties.name, properties.multiProcessorCount};
 }
 
+std::vector<int> DevicesNamed(std::vector<int> indices, int num_devices) {
+  if (!indices.empty() && indices != std::vector<int>{-1}) return indices;
+  indices.resize(static_cast<std::size_t>(num_devices));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
 void StartDevices(std::vector<int> indices) noexcept {
   const auto start = [](int index) {
     try {
@@ -82,12 +90,8 @@ void StartDevices(std::vector<int> indices) noexcept {
   };
   try {
     const int count = NumCudaDevices(nullptr);
-    if (indices.empty() || indices == std::vector<int>{-1}) {
-      indices.resize(static_cast<std::size_t>(count));
-      std::iota(indices.begin(), indices.end(), 0);
-    }
     std::vector<std::jthread> threads;
-    for (const int index : indices) {
+    for (const int index : DevicesNamed(std::move(indices), count)) {
       if (index >= 0 && index < count) threads.emplace_back(start, index);
     }
   } catch (...) {

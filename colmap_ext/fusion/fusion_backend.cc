@@ -1,7 +1,6 @@
 #include "colmap_ext/fusion/fusion_backend.h"
 
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -27,11 +26,7 @@ std::unique_ptr<phi::FusionDevice> MakeCuda(const FusionGpus& gpus) {
   std::string why_none;
   const int num_gpus = phi::gpu::NumCudaDevices(&why_none);
   if (num_gpus == 0) throw phi::NoDeviceError(why_none + "; --PhiFusion.backend cpu needs none");
-  std::vector<int> indices = gpus.indices;
-  if (indices.empty()) {
-    indices.resize(static_cast<std::size_t>(num_gpus));
-    std::iota(indices.begin(), indices.end(), 0);
-  }
+  const std::vector<int> indices = phi::gpu::DevicesNamed(gpus.indices, num_gpus);
   for (std::size_t i = 0;; ++i) {
     const int index = indices[i];
     if (index >= num_gpus) throw phi::NoDeviceError("fusion: there is no GPU " + std::to_string(index));

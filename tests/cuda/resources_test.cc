@@ -86,6 +86,13 @@ TEST_F(ResourcesTest, AScopedDeviceLeavesTheThreadAsItWas) {
   }).join();
 }
 
+TEST(DevicesNamed, NoneOrMinusOneMeansAll) {
+  EXPECT_EQ(DevicesNamed({}, 2), (std::vector<int>{0, 1}));
+  EXPECT_EQ(DevicesNamed({-1}, 3), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(DevicesNamed({-1}, 0), std::vector<int>());
+  EXPECT_EQ(DevicesNamed({5, 1}, 2), (std::vector<int>{5, 1})) << "whether they are there is asked later";
+}
+
 // With a GPU and without one.
 TEST(StartDevices, LeavesTheThreadAsItWasAndSaysNothingOfDevicesThatAreNot) {
   std::thread([] {
