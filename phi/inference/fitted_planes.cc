@@ -82,9 +82,8 @@ RegionFitLimits::RegionFitLimits(const Rules& rules)
   reach_deviations = scale * kReachDeviations;
 }
 
-std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const RegionFitLimits& limits, std::vector<RegionPoint> points,
-                                                    RandomKey key, std::uint64_t region) {
-  std::array<RegionPlane, kPlanesPerRegion> planes{};
+PlanesOfRegion FitPlanes(const RegionFitLimits& limits, std::vector<RegionPoint> points, RandomKey key, std::uint64_t region) {
+  PlanesOfRegion planes{};
   for (int k = 0; k < kPlanesPerRegion && std::ssize(points) >= limits.min_anchors; ++k) {
     RegionPlane plane;
     if (!FitPlane(limits, points, key, region, static_cast<std::uint32_t>(k), &plane)) break;

@@ -1,13 +1,11 @@
 // Planes that a region's own points carry: RANSAC in inverse depth, refined by least squares.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "phi/base/random.h"
 #include "phi/base/rules.h"
-#include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_anchors.h"
 #include "phi/inference/region_plane.h"
 
@@ -24,7 +22,6 @@ struct RegionFitLimits {
 };
 
 // Up to two; the others are not there. Points by ascending hash. Draws are keyed by `key` and the region.
-std::array<RegionPlane, kPlanesPerRegion> FitPlanes(const RegionFitLimits& limits, std::vector<RegionPoint> points, RandomKey key,
-                                                    std::uint64_t region);
+PlanesOfRegion FitPlanes(const RegionFitLimits& limits, std::vector<RegionPoint> points, RandomKey key, std::uint64_t region);
 
 }  // namespace phi

@@ -72,8 +72,7 @@ class PlaneChoice {
   bool AsksSources() const { return !region_.sources.empty(); }
 
   // Without cells on it a plane of the scene has no reach, until it is chosen.
-  std::vector<Candidate> Candidates(const std::array<RegionPlane, kPlanesPerRegion>& own,
-                                    std::span<const ImagePlane> scene) const {
+  std::vector<Candidate> Candidates(const PlanesOfRegion& own, std::span<const ImagePlane> scene) const {
     std::vector<Candidate> candidates;
     for (const RegionPlane& plane : own) {
       if (plane.IsThere()) candidates.push_back({plane});
@@ -299,8 +298,8 @@ class PlaneChoice {
 
 }  // namespace
 
-ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
-                          std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits) {
+ChosenPlanes ChoosePlanes(RegionEvidence region, const PlanesOfRegion& own, std::span<const ImagePlane> scene,
+                          const PlaneChoiceLimits& limits) {
   PlaneChoice choice(std::move(region), limits);
   const std::vector<Candidate> candidates = choice.Candidates(own, scene);
   ChosenPlanes chosen;

@@ -2,12 +2,10 @@
 // the scene's directions.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include "phi/inference/anchor_cells.h"
-#include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/region_sky.h"
 #include "phi/inference/scene_directions.h"
@@ -42,7 +40,7 @@ struct RegionEvidence {
 };
 
 struct ChosenPlanes {
-  std::array<RegionPlane, kPlanesPerRegion> planes{};
+  PlanesOfRegion planes{};
   Sky sky = Sky::kNot;  // why there is none
   bool is_mirror = false;  // the first plane: what lies behind it is its reflection
 };
@@ -53,7 +51,7 @@ struct ChosenPlanes {
 // the spots that other views show unlike. What stands along a direction of the scene is likelier beforehand, by a constant; such
 // planes are sought through the cells of all views that offer a plane, for one view's may lie off a wall by what hangs on it. `own`:
 // the region's planes, as far as they are there. The planes that are chosen come first; the rest are not there.
-ChosenPlanes ChoosePlanes(RegionEvidence region, const std::array<RegionPlane, kPlanesPerRegion>& own,
-                          std::span<const ImagePlane> scene, const PlaneChoiceLimits& limits);
+ChosenPlanes ChoosePlanes(RegionEvidence region, const PlanesOfRegion& own, std::span<const ImagePlane> scene,
+                          const PlaneChoiceLimits& limits);
 
 }  // namespace phi

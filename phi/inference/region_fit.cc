@@ -112,7 +112,7 @@ class RegionFit {
   struct Own {
     std::vector<RegionPoint> points;
     std::vector<AnchorCell> cells;
-    std::array<RegionPlane, kPlanesPerRegion> planes{};
+    PlanesOfRegion planes{};
   };
 
   const Own& OwnOf(std::int32_t k) const { return own_[static_cast<std::size_t>(k)]; }

@@ -3,7 +3,6 @@
 // region and pixel: the same planes for any number of threads.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -12,7 +11,6 @@
 #include "phi/base/rules.h"
 #include "phi/inference/anchor_cells.h"
 #include "phi/inference/image_regions.h"
-#include "phi/inference/line_hypothesis.h"
 #include "phi/inference/plane_evidence.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/region_sky.h"
@@ -20,7 +18,7 @@
 namespace phi {
 
 struct FittedRegion {
-  std::array<RegionPlane, kPlanesPerRegion> planes{};
+  PlanesOfRegion planes{};
   Sky sky = Sky::kNot;      // why it has no plane
   bool is_mirror = false;   // the first plane: what lies behind it is its reflection
   std::vector<AnchorCell> cells = {};  // of its own anchors

@@ -1,6 +1,5 @@
 #include "phi/inference/region_pixels.h"
 
-#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -11,8 +10,6 @@
 
 namespace phi {
 namespace {
-
-using PlanesOfRegion = std::array<RegionPlane, kPlanesPerRegion>;
 
 // Of the planes at (x, y), the inverse depth nearest to w; 0: none reaches there.
 float NearestOnPlanes(const PlanesOfRegion& planes, int x, int y, float w) {

@@ -1,9 +1,12 @@
 // A plane, or a bent surface, that fills pixels of a region, and how far it reaches.
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 #include "phi/inference/image_plane.h"
+#include "phi/inference/line_hypothesis.h"
 #include "phi/inference/plane_fit.h"
 
 namespace phi {
@@ -45,5 +48,8 @@ struct RegionPlane : ImagePlane {
     return w > 0 ? static_cast<float>(w) : 0;
   }
 };
+
+// Up to so many; the others are not there.
+using PlanesOfRegion = std::array<RegionPlane, kPlanesPerRegion>;
 
 }  // namespace phi

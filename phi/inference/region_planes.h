@@ -4,7 +4,6 @@
 // Regions are connected pixels whose smoothed brightness changes slowly; region_fit.h finds their planes.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,8 +35,8 @@ class RegionPlanes {
                const PlaneEvidence& evidence = {}, const Rules& rules = {});
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.
-  const std::array<RegionPlane, kPlanesPerRegion>& At(int x, int y) const {
-    static constexpr std::array<RegionPlane, kPlanesPerRegion> kNone{};
+  const PlanesOfRegion& At(int x, int y) const {
+    static constexpr PlanesOfRegion kNone{};
     const FittedRegion* region = Fitted(RegionAt(x, y));
     return region == nullptr ? kNone : region->planes;
   }

@@ -2,7 +2,6 @@
 // whichever view looks.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -13,7 +12,6 @@
 
 #include "phi/backend.h"
 #include "phi/inference/anchor_cells.h"
-#include "phi/inference/line_hypothesis.h"
 #include "phi/inference/region_plane.h"
 #include "phi/inference/spot.h"
 
@@ -25,7 +23,7 @@ struct ViewRegions {
     SpotBox box;  // of its places in `label`
     std::vector<AnchorCell> cells;
     std::vector<std::int32_t> continued;  // regions that continue it: their cells count for it, too
-    std::array<RegionPlane, kPlanesPerRegion> planes;
+    PlanesOfRegion planes;
   };
   Array2D<std::int32_t> label;
   std::vector<Region> regions;

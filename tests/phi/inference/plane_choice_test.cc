@@ -17,7 +17,7 @@
 namespace phi {
 namespace {
 
-using Planes = std::array<RegionPlane, kPlanesPerRegion>;
+using Planes = PlanesOfRegion;
 
 constexpr PlaneChoiceLimits kLimits{3, 0.05, 0.02, 5, 8};
 const ImagePlane kWall{0.3, 0.001, 0}, kShelf{0.4, 0, 0.001};
