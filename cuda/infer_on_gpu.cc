@@ -115,10 +115,9 @@ RegionPlanes AddRegionPlanes(const InferenceInput& input, std::shared_ptr<const 
   const int width = launch.carrying.width, height = launch.carrying.height;
   const std::int64_t n = launch.carrying.size();
   InferenceScratch& buffers = scratch->inference;
-  const PlaneEvidence evidence = GatherPlaneEvidence(input, launch.parameters.method.rules);
   const RegionBuffers host_buffers(scratch, n);
-  RegionPlanes planes(std::move(regions), {host_buffers.anchors, width, height},
-                      input.reference.view->image_id, evidence, launch.parameters.method.rules);
+  RegionPlanes planes =
+      FindRegionPlanes(input, std::move(regions), {host_buffers.anchors, width, height}, launch.parameters.method.rules);
   const cudaStream_t stream = scratch->stream.get();
   UploadLineLimits(planes, scratch, launch, task);
   LaunchScanlines(launch, stream, task);

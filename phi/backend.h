@@ -74,6 +74,7 @@ struct FilterInput {
 
 struct ImageRegions;  // phi/inference/image_regions.h
 struct ViewRegions;   // phi/inference/source_regions.h
+struct ViewChoice;    // phi/inference/view_choice.h
 
 struct InferenceInput {
   ViewImage reference;
@@ -87,6 +88,10 @@ struct InferenceInput {
   // Of the sources, which have a say in the planes of the reference's regions (FindViewRegions): empty, or parallel to sources;
   // null where there are none.
   std::vector<std::shared_ptr<const ViewRegions>> source_regions;
+  // What the reference's regions chose (ChooseRegionPlanes), to choose again; null: they choose once.
+  std::shared_ptr<const ViewChoice> choice;
+  // What the sources' regions chose: empty, or parallel to sources; null where it is not known.
+  std::vector<std::shared_ptr<const ViewChoice>> source_choices;
   // Null, or what the reference leaves out: regions end there, and what other views measured behind it
   // carries nothing. The images are extended into their masks then.
   std::shared_ptr<const ImageMask> mask;

@@ -5,6 +5,8 @@
 #include <system_error>
 #include <utility>
 
+#include <tbb/task_arena.h>
+
 #include "colmap_ext/compact_map.h"
 #include "colmap_ext/format_text.h"
 #include "colmap_ext/map_file.h"
@@ -20,6 +22,10 @@ namespace fs = std::filesystem;
 // Results that are written and wait for the disk, their maps still in memory, take one part in so many of the budget. Beyond
 // that writers wait too, and soon whoever computes.
 constexpr std::int64_t kWaitingParts = 8;
+// What regions tell and choose takes one part at most: about a megabyte an image, whatever its size.
+constexpr std::int64_t kToldParts = 16;
+
+constexpr char kRegions[] = "regions", kToldRegions[] = "told regions", kChoice[] = "choice";
 
 template <typename T>
 MemoryCache::Sized MakeSized(std::shared_ptr<const T> item) {
@@ -31,6 +37,12 @@ template <typename T, typename Read>
 std::shared_ptr<const T> GetOrRead(MemoryCache& cache, const MemoryCache::Key& key, const Read& read) {
   const auto item = cache.GetOrLoad(key, [&] { return MakeSized<T>(std::make_shared<const T>(read())); });
   return std::static_pointer_cast<const T>(item);
+}
+
+// A thread that waits within `find` must not begin another task meanwhile: it might wait for what waits for this one.
+template <typename T>
+std::shared_ptr<const T> FindAlone(MemoryCache& cache, const MemoryCache::Key& key, const std::function<T()>& find) {
+  return GetOrRead<T>(cache, key, [&] { return tbb::this_task_arena::isolate(find); });
 }
 
 std::string DepthsKey(const std::string& kind) { return kind + " depths"; }
@@ -58,7 +70,8 @@ MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int nu
     : workspace_(workspace),
       max_waiting_bytes_(budget_bytes / kWaitingParts),
       confidence_(workspace),
-      cache_(budget_bytes),
+      cache_(budget_bytes - budget_bytes / kToldParts),
+      told_(budget_bytes / kToldParts),
       writers_(num_writers) {}
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {
@@ -94,6 +107,20 @@ std::shared_ptr<const phi::GrayImage> MapStore::CutGray(int image) {
 
 std::shared_ptr<const phi::ImageRegions> MapStore::Regions(int image, const phi::Rules& rules) {
   return GetOrRead<phi::ImageRegions>(cache_, {image, kRegions}, [&] { return phi::FindRegions(*CutGray(image), rules); });
+}
+
+std::shared_ptr<const phi::ViewRegions> MapStore::ToldRegions(int image, const std::function<phi::ViewRegions()>& find) {
+  return FindAlone<phi::ViewRegions>(told_, {image, kToldRegions}, find);
+}
+
+std::shared_ptr<const phi::ViewChoice> MapStore::Choice(int image, const std::function<phi::ViewChoice()>& find) {
+  return FindAlone<phi::ViewChoice>(told_, {image, kChoice}, find);
+}
+
+void MapStore::ForgetRegions(int image) {
+  cache_.Erase({image, kRegions});
+  told_.Erase({image, kToldRegions});
+  told_.Erase({image, kChoice});
 }
 
 bool MapStore::HasImageMask(int image) const { return workspace_.HasImageMask(image); }

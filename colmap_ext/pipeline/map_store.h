@@ -21,6 +21,8 @@
 #include "phi/backend.h"
 #include "phi/base/message.h"
 #include "phi/inference/image_regions.h"
+#include "phi/inference/source_regions.h"
+#include "phi/inference/view_choice.h"
 
 namespace colmap_ext {
 
@@ -52,6 +54,10 @@ class MapStore {
   std::shared_ptr<const phi::GrayImage> CutGray(int image);
   // Of the same; `rules`: one for all calls.
   std::shared_ptr<const phi::ImageRegions> Regions(int image, const phi::Rules& rules);
+  // What an image's regions tell others, and what they choose. `find` is called unless that is in memory, once for all that ask at a
+  // time; it may ask for those of other images, but for none that asks for this one.
+  std::shared_ptr<const phi::ViewRegions> ToldRegions(int image, const std::function<phi::ViewRegions()>& find);
+  std::shared_ptr<const phi::ViewChoice> Choice(int image, const std::function<phi::ViewChoice()>& find);
   bool HasImageMask(int image) const;
   // Null where the image has none.
   std::shared_ptr<const phi::ImageMask> ImageMask(int image);
@@ -85,7 +91,7 @@ class MapStore {
 
   // Gives up the memory of a result that no stage reads any more, but for its cost.
   void Forget(int image, const std::string& kind);
-  void ForgetRegions(int image) { cache_.Erase({image, kRegions}); }
+  void ForgetRegions(int image);
 
   // Compares what lies under all names of a result (result_files.h) with what the record knows of it (null: nothing).
   FoundFiles Inspect(int image, const std::string& kind, bool with_cost, bool with_mask,
@@ -103,10 +109,9 @@ class MapStore {
   void Drain();
   const WriterPool& writers() const { return writers_; }
   const MemoryCache& cache() const { return cache_; }
+  std::int64_t peak_bytes() const { return cache_.peak_bytes() + told_.peak_bytes(); }
 
  private:
-  static constexpr char kRegions[] = "regions";
-
   std::shared_ptr<const phi::GrayImage> ReadGray(int image);
   // Of a result, in the form in which it is there.
   std::vector<std::filesystem::path> FilesOf(int image, const std::string& kind, bool with_cost, bool with_mask) const;
@@ -137,6 +142,7 @@ class MapStore {
   std::int64_t waiting_bytes_ = 0;
   std::set<std::filesystem::path> unsynced_folders_;
   MemoryCache cache_;
+  MemoryCache told_;  // by images' regions: small, and many ask for each, so maps must not drive it out
   WriterPool writers_;  // after what its jobs use
 };
 

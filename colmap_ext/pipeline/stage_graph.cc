@@ -8,7 +8,7 @@ namespace {
 // A result's key holds the revision of what made it, so that maps of an earlier program are made again where this one
 // would make others, and kept where it would not. Raise the one of a stage with every change of the maps that it makes;
 // the stages after it follow by their inputs.
-constexpr int kEstimateRevision = 16, kShareRevision = 1, kFilterRevision = 18, kInferRevision = 54;
+constexpr int kEstimateRevision = 16, kShareRevision = 1, kFilterRevision = 18, kInferRevision = 55;
 // The same for what changes with formulas paper alone.
 constexpr int kPaperRevision = 1;
 
@@ -55,6 +55,12 @@ bool JudgesMeasurements(const PipelineOptions& options) {
 // What inference corrects of the measured maps, and no view confirms.
 bool RestoresMeasured(const PipelineOptions& options) {
   return options.inference.method.FormulasOf(phi::Rule::kEdgeDepths) == phi::Formulas::kRobust;
+}
+
+// What a source's regions choose rests on that image's own sources.
+bool ReadsAroundSources(const PipelineOptions& options) {
+  return options.inference.method.FormulasOf(phi::Rule::kSourceRegions) == phi::Formulas::kRobust &&
+         options.inference.method.FormulasOf(phi::Rule::kSecondChoice) == phi::Formulas::kRobust;
 }
 
 bool SharesHypotheses(const PipelineOptions& options) {
@@ -136,6 +142,7 @@ std::vector<Stage> BuildStages(const PipelineOptions& options) {
                     .transient = true,
                     .has_mask = true,
                     .reads_source_maps = true,
+                    .reads_maps_around_sources = ReadsAroundSources(options),
                     .weight = kInferWeight});
   stages.push_back(MakeFilter(kGeometric, options));
   stages.back().has_mask = true;
@@ -157,7 +164,8 @@ std::vector<Stage> BuildFillingStages(const PipelineOptions& options) {
            .result = std::string(kInferred),
            .is_output = false,
            .transient = true,
-           .reads_source_maps = true},
+           .reads_source_maps = true,
+           .reads_maps_around_sources = ReadsAroundSources(options)},
           geometric};
 }
 

@@ -30,6 +30,7 @@ struct Stage {
   bool has_mask = false;   // its maps have states: phi/measurement.h
   bool is_rounded = false;  // its maps are what compact files give back (compact_codes.h), in whatever form they are kept
   bool reads_source_maps = false;
+  bool reads_maps_around_sources = false;  // those that the sources' own turn at the stage reads, too; the stage before is output
   double weight = 1;                 // expected time of a task, relative to an estimation
   std::string_view key_prefix = {};  // of its results' keys: tells what made them
 };

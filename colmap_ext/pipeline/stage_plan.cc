@@ -1,5 +1,6 @@
 #include "colmap_ext/pipeline/stage_plan.h"
 
+#include <set>
 #include <span>
 #include <utility>
 
@@ -13,11 +14,26 @@ bool ReadsWitnesses(const Stage& stage) {
   return stage.reads_source_maps && stage.kind != StageKind::kShare;
 }
 
-// Of those sources whose maps of the stage before this one reads; -1 where no job makes one.
-std::span<const int> SourceJobsRead(const Stage& stage, const ImageJob& job) {
+std::span<const int> SourcesRead(const Stage& stage, const ImageJob& job) {
   if (!stage.reads_source_maps) return {};
   const std::span<const int> all(job.source_jobs);
   return ReadsWitnesses(stage) ? all : all.first(job.NumMatched());
+}
+
+// Beside the job's own: whose maps of the stage before this one reads, of its sources first; -1 where no job makes one.
+std::vector<int> OtherJobsRead(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
+  const std::span<const int> sources = SourcesRead(stage, jobs[job]);
+  std::vector<int> read(sources.begin(), sources.end());
+  if (!stage.reads_maps_around_sources) return read;
+  std::set<int> around;
+  for (const int source : sources) {
+    if (source < 0) continue;
+    for (const int other : SourcesRead(stage, jobs[source])) around.insert(other);
+  }
+  around.erase(job), around.erase(-1);
+  for (const int source : sources) around.erase(source);
+  read.insert(read.end(), around.begin(), around.end());
+  return read;
 }
 
 void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const StagePlan* previous,
@@ -30,7 +46,7 @@ void ComputeKeys(const Stage& stage, const std::vector<ImageJob>& jobs, const St
     key.Add(stage.result).Add(stage.options).Add(jobs[j].input_key);
     if (previous) key.Add(previous->keys[j]);
     if (ReadsWitnesses(stage)) key.Add(jobs[j].witness_key);
-    for (const int source : SourceJobsRead(stage, jobs[j])) key.Add(source < 0 ? std::string() : previous->keys[source]);
+    for (const int source : OtherJobsRead(stage, jobs, static_cast<int>(j))) key.Add(source < 0 ? std::string() : previous->keys[source]);
     plan->keys[j] = std::string(stage.key_prefix) + key.Hex();
   }
 }
@@ -142,7 +158,7 @@ void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, std::vect
   const std::vector<char> before = *marked;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     if (before[j] == 0) continue;
-    for (const int source : SourceJobsRead(stage, jobs[j])) {
+    for (const int source : OtherJobsRead(stage, jobs, static_cast<int>(j))) {
       if (source >= 0) (*marked)[source] = 1;
     }
   }
@@ -152,7 +168,7 @@ void MarkInputs(const Stage& stage, const std::vector<ImageJob>& jobs, std::vect
 void MarkReaders(const Stage& stage, const std::vector<ImageJob>& jobs, std::vector<char>* marked) {
   const std::vector<char> before = *marked;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
-    const std::span<const int> sources = SourceJobsRead(stage, jobs[j]);
+    const std::span<const int> sources = SourcesRead(stage, jobs[j]);
     if (std::any_of(sources.begin(), sources.end(), [&](int source) { return source >= 0 && before[source] != 0; }))
       (*marked)[j] = 1;
   }
@@ -162,7 +178,7 @@ void MarkReaders(const Stage& stage, const std::vector<ImageJob>& jobs, std::vec
 
 std::vector<int> InputJobs(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
   std::vector<int> inputs = {job};
-  for (const int source : SourceJobsRead(stage, jobs[job])) {
+  for (const int source : OtherJobsRead(stage, jobs, job)) {
     if (source >= 0) inputs.push_back(source);
   }
   return inputs;

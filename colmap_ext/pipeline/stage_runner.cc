@@ -145,7 +145,7 @@ void StageRunner::End() {
   beside.Join();
   summary_.inference = loop_.Inference();
   summary_.peak_host_bytes = PeakHostBytes();
-  summary_.peak_cache_bytes = store().cache().peak_bytes();
+  summary_.peak_cache_bytes = store().peak_bytes();
   summary_.bytes_written = store().writers().bytes_written();
   summary_.write_seconds = store().writers().busy_seconds();
   for (const auto& backend : backends_) summary_.devices.push_back(SummarizeDevice(*backend));

@@ -199,24 +199,35 @@ void StageTasks::PrepareInference(int job) const noexcept {
   }
 }
 
-StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const {
+phi::InferenceInput StageTasks::InferenceInputOf(const StageTask& task, std::vector<int>* used,
+                                                 std::vector<phi::Message>* unread) const {
   const ImageJob& job = task.job;
   phi::InferenceInput input;
   input.reference = ReadView(job.image);
-  std::vector<int> used;
-  input.sources =
-      ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), &used, unread);
+  input.sources = ReadSources(job, std::min<std::size_t>(job.sources.size(), phi::kMaxSourceViews), used, unread);
   input.max_matched = static_cast<int>(std::count_if(
-      used.begin(), used.end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
+      used->begin(), used->end(), [&](int i) { return static_cast<std::size_t>(i) < job.NumMatched(); }));
   input.mask = store_.ImageMask(job.image);
   input.measured = store_.Map(job.image, task.previous->result);
-  input.source_depths = SourceDepths(task, used);
-  input.source_regions = SourceRegions(job, used, input);
+  input.source_depths = SourceDepths(task, *used);
+  input.source_regions = SourceRegions(job, *used, input);
   if (AsksRegions()) input.regions = store_.Regions(job.image, options_.inference.method.rules);
   input.keeps_measured = job.keeps_measured;
   if (options_.GivesDepthRange()) {
     input.nearest = static_cast<float>(options_.depth_min);
     input.farthest = static_cast<float>(options_.depth_max);
+  }
+  return input;
+}
+
+StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const {
+  // First what other images are read for, so that no more of them is in memory at once.
+  const Choices choices = ChoicesAround(task);
+  std::vector<int> used;
+  phi::InferenceInput input = InferenceInputOf(task, &used, unread);
+  input.choice = choices.own;
+  if (choices.own != nullptr) {
+    for (const int i : used) input.source_choices.push_back(choices.of_sources[i]);
   }
   phi::InferenceResult inferred = phi::InferHoles(backend, input, options_.stereo, options_.inference);
   CountInference(*input.measured, input.mask.get(), inferred);
@@ -292,13 +303,36 @@ std::vector<std::shared_ptr<const phi::ViewRegions>> StageTasks::SourceRegions(
     const std::shared_ptr<const phi::MeasuredDepths>& depths = input.source_depths[i];
     if (depths == nullptr) return;  // another image that makes no map has none
     const ImageJob& source = jobs_[job.source_jobs[used[i]]];
-    regions[i] = regions_.Get(source.image, [&] {
+    regions[i] = store_.ToldRegions(source.image, [&] {
       return phi::FindViewRegions(store_.Regions(source.image, options.method.rules), *depths,
                                   workspace_.views()[source.image].image_id, PrecisionOf(source),
                                   options.method.rules);
     });
   });
   return regions;
+}
+
+StageTasks::Choices StageTasks::ChoicesAround(const StageTask& task) const {
+  Choices choices;
+  if (!task.stage.reads_maps_around_sources) return choices;
+  choices.own = Choice(task);
+  choices.of_sources.resize(task.job.sources.size());
+  const std::size_t num_asked = std::min<std::size_t>(task.job.sources.size(), phi::kMaxSourceViews);
+  for (std::size_t k = 0; k < num_asked; ++k) {
+    // Images whose turn it is at once have many of them in common, and should not wait for each other's.
+    const std::size_t i = (static_cast<std::size_t>(task.job.image) + k) % num_asked;
+    if (!task.HasSourceMap(i)) continue;
+    choices.of_sources[i] = Choice({task.stage, task.previous, task.input_keys, jobs_[task.job.source_jobs[i]]});
+  }
+  return choices;
+}
+
+std::shared_ptr<const phi::ViewChoice> StageTasks::Choice(const StageTask& task) const {
+  return store_.Choice(task.job.image, [&] {
+    std::vector<int> used;
+    std::vector<phi::Message> unread;  // the image's own inference tells
+    return phi::ChooseRegionPlanes(InferenceInputOf(task, &used, &unread), options_.inference.method.rules);
+  });
 }
 
 }  // namespace colmap_ext

@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "colmap_ext/pipeline/map_store.h"
-#include "colmap_ext/pipeline/region_cache.h"
 #include "colmap_ext/pipeline/run_summary.h"
 #include "colmap_ext/pipeline/stage_plan.h"
 #include "colmap_ext/progress.h"
 #include "phi/geometry/depth_precision.h"
+#include "phi/inference/source_regions.h"
+#include "phi/inference/view_choice.h"
 #include "phi/sparse_depth.h"
 
 namespace colmap_ext {
@@ -61,6 +62,8 @@ class StageTasks {
   phi::DepthRange SearchRange(const phi::SparseDepth& sparse) const;
   phi::DepthPrecision PrecisionOf(const ImageJob& job) const;
   StageResult Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const;
+  // But for what the sources' regions chose. `used` as ReadSources.
+  phi::InferenceInput InferenceInputOf(const StageTask& task, std::vector<int>* used, std::vector<phi::Message>* unread) const;
   // mask: of the image, may be null.
   void CountInference(const phi::MeasurementMap& measured, const phi::ImageMask* mask,
                       const phi::InferenceResult& inferred) const;
@@ -78,13 +81,19 @@ class StageTasks {
   std::vector<std::shared_ptr<const phi::ViewRegions>> SourceRegions(const ImageJob& job,
                                                                      const std::vector<int>& used,
                                                                      const phi::InferenceInput& input) const;
+  // What the image's regions choose first, and its sources' (parallel to job.sources; null where the stage before made no map).
+  struct Choices {
+    std::shared_ptr<const phi::ViewChoice> own;  // null: regions choose once
+    std::vector<std::shared_ptr<const phi::ViewChoice>> of_sources;
+  };
+  Choices ChoicesAround(const StageTask& task) const;
+  std::shared_ptr<const phi::ViewChoice> Choice(const StageTask& task) const;
 
   const Workspace& workspace_;
   const std::vector<ImageJob>& jobs_;
   const PipelineOptions& options_;
   SparseDepthFunction sparse_depth_;
   MapStore& store_;
-  mutable RegionCache regions_;
   mutable std::mutex mutex_;
   mutable std::map<int, double> noise_;  // by image, of those asked for so far
   mutable InferenceSummary inference_;

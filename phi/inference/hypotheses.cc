@@ -22,22 +22,20 @@ Array2D<float> InverseDepth(const MeasurementMap& map, const Value& value) {
   return inverse_depth;
 }
 
-Array2D<float> Anchors(const MeasurementMap& map, Formulas formulas) {
+}  // namespace
+
+Array2D<float> AnchorMap(const MeasurementMap& map, Formulas formulas) {
   return InverseDepth(map, [formulas](PixelState state, float depth) { return AnchorAt(state, depth, formulas); });
 }
 
-}  // namespace
-
 Hypotheses::Hypotheses(const MeasurementMap& measured, const Method& method)
     : evidence_(InverseDepth(measured, EvidenceAt)) {
-  FillScanlines(Anchors(measured, method.formulas), {}, method);
+  FillScanlines(AnchorMap(measured, method.formulas), {}, method);
 }
 
-Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
-                       std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id, const PlaneEvidence& evidence)
-    : evidence_(InverseDepth(measured, EvidenceAt)) {
-  Array2D<float> anchors = Anchors(measured, Formulas::kRobust);
-  region_planes_.emplace(std::move(regions), std::as_const(anchors).view(), image_id, evidence, rules);
+Hypotheses::Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image, Array2D<float> anchors,
+                       RegionPlanes planes)
+    : evidence_(InverseDepth(measured, EvidenceAt)), region_planes_(std::move(planes)) {
   const Mask limits = region_planes_->LineLimits(std::as_const(anchors).view(), rules);
   ForParts(anchors.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

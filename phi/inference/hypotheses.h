@@ -12,16 +12,17 @@
 
 namespace phi {
 
+// Inverse depth of what carries hypotheses: AnchorAt.
+Array2D<float> AnchorMap(const MeasurementMap& map, Formulas formulas);
+
 class Hypotheses {
  public:
   // Lines alone.
   Hypotheses(const MeasurementMap& measured, const Method& method);
   // Robust: in the image's evenly coloured regions lines go between two sides only, and planes take the diagonals' places where
   // there are any; where a region may be the sky, lines rest on what was measured alone; overexposed holes get no hypothesis, since
-  // nothing in the image says that windows, lamps or sky are a surface.
-  // `evidence`: what else the planes rest on.
-  Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image,
-             std::shared_ptr<const ImageRegions> regions, std::uint32_t image_id = 0, const PlaneEvidence& evidence = {});
+  // nothing in the image says that windows, lamps or sky are a surface. `anchors`: AnchorMap, of which `planes` were found.
+  Hypotheses(const MeasurementMap& measured, const Rules& rules, const GrayImage& image, Array2D<float> anchors, RegionPlanes planes);
 
   // Views this.
   HypothesisState state() const;

@@ -79,12 +79,9 @@ MeasurementMap Compose(const PlaneMap& measured, const HypothesisMatcher& matche
 
 Hypotheses MakeHypotheses(const InferenceInput& input, const Method& method) {
   if (method.formulas == Formulas::kPaper) return Hypotheses(*input.measured, method);
-  return {*input.measured,
-          method.rules,
-          *input.reference.image,
-          RegionsOf(input, method.rules),
-          input.reference.view->image_id,
-          GatherPlaneEvidence(input, method.rules)};
+  Array2D<float> anchors = AnchorMap(*input.measured, method.formulas);
+  RegionPlanes planes = FindRegionPlanes(input, RegionsOf(input, method.rules), std::as_const(anchors).view(), method.rules);
+  return {*input.measured, method.rules, *input.reference.image, std::move(anchors), std::move(planes)};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // than others, by a telephone's processing, by flash light or by the sun's.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,6 +31,8 @@ class ToneField {
   // Interpolated in a table.
   float At(float u, float v) const;
 
+  std::size_t bytes() const { return table_.bytes(); }
+
  private:
   Array2D<float> table_;
 };
@@ -56,6 +59,9 @@ class PhotoTones {
   float Factor(const BrightSpot& reference, const BrightSpot& source) const;
   // By how many per cent that product grows with each per cent of the source's brightness.
   float Slope() const { return 1 + exponent_; }
+
+  // Without the reference's field, which all sources' share.
+  std::size_t bytes() const { return sizeof(*this) + source_->bytes() + factors_.size() * sizeof(factors_[0]); }
 
  private:
   PhotoTones(std::shared_ptr<const ToneField> reference, std::shared_ptr<const ToneField> source, float gain, float exponent);

@@ -21,15 +21,12 @@ constexpr std::size_t kFewSpots = 16;  // in fewer, where they fall is chance
 constexpr int kRefits = 2;
 constexpr std::size_t kFewRefitted = 6;
 
+// So many of a region's planes may be its first when it chooses again; with all of them the maps are as good.
+constexpr std::size_t kNumLikeliest = 8;
+
 constexpr double kMinMirror = 0.5;  // reflected share, from which on a plane is a mirror
 
 constexpr double kMaxAlignedAngle = std::numbers::pi / 180;  // as well as directions are known; radian
-
-// What a view's region says of a plane, from -1 to 1: on - behind.
-struct Verdict {
-  double on = 0, behind = 0;          // shares of one view's cells, by weight
-  double num_on = 0, num_behind = 0;  // cells
-};
 
 // Of cells so far: `on` and `behind` by weight.
 struct Tally {
@@ -44,14 +41,9 @@ struct Tally {
   }
 };
 
-struct Candidate {
-  RegionPlane plane;
-  Verdict others{};  // of the other views' regions together
-};
-
 // A candidate by the cells of all views.
 struct Judged {
-  const RegionPlane* plane;
+  const PlaneCandidate* candidate;
   double on, behind;  // `on`: and what is likely beforehand
   double num_behind;
 
@@ -68,12 +60,9 @@ class PlaneChoice {
     for (const Spot& spot : region_.spots) box_.Add(static_cast<float>(spot.x), static_cast<float>(spot.y));
   }
 
-  const std::vector<AnchorCell>& cells() const { return region_.cells; }
-  bool AsksSources() const { return !region_.sources.empty(); }
-
   // Without cells on it a plane of the scene has no reach, until it is chosen.
-  std::vector<Candidate> Candidates(const PlanesOfRegion& own, std::span<const ImagePlane> scene) const {
-    std::vector<Candidate> candidates;
+  std::vector<PlaneCandidate> Candidates(const PlanesOfRegion& own, std::span<const ImagePlane> scene) const {
+    std::vector<PlaneCandidate> candidates;
     for (const RegionPlane& plane : own) {
       if (plane.IsThere()) candidates.push_back({plane});
     }
@@ -83,20 +72,60 @@ class PlaneChoice {
     for (int i = 0; region_.directions != nullptr && i < SceneDirections::kCount; ++i) {
       for (const ImagePlane& plane : PlanesAlong(region_.directions->PlaneAlong(i), cells)) candidates.push_back({{plane}});
     }
-    // One large region may be most of an image's work.
-    tbb::parallel_for(std::size_t{0}, candidates.size(),
-                      [&](std::size_t i) { candidates[i].others = JudgeOfSources(candidates[i].plane); });
+    JudgeBySources(&candidates);
     return candidates;
   }
 
-  // The best one; null: not enough cells lie on any, or `sky` says why. Other views alone carry no second plane.
-  const RegionPlane* Best(const std::vector<Candidate>& candidates, bool is_first, Sky* sky) const {
-    const RegionPlane* best = nullptr;
+  // Those that the sources' regions chose.
+  std::vector<PlaneCandidate> ChosenBySources() const {
+    std::vector<PlaneCandidate> candidates;
+    for (const SourceRegions& source : region_.sources) {
+      for (std::size_t r = 0; r < source.regions().size(); ++r) {
+        for (const RegionPlane& plane : source.ChosenBy(r)) {
+          if (RegionPlane here; OffersHere(source, r, plane, &here)) candidates.push_back({here});
+        }
+      }
+    }
+    JudgeBySources(&candidates);
+    return candidates;
+  }
+
+  void AskForAgreement(std::vector<PlaneCandidate>* candidates) const {
+    tbb::parallel_for(std::size_t{0}, candidates->size(), [&](std::size_t i) {
+      PlaneCandidate& candidate = (*candidates)[i];
+      candidate.agreement = 0;
+      for (const SourceRegions& source : region_.sources) {
+        candidate.agreement += source.Agreement(candidate.plane, region_.spots, limits_.min_apart);
+      }
+    });
+  }
+
+  // Those that enough cells lie on; first what is best if all that lies behind it is its reflection. Other views alone carry no
+  // second plane.
+  std::vector<Judged> JudgeAll(const std::vector<PlaneCandidate>& candidates, bool is_first) const {
+    std::vector<Judged> all;
+    for (const PlaneCandidate& candidate : candidates) {
+      const auto& [plane, others, agreement] = candidate;
+      const Verdict own = Judge(plane, region_.cells);
+      if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
+      // The spots are mostly the first plane's, so what other views chose for them says nothing of a second one.
+      const double agreed = is_first ? limits_.agreement_weight * agreement : 0;
+      all.push_back({&candidate,
+                     own.on + limits_.source_weight * others.on + limits_.aligned_weight * Alignedness(plane) + agreed,
+                     own.behind + limits_.source_weight * others.behind, own.num_behind + others.num_behind});
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Judged& a, const Judged& b) { return a.Score(1) > b.Score(1); });
+    return all;
+  }
+
+  // Of what JudgeAll returned; null: nothing, or `sky` says why.
+  const PlaneCandidate* Best(const std::vector<Judged>& all, bool is_first, Sky* sky) const {
+    const PlaneCandidate* best = nullptr;
     Sky left_for = Sky::kNot;
     double best_score = 0;
     const auto is_beaten = [&](double score) { return best != nullptr && score <= best_score; };
-    for (const Judged& judged : JudgeAll(candidates, is_first)) {
-      const RegionPlane& plane = *judged.plane;
+    for (const Judged& judged : all) {
+      const RegionPlane& plane = judged.candidate->plane;
       if (is_beaten(judged.Score(1))) break;
       double score = judged.Score(0);
       if (judged.num_behind >= kFewTold) score = judged.Score(Reflected(plane));
@@ -107,13 +136,36 @@ class PlaneChoice {
         left_for = std::max(left_for, beyond);
         continue;
       }
-      best = &plane;
+      best = judged.candidate;
       best_score = score;
     }
     *sky = best == nullptr ? left_for : Sky::kNot;
     return best;
   }
 
+  // The plane as the region takes it.
+  RegionPlane Taken(RegionPlane plane) const {
+    if (AsksSources()) Refit(&plane);
+    if (!plane.IsThere()) SetReach(&plane);
+    return plane;
+  }
+
+  bool IsMirror(const ImagePlane& plane) const { return Reflected(plane) >= kMinMirror; }
+  bool IsSecond(const ImagePlane& plane, const ImagePlane& first) const {
+    return !IsNoSecondSurface(region_.cells, first, plane, limits_.min_apart);
+  }
+
+  // What the plane explains is no matter of the next one's; nor is what it reflects.
+  void TakeAway(const ImagePlane& plane, bool is_mirror) {
+    if (AsksBrightness()) {
+      for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = Unlike(plane, region_.spots[i]);
+    }
+    std::erase_if(region_.cells, [&](const AnchorCell& cell) {
+      return IsOn(plane, cell) || (is_mirror && IsBehind(plane, cell, limits_.min_apart));
+    });
+  }
+
+ private:
   // To the cells on it, in whichever view: what each view measured of a wall is the same for all, and so is the plane.
   void Refit(ImagePlane* plane) const {
     for (int round = 0; round < kRefits; ++round) {
@@ -137,34 +189,32 @@ class PlaneChoice {
     plane->SetReach(places.Mean(), places.Covariance() + own_size, limits_.reach_deviations);
   }
 
-  bool IsMirror(const ImagePlane& plane) const { return Reflected(plane) >= kMinMirror; }
-
-  // What the plane explains is no matter of the next one's; nor is what it reflects.
-  void TakeAway(const ImagePlane& plane, bool is_mirror) {
-    if (AsksBrightness()) {
-      for (std::size_t i = 0; i < open_.size(); ++i) open_[i] = Unlike(plane, region_.spots[i]);
-    }
-    std::erase_if(region_.cells, [&](const AnchorCell& cell) {
-      return IsOn(plane, cell) || (is_mirror && IsBehind(plane, cell, limits_.min_apart));
+  void JudgeBySources(std::vector<PlaneCandidate>* candidates) const {
+    // One large region may be most of an image's work.
+    tbb::parallel_for(std::size_t{0}, candidates->size(), [&](std::size_t i) {
+      (*candidates)[i].others = JudgeOfSources((*candidates)[i].plane);
     });
   }
 
- private:
-  // And the cells of the source's regions that offer one.
-  void AddPlanesOf(const SourceRegions& source, std::vector<Candidate>* candidates, std::vector<AnchorCell>* cells) const {
+  // Those that its regions carry, and the cells of the regions that carry one.
+  void AddPlanesOf(const SourceRegions& source, std::vector<PlaneCandidate>* candidates, std::vector<AnchorCell>* cells) const {
     std::vector<std::size_t> offering;
     for (std::size_t r = 0; r < source.regions().size(); ++r) {
       bool offers_plane = false;
       for (const RegionPlane& plane : source.regions()[r].planes) {
         RegionPlane here;
-        if (!plane.IsThere() || !source.ToReference(plane, &here)) continue;
-        if (!source.Overlaps(r, plane, here, region_.spots, box_)) continue;
+        if (!OffersHere(source, r, plane, &here)) continue;
         candidates->push_back({here});
         offers_plane = true;
       }
       if (offers_plane) offering.push_back(r);
     }
     source.ForCells(offering, [&](const AnchorCell& cell, bool continues) { cells->push_back(Weighed(cell, continues)); });
+  }
+
+  // Whether a plane of the source's region may be one of this region's, and which.
+  bool OffersHere(const SourceRegions& source, std::size_t r, const RegionPlane& plane, RegionPlane* here) const {
+    return plane.IsThere() && source.ToReference(plane, here) && source.Overlaps(r, plane, *here, region_.spots, box_);
   }
 
   Verdict Judge(const ImagePlane& plane, const std::vector<AnchorCell>& cells) const {
@@ -229,19 +279,6 @@ class PlaneChoice {
     return ReflectedShare(std::move(sides), region_.spots, plane, limits_.full_reflected, *region_.views);
   }
 
-  // Those that enough cells lie on; first what is best if all that lies behind it is its reflection.
-  std::vector<Judged> JudgeAll(const std::vector<Candidate>& candidates, bool is_first) const {
-    std::vector<Judged> all;
-    for (const auto& [plane, others] : candidates) {
-      const Verdict own = Judge(plane, region_.cells);
-      if (own.num_on + (is_first ? others.num_on : 0) < enough_) continue;
-      all.push_back({&plane, own.on + limits_.source_weight * others.on + limits_.aligned_weight * Alignedness(plane),
-                     own.behind + limits_.source_weight * others.behind, own.num_behind + others.num_behind});
-    }
-    std::stable_sort(all.begin(), all.end(), [](const Judged& a, const Judged& b) { return a.Score(1) > b.Score(1); });
-    return all;
-  }
-
   // From 0 to 1: how nearly the plane stands along a direction of the scene.
   double Alignedness(const ImagePlane& plane) const {
     if (region_.directions == nullptr) return 0;
@@ -249,6 +286,7 @@ class PlaneChoice {
     return std::max(0.0, 1 - off * off);
   }
 
+  bool AsksSources() const { return !region_.sources.empty(); }
   bool AsksBrightness() const { return region_.views != nullptr && limits_.unlike_weight > 0; }
 
   double Unlike(const ImagePlane& plane, const Spot& spot) const {
@@ -296,26 +334,53 @@ class PlaneChoice {
   std::vector<double> open_;  // of each spot, how little the planes so far explain it
 };
 
+// For choosing again.
+void KeepLikeliest(const std::vector<Judged>& all, const PlaneCandidate* taken, ChosenPlanes* chosen) {
+  for (const Judged& judged : all) {
+    if (chosen->likeliest.size() >= kNumLikeliest && judged.candidate != taken) continue;
+    if (judged.candidate == taken) chosen->taken = std::ssize(chosen->likeliest);
+    chosen->likeliest.push_back(*judged.candidate);
+  }
+}
+
+// `first`: the first plane; null: there is none.
+ChosenPlanes TakePlanes(const std::vector<PlaneCandidate>& candidates, const PlaneCandidate* first, PlaneChoice* choice) {
+  ChosenPlanes chosen;
+  if (first == nullptr) return chosen;
+  chosen.planes[0] = choice->Taken(first->plane);
+  chosen.is_mirror = choice->IsMirror(chosen.planes[0]);
+  choice->TakeAway(chosen.planes[0], chosen.is_mirror);
+  Sky unasked;
+  const PlaneCandidate* second = choice->Best(choice->JudgeAll(candidates, false), false, &unasked);
+  if (second != nullptr && choice->IsSecond(second->plane, chosen.planes[0])) chosen.planes[1] = choice->Taken(second->plane);
+  return chosen;
+}
+
 }  // namespace
 
 ChosenPlanes ChoosePlanes(RegionEvidence region, const PlanesOfRegion& own, std::span<const ImagePlane> scene,
                           const PlaneChoiceLimits& limits) {
   PlaneChoice choice(std::move(region), limits);
-  const std::vector<Candidate> candidates = choice.Candidates(own, scene);
-  ChosenPlanes chosen;
-  for (int k = 0; k < kPlanesPerRegion; ++k) {
-    RegionPlane& plane = chosen.planes[k];
-    const RegionPlane* best = choice.Best(candidates, k == 0, &chosen.sky);
-    if (best == nullptr || (k > 0 && IsNoSecondSurface(choice.cells(), chosen.planes[0], *best, limits.min_apart)))
-      break;
-    plane = *best;
-    if (choice.AsksSources()) choice.Refit(&plane);
-    if (!plane.IsThere()) choice.SetReach(&plane);
-    if (k > 0) break;  // no third one is chosen
-    chosen.is_mirror = choice.IsMirror(plane);
-    choice.TakeAway(plane, chosen.is_mirror);
-  }
+  const std::vector<PlaneCandidate> candidates = choice.Candidates(own, scene);
+  const std::vector<Judged> all = choice.JudgeAll(candidates, true);
+  Sky sky;
+  const PlaneCandidate* best = choice.Best(all, true, &sky);
+  ChosenPlanes chosen = TakePlanes(candidates, best, &choice);
+  chosen.sky = sky;
+  if (limits.agreement_weight > 0) KeepLikeliest(all, best, &chosen);
   return chosen;
+}
+
+std::optional<ChosenPlanes> ChoosePlanesAgain(RegionEvidence region, const ChosenPlanes& before, const PlaneChoiceLimits& limits) {
+  PlaneChoice choice(std::move(region), limits);
+  std::vector<PlaneCandidate> candidates = before.likeliest;
+  const std::vector<PlaneCandidate> of_others = choice.ChosenBySources();
+  candidates.insert(candidates.end(), of_others.begin(), of_others.end());
+  choice.AskForAgreement(&candidates);
+  Sky sky;
+  const PlaneCandidate* best = choice.Best(choice.JudgeAll(candidates, true), true, &sky);
+  if (best == nullptr || best - candidates.data() == before.taken) return std::nullopt;
+  return TakePlanes(candidates, best, &choice);
 }
 
 }  // namespace phi

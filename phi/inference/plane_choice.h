@@ -2,6 +2,8 @@
 // the scene's directions.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,6 +28,7 @@ struct PlaneChoiceLimits {
   SkyLimits sky = {};
   double full_reflected = 0;  // share of mirrored cells (mirror.h); 0: no plane is a mirror
   double aligned_weight = 0;  // of standing along a direction of the scene, against the share of cells on the plane
+  double agreement_weight = 0;  // of what the other views' regions chose, against the share of cells on the plane
   float continued_weight = 1;  // of the cells of regions that continue a region, in other views
 };
 
@@ -39,10 +42,25 @@ struct RegionEvidence {
   bool may_be_sky = true;                       // too little of it carries anchors to say otherwise
 };
 
+// What cells say of a plane, from -1 to 1: on - behind.
+struct Verdict {
+  double on = 0, behind = 0;          // shares of one view's cells, by weight
+  double num_on = 0, num_behind = 0;  // cells
+};
+
+struct PlaneCandidate {
+  RegionPlane plane;
+  Verdict others = {};   // of the other views' regions together
+  double agreement = 0;  // with what those regions chose, summed over views
+};
+
 struct ChosenPlanes {
   PlanesOfRegion planes{};
   Sky sky = Sky::kNot;  // why there is none
   bool is_mirror = false;  // the first plane: what lies behind it is its reflection
+  // For choosing again: the likeliest first planes, among them the one that was taken, before it was fitted to what lies on it.
+  std::vector<PlaneCandidate> likeliest = {};
+  std::ptrdiff_t taken = -1;  // of `likeliest`; -1: none
 };
 
 // A plane counts by the share of the region's cells on it, each the more the nearer it lies, less those behind it, but for what it
@@ -53,5 +71,10 @@ struct ChosenPlanes {
 // the region's planes, as far as they are there. The planes that are chosen come first; the rest are not there.
 ChosenPlanes ChoosePlanes(RegionEvidence region, const PlanesOfRegion& own, std::span<const ImagePlane> scene,
                           const PlaneChoiceLimits& limits);
+
+// Of a region that chose before, without `agreement_weight`: it may take another of its likeliest planes, or one that the sources'
+// regions chose. To the first plane's score comes how far those agree: from each view the share of the region's spots, if they lie on
+// the plane, that fall in regions which chose it. nullopt: the plane that it took stays the best.
+std::optional<ChosenPlanes> ChoosePlanesAgain(RegionEvidence region, const ChosenPlanes& before, const PlaneChoiceLimits& limits);
 
 }  // namespace phi

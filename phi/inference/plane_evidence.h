@@ -9,6 +9,7 @@
 #include "phi/geometry/depth_precision.h"
 #include "phi/inference/image_plane.h"
 #include "phi/inference/pooled_anchors.h"
+#include "phi/inference/relative_exposure.h"
 #include "phi/inference/scene_directions.h"
 #include "phi/inference/source_regions.h"
 #include "phi/inference/spot_views.h"
@@ -26,8 +27,12 @@ struct PlaneEvidence {
   ArrayView2D<const PixelState> states = {};  // of the image's own anchors; no data: all are measured
 };
 
-// Holds references to the input's images and maps.
-PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules);
+// Holds references to the input's images and maps. `exposures`, if not null: of each source view.
+PlaneEvidence GatherPlaneEvidence(const InferenceInput& input, const Rules& rules, std::vector<RelativeExposure>* exposures = nullptr);
+
+// What FitAgain asks: what other views' regions measured and chose, and what `choice`, the reference's own, found on its way. Holds
+// references likewise.
+PlaneEvidence EvidenceForChoosingAgain(const InferenceInput& input, const ViewChoice& choice, const Rules& rules);
 
 // How far from a region's plane an anchor on it may lie.
 AnchorTolerance RegionTolerance(const DepthPrecision& precision, const Rules& rules);

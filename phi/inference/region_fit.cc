@@ -25,6 +25,8 @@ constexpr double kMinCellShare = 0.05;
 constexpr float kMoreAtCreases = 3;  // what a point there counts more than another
 constexpr std::size_t kMinShadedSpots = 60;  // of a region whose shade is asked
 constexpr double kAlignedWeight = 0.3;  // of standing along a direction of the scene, where a view's cells weigh 1
+// Of a view whose regions chose the same plane, where a view's cells weigh 1: its choice rests on what many views measured.
+constexpr double kAgreementWeight = 0.6;
 constexpr double kMinUnlikeSky = 0.6;  // of the surface of the region's spots
 constexpr double kMinForetold = 0.5;   // of what a plane foretells: most of it
 constexpr double kFullReflected = 0.4;  // of the cells behind a mirror: the rest is mistaken, or was measured in no view
@@ -34,7 +36,24 @@ PlaneChoiceLimits ChoiceLimits(const RegionFitLimits& fit, float cell_side, cons
           fit.reach_deviations, cell_side, rules.Factor(Rule::kSpotBrightness), rules.Factor(Rule::kSourceRegions),
           {rules.Factor(Rule::kSky) * kMinUnlikeSky, rules.Factor(Rule::kSky) * kMinForetold},
           rules.Factor(Rule::kMirrors) * kFullReflected, rules.Factor(Rule::kRightAngles) * kAlignedWeight,
+          rules.Factor(Rule::kSecondChoice) * kAgreementWeight,
           rules.Factor(Rule::kContinuedRegions)};
+}
+
+// Of each region, by `index`.
+std::vector<std::vector<Spot>> SpotsWithoutAnchor(const ImageRegions& regions, const std::vector<std::int32_t>& index, std::size_t size,
+                                                  ArrayView2D<const float> anchors) {
+  std::vector<std::vector<Spot>> spots(size);
+  const SpotGrid grid(anchors.width, anchors.height);
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int column = 0; column < grid.columns; ++column) {
+      const Spot spot = grid.At(column, row);
+      const std::int32_t region = regions.region(spot.x, spot.y);
+      const std::int32_t k = region < 0 ? -1 : index[static_cast<std::size_t>(region)];
+      if (k >= 0 && !(anchors(spot.x, spot.y) > 0)) spots[static_cast<std::size_t>(k)].push_back(spot);
+    }
+  }
+  return spots;
 }
 
 // Where the search for the surface of a region that has no plane starts: everywhere as far as its middle anchor.
@@ -76,7 +95,7 @@ class RegionFit {
         choice_(ChoiceLimits(limits_, cell_side_, rules)),
         anchors_(regions, anchors, evidence.pooled, MinAnchors(), evidence.states),
         own_(anchors_.size()),
-        spots_(SpotsWithoutAnchor(anchors)),
+        spots_(SpotsWithoutAnchor(regions, anchors_.index(), anchors_.size(), anchors)),
         shines_(anchors_.size()) {
     if (Views() == nullptr) return;
     const std::vector<bool> are_light_sources = FindLightSources(spots_, SpotGrid(anchors.width, anchors.height), *Views(), rules);
@@ -98,12 +117,13 @@ class RegionFit {
 
   // Then by all that is known. All regions' own planes must be there.
   FittedRegion Fit(std::size_t k) const {
-    if (shines_[k]) return {.sky = Sky::kSeen};
+    if (shines_[k]) return Shining();
     FittedRegion fitted = Choose(k);
     if (!Chooses() || fitted.is_mirror) return fitted;  // a mirror's shade is of what it reflects
     if (const std::optional<RegionPlane> bent = SurfaceOf(k, fitted)) {
       fitted.planes = {*bent};
       fitted.sky = Sky::kNot;
+      fitted.is_settled = true;
     }
     return fitted;
   }
@@ -122,21 +142,6 @@ class RegionFit {
   int MinAnchors() const { return Chooses() ? choice_.min_cells * MinCellPoints() : limits_.min_anchors; }
   const SpotViews* Views() const { return evidence_.views ? &*evidence_.views : nullptr; }
   RandomKey Key() const { return {0, image_id_}; }
-
-  // Of each region, by index into own_.
-  std::vector<std::vector<Spot>> SpotsWithoutAnchor(ArrayView2D<const float> anchors) const {
-    std::vector<std::vector<Spot>> spots(size());
-    const SpotGrid grid(anchors.width, anchors.height);
-    for (int row = 0; row < grid.rows; ++row) {
-      for (int column = 0; column < grid.columns; ++column) {
-        const Spot spot = grid.At(column, row);
-        const std::int32_t region = regions_.region(spot.x, spot.y);
-        const std::int32_t k = region < 0 ? -1 : index()[static_cast<std::size_t>(region)];
-        if (k >= 0 && !(anchors(spot.x, spot.y) > 0)) spots[static_cast<std::size_t>(k)].push_back(spot);
-      }
-    }
-    return spots;
-  }
 
   // Its points: those at creases weigh more.
   std::vector<AnchorPoint> WeightedPoints(std::size_t k) const {
@@ -161,19 +166,26 @@ class RegionFit {
     return others;
   }
 
+  static FittedRegion Shining() {
+    FittedRegion fitted;
+    fitted.sky = Sky::kSeen;
+    return fitted;
+  }
+
   FittedRegion Choose(std::size_t k) const {
-    FittedRegion fitted = {.planes = own_[k].planes, .cells = own_[k].cells, .continued = Continued(k)};
+    FittedRegion fitted;
+    fitted.planes = own_[k].planes;
+    fitted.cells = own_[k].cells;
+    fitted.continued = Continued(k);
+    fitted.is_open = anchors_.IsOpen(k);
     if (!Chooses()) return fitted;
-    std::vector<AnchorCell> cells = own_[k].cells;
+    std::vector<AnchorCell> cells = fitted.cells;
     for (const std::int32_t other : fitted.continued) {
       AddContinuedCells(OwnOf(other).cells, choice_.continued_weight, &cells);
     }
     const SceneDirections* directions = evidence_.directions ? &*evidence_.directions : nullptr;
-    RegionEvidence known = {std::move(cells), spots_[k], Views(), evidence_.sources, directions, anchors_.IsOpen(k)};
-    const ChosenPlanes chosen = ChoosePlanes(std::move(known), own_[k].planes, Candidates(k, fitted.continued), choice_);
-    fitted.planes = chosen.planes;
-    fitted.sky = chosen.sky;
-    fitted.is_mirror = chosen.is_mirror;
+    RegionEvidence known = {std::move(cells), spots_[k], Views(), evidence_.sources, directions, fitted.is_open};
+    static_cast<ChosenPlanes&>(fitted) = ChoosePlanes(std::move(known), own_[k].planes, Candidates(k, fitted.continued), choice_);
     return fitted;
   }
 
@@ -230,6 +242,27 @@ FittedRegions FitRegions(const ImageRegions& regions, ArrayView2D<const float> a
   tbb::parallel_for(std::size_t{0}, fit.size(), [&](std::size_t k) { fit.FitOwn(k); });
   tbb::parallel_for(std::size_t{0}, fit.size(), [&](std::size_t k) { fitted.regions[k] = fit.Fit(k); });
   return fitted;
+}
+
+FittedRegions FitAgain(const ImageRegions& regions, ArrayView2D<const float> anchors, FittedRegions first,
+                       const PlaneEvidence& evidence, const Rules& rules) {
+  const PlaneChoiceLimits limits = ChoiceLimits(RegionFitLimits(rules), CellSide(anchors.width), rules);
+  const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
+  const SceneDirections* directions = evidence.directions ? &*evidence.directions : nullptr;
+  const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(regions, first.index, first.regions.size(), anchors);
+  tbb::parallel_for(std::size_t{0}, first.regions.size(), [&](std::size_t k) {
+    FittedRegion& region = first.regions[k];
+    // A single view that takes a plane through the sky would otherwise give it to all.
+    if (region.is_settled || region.sky != Sky::kNot) return;
+    std::vector<AnchorCell> cells = region.cells;
+    for (const std::int32_t other : region.continued) {
+      AddContinuedCells(first.regions[static_cast<std::size_t>(other)].cells, limits.continued_weight, &cells);
+    }
+    RegionEvidence known = {std::move(cells), spots[k], views, evidence.sources, directions, region.is_open};
+    std::optional<ChosenPlanes> chosen = ChoosePlanesAgain(std::move(known), region, limits);
+    if (chosen) static_cast<ChosenPlanes&>(region) = *std::move(chosen);
+  });
+  return first;
 }
 
 }  // namespace phi

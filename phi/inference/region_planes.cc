@@ -6,9 +6,11 @@
 
 #include <tbb/parallel_for.h>
 
+#include "phi/base/error.h"
 #include "phi/base/image_mask.h"
 #include "phi/inference/fitted_planes.h"
 #include "phi/inference/infer_pixel.h"
+#include "phi/inference/view_choice.h"
 
 namespace phi {
 namespace {
@@ -78,6 +80,9 @@ ViewRegions RegionPlanes::Tell() const {
   const SpotGrid grid(regions_->region.width(), regions_->region.height());
   told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
   for (const FittedRegion& region : fitted_.regions) told.regions.push_back({{}, region.cells, region.continued, region.planes});
+  for (std::size_t i = 0; i < fitted_.index.size(); ++i) {
+    if (const std::int32_t k = fitted_.index[i]; k >= 0) told.regions[static_cast<std::size_t>(k)].image_region = static_cast<std::int32_t>(i);
+  }
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
       const Spot spot = grid.At(column, row);
@@ -88,6 +93,19 @@ ViewRegions RegionPlanes::Tell() const {
     }
   }
   return told;
+}
+
+RegionPlanes FindRegionPlanes(const InferenceInput& input, std::shared_ptr<const ImageRegions> regions,
+                              ArrayView2D<const float> anchors, const Rules& rules) {
+  if (input.choice == nullptr) {
+    return {std::move(regions), anchors, input.reference.view->image_id, GatherPlaneEvidence(input, rules), rules};
+  }
+  if (std::ssize(input.choice->fitted.index) != regions->num_regions) {
+    throw UsageError("plane inference of image " + AboutImage(input.reference.view->name) + ": its first choice is of other regions");
+  }
+  const PlaneEvidence evidence = EvidenceForChoosingAgain(input, *input.choice, rules);
+  FittedRegions fitted = FitAgain(*regions, anchors, input.choice->fitted, evidence, rules);
+  return {std::move(regions), RegionTolerance(evidence.precision, rules), std::move(fitted)};
 }
 
 }  // namespace phi

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "phi/backend.h"
@@ -33,6 +34,8 @@ class RegionPlanes {
  public:
   RegionPlanes(std::shared_ptr<const ImageRegions> regions, ArrayView2D<const float> anchors, std::uint32_t image_id,
                const PlaneEvidence& evidence = {}, const Rules& rules = {});
+  RegionPlanes(std::shared_ptr<const ImageRegions> regions, const AnchorTolerance& tolerance, FittedRegions fitted)
+      : tolerance_(tolerance), regions_(std::move(regions)), fitted_(std::move(fitted)) {}
 
   // The planes of the pixel's region; those without anchors are 0 everywhere.
   const PlanesOfRegion& At(int x, int y) const {
@@ -77,5 +80,9 @@ class RegionPlanes {
   std::shared_ptr<const ImageRegions> regions_;
   FittedRegions fitted_;
 };
+
+// Of the input's reference: what its regions choose, again if the input has a first choice. anchors: AnchorMap of its measured map.
+RegionPlanes FindRegionPlanes(const InferenceInput& input, std::shared_ptr<const ImageRegions> regions,
+                              ArrayView2D<const float> anchors, const Rules& rules);
 
 }  // namespace phi

@@ -43,6 +43,7 @@ class RelativeExposure {
   }
 
   float gain() const { return gain_; }
+  std::size_t bytes() const { return sizeof(*this) + (tones_ == nullptr ? 0 : tones_->bytes()); }
 
  private:
   SharedTones Unexplained(std::span<const SpotPair> pairs) const;

@@ -8,6 +8,7 @@
 #include "phi/geometry/camera.h"
 #include "phi/inference/camera_plane.h"
 #include "phi/inference/shown_point.h"
+#include "phi/inference/view_choice.h"
 
 namespace phi {
 namespace {
@@ -47,9 +48,16 @@ PHI_WIDE_VECTORS void FindPlaces(const ImagePlane plane, const RelativeView view
 
 }  // namespace
 
-SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source,
-                             const Camera& reference)
+std::size_t ViewRegions::bytes() const {
+  std::size_t bytes = sizeof(*this) + label.bytes() + regions.size() * sizeof(Region);
+  for (const Region& region : regions) bytes += region.cells.size() * sizeof(AnchorCell);
+  return bytes;
+}
+
+SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source, const Camera& reference,
+                             std::shared_ptr<const ViewChoice> choice)
     : regions_(std::move(regions)),
+      choice_(std::move(choice)),
       grid_(source.pinhole.width, source.pinhole.height),
       source_(MakeRayModel(source.pinhole)),
       reference_(MakeRayModel(reference.pinhole)),
@@ -65,6 +73,11 @@ SourceRegions::SourceRegions(std::shared_ptr<const ViewRegions> regions, const C
       if (AnchorCell moved; ToReference(cell, &moved)) here.push_back(moved);
     }
   }
+}
+
+const PlanesOfRegion& SourceRegions::ChosenBy(std::size_t region) const {
+  static constexpr PlanesOfRegion kNone{};
+  return choice_ == nullptr ? kNone : choice_->PlanesOf(regions()[region].image_region);
 }
 
 bool SourceRegions::ToSource(const ImagePlane& plane, ImagePlane* result) const {
@@ -118,6 +131,27 @@ std::vector<SourceRegions::Overlap> SourceRegions::OverlapsUnder(const ImagePlan
     if (share >= kMinOverlap) overlaps.push_back({region, share});
   }
   return overlaps;
+}
+
+double SourceRegions::Agreement(const ImagePlane& plane, std::span<const Spot> spots, double tolerance) const {
+  ImagePlane there;
+  if (choice_ == nullptr || !ToSource(plane, &there)) return 0;
+  std::vector<std::int32_t> places(spots.size());
+  FindPlaces(plane, view_, grid_, spots, places.data());
+  double sum = 0;
+  for (const std::int32_t place : places) {
+    const std::int32_t region = place < 0 ? -1 : regions_->label.data()[place];
+    if (region < 0) continue;
+    const Spot spot = grid_.At(place % grid_.columns, place / grid_.columns);
+    const double w = there.InverseDepth(spot.x, spot.y);
+    double best = 0;
+    for (const RegionPlane& chosen : ChosenBy(static_cast<std::size_t>(region))) {
+      const double off = (chosen.At(spot.x, spot.y) / w - 1) / tolerance;  // where the plane has no depth, -1 / tolerance
+      best = std::max(best, 1 - off * off);
+    }
+    sum += best;
+  }
+  return sum / static_cast<double>(spots.size());
 }
 
 bool SourceRegions::Overlaps(std::size_t index, const ImagePlane& there, const ImagePlane& here,

@@ -23,17 +23,24 @@ struct ViewRegions {
     SpotBox box;  // of its places in `label`
     std::vector<AnchorCell> cells;
     std::vector<std::int32_t> continued;  // regions that continue it: their cells count for it, too
-    PlanesOfRegion planes;
+    PlanesOfRegion planes;       // by what the view measured itself
+    std::int32_t image_region = -1;  // of the image's ImageRegions
   };
   Array2D<std::int32_t> label;
   std::vector<Region> regions;
+
+  std::size_t bytes() const;
 };
 
 class SourceRegions {
  public:
-  SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source, const Camera& reference);
+  // choice: of the source's regions (view_choice.h); null: none is known.
+  SourceRegions(std::shared_ptr<const ViewRegions> regions, const Camera& source, const Camera& reference,
+                std::shared_ptr<const ViewChoice> choice = nullptr);
 
   std::span<const ViewRegions::Region> regions() const { return regions_->regions; }
+  // The planes that a region of them chose.
+  const PlanesOfRegion& ChosenBy(std::size_t region) const;
 
   // A plane in the other camera; false where it passes that camera too closely to be one of its image.
   bool ToSource(const ImagePlane& plane, ImagePlane* result) const;
@@ -67,6 +74,9 @@ class SourceRegions {
   };
   // Of a region's spots, if they lie on the plane: the source's regions that many of them fall in.
   std::vector<Overlap> OverlapsUnder(const ImagePlane& plane, std::span<const Spot> spots) const;
+  // Of a region's spots, if they lie on the plane: the share that falls in regions of the source which chose that plane there,
+  // each by 1 - (off / tolerance)^2, `off` and `tolerance` relative inverse depth.
+  double Agreement(const ImagePlane& plane, std::span<const Spot> spots, double tolerance) const;
   // Whether the source's region `index` is one of them under a plane of its own: `there` in the source, `here` in the reference.
   // `box`: of the spots. Most regions are told apart by boxes alone.
   bool Overlaps(std::size_t index, const ImagePlane& there, const ImagePlane& here, std::span<const Spot> spots,
@@ -80,6 +90,7 @@ class SourceRegions {
   bool BoxesMeet(const SpotBox& source, const ImagePlane& plane, const SpotBox& reference) const;
 
   std::shared_ptr<const ViewRegions> regions_;
+  std::shared_ptr<const ViewChoice> choice_;
   std::vector<std::vector<AnchorCell>> cells_;  // of each region, in the reference: every region of it asks for them, plane by plane
   std::int32_t end_label_ = 0;
   SpotGrid grid_;  // of the source, as `label`'s

@@ -1,7 +1,7 @@
 // hypothesis_table WORKSPACE TRUTH_DEPTH_MAPS VALUES_PER_UNIT COVERED [MAX_IMAGE_SIZE [RIGHT]]
 //
 // What became of the holes of a finished run (measured and geometric maps), against true depths: was a right hypothesis offered, and
-// what was chosen. One line an image and one in all; shares of the holes in percent. COVERED as confidence_table's.
+// what was chosen; regions offer what they choose first. One line an image and one in all; shares of the holes in percent. COVERED as confidence_table's.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -17,7 +17,7 @@
 #include "colmap_ext/workspace.h"
 #include "phi/backend.h"
 #include "phi/base/error.h"
-#include "phi/inference/hypotheses.h"
+#include "tests/support/region_hypotheses.h"
 
 namespace {
 
@@ -76,9 +76,9 @@ class Table {
       input.sources.push_back(View(source));
       input.source_depths.push_back(depths_[source]);
     }
-    const phi::Hypotheses hypotheses(*input.measured, phi::Rules(), *input.reference.image,
-                                     RegionsOf(input, phi::Rules()), input.reference.view->image_id,
-                                     GatherPlaneEvidence(input, phi::Rules()));
+    const phi::Hypotheses hypotheses =
+        phi::RegionHypotheses(*input.measured, phi::Rules(), *input.reference.image, RegionsOf(input, phi::Rules()),
+                              input.reference.view->image_id, GatherPlaneEvidence(input, phi::Rules()));
     const phi::MeasurementMap finished = ReadMeasurements(workspace_, job.image, colmap_ext::kGeometric);
     const phi::Array2D<float> truth = colmap_ext::ReadTruthDepth(truth_path, values_per_unit_);
     const double scale = static_cast<double>(truth.width()) / finished.width();

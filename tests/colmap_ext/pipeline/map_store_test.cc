@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "colmap_ext/map_file.h"
 #include "colmap_ext/mask_file.h"
@@ -55,6 +60,47 @@ TEST_F(MapStoreTest, MapsWithoutAMaskAreWholeWhereNoneLies) {
   const FoundFiles found = InspectMaps(WriteMaps());
   EXPECT_TRUE(found.whole);
   EXPECT_TRUE(found.foreign.empty());
+}
+
+TEST_F(MapStoreTest, WhatRegionsTellAndChooseIsFoundOnceForAllThatAsk) {
+  std::atomic<int> num_found{0};
+  const auto with_regions = [&](std::size_t n) {
+    return [&num_found, n] {
+      ++num_found;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      phi::ViewRegions told;
+      told.regions.resize(n);
+      return told;
+    };
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] { EXPECT_EQ(store_->ToldRegions(0, with_regions(3))->regions.size(), 3u); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(num_found, 1);
+  EXPECT_THROW(store_->Choice(0, []() -> phi::ViewChoice { throw std::runtime_error("no"); }), std::runtime_error);
+  EXPECT_TRUE(store_->Choice(0, [] { return phi::ViewChoice(); })->fitted.regions.empty()) << "a failure is not kept";
+  store_->ForgetRegions(0);
+  EXPECT_EQ(store_->ToldRegions(0, with_regions(4))->regions.size(), 4u);
+  EXPECT_EQ(num_found, 2);
+}
+
+// A megabyte in all, of which they have a sixteenth.
+TEST_F(MapStoreTest, WhatRegionsTellTakesAPartOfTheBudget) {
+  const auto find = [&](int image, std::size_t n) {
+    return store_->ToldRegions(image, [n] {
+      phi::ViewRegions told;
+      told.label = phi::Array2D<std::int32_t>(1000, 10);
+      told.regions.resize(n);
+      return told;
+    })->regions.size();
+  };
+  EXPECT_EQ(find(0, 1), 1u);
+  EXPECT_EQ(find(0, 2), 1u) << "40 kB are kept";
+  EXPECT_EQ(find(1, 3), 3u);
+  EXPECT_EQ(find(0, 4), 4u) << "80 kB are not";
+  EXPECT_LE(store_->peak_bytes(), 1 << 20);
 }
 
 // A run that was killed after it had given new maps their names, and before it took the earlier ones' mask away.

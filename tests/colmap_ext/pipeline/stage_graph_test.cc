@@ -81,8 +81,11 @@ TEST(StageGraphTest, AShardReachesAsFarAsItsStagesRead) {
   const std::vector<Stage> stages = BuildStages(PipelineOptions());
   PlanScope scope = Only(0);
   // Whether 0's inferred map is wanted its reader 1 knows, whose geometric map follows from the inferred ones of 0 to 2, those from
-  // the measured ones of 0 to 3, those from the shared ones of 0 to 4, those from the photometric ones of 0 to 5.
-  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  // the measured ones of 0 to 4, those from the shared ones of 0 to 5, those from the photometric ones of 0 to 6.
+  EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3, 4, 5, 6}));
+  PipelineOptions once;
+  once.inference.method.rules.Set(phi::Rule::kSecondChoice, 0);
+  EXPECT_EQ(JobsInReach(BuildStages(once), Row(), scope), (std::vector<int>{0, 1, 2, 3, 4, 5})) << "of the measured ones 0 to 3";
   scope.end_stage = 3;
   // As above: whether 0's shared map is wanted 1 knows, whose measured map follows from those of 0 to 2.
   EXPECT_EQ(JobsInReach(stages, Row(), scope), (std::vector<int>{0, 1, 2, 3})) << "the measured map alone";
@@ -143,6 +146,29 @@ TEST(StageGraphTest, OnlyMatchedSourcesConcernTheEstimates) {
     const PlanQueries but_one = {.is_done = [r = reader](int stage, int job, const std::string&) { return stage > 0 && job != r; },
                                  .has_failed = [](int, int, const std::string&) { return false; }};
     EXPECT_EQ(!MakePlan(stages, jobs, but_one, Only(4))[0].pending.empty(), wants) << reader;
+  }
+}
+
+// What a source's regions choose rests on the measured maps of that image's own sources.
+TEST(StageGraphTest, InferenceReadsTheMapsAroundItsSources) {
+  std::vector<ImageJob> jobs = Row();
+  jobs[2].source_jobs[1] = -1;  // 3 makes no map for 2
+  const auto inputs = [&](const PipelineOptions& options, int job) { return InputJobs(BuildStages(options)[3], jobs, job); };
+  PipelineOptions options;
+  EXPECT_EQ(inputs(options, 5), (std::vector<int>{5, 4, 6, 3, 7}));
+  EXPECT_EQ(inputs(options, 1), (std::vector<int>{1, 0, 2}));
+  EXPECT_EQ(inputs(options, 0), (std::vector<int>{0, 1, 2}));
+  const PlanQueries nothing_done = {.is_done = [](int, int, const std::string&) { return false; },
+                                    .has_failed = [](int, int, const std::string&) { return false; }};
+  // 7 is not read by whoever reads 5's measured map, but by 5's inference.
+  const auto key_of_5 = [&] { return MakePlan(BuildStages(options), jobs, nothing_done)[3].keys[5]; };
+  const std::string before = key_of_5();
+  jobs[9].input_key = "another photo";  // whose estimate 7's measured map rests on, by way of 8
+  EXPECT_NE(key_of_5(), before);
+  for (const phi::Rule rule : {phi::Rule::kSecondChoice, phi::Rule::kSourceRegions}) {
+    PipelineOptions once;
+    once.inference.method.rules.Set(rule, 0);
+    EXPECT_EQ(inputs(once, 5), (std::vector<int>{5, 4, 6}));
   }
 }
 

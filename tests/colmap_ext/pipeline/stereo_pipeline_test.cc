@@ -144,6 +144,29 @@ TEST_F(StereoPipelineTest, InferenceHearsTheRegionsOfSourcesThatHaveAMap) {
   EXPECT_EQ(told[names_[0]], std::vector<bool>());
 }
 
+// As above; the second image's regions choose too, by the first one's.
+TEST_F(StereoPipelineTest, InferenceHearsWhatTheRegionsOfItsSourcesChose) {
+  test_support::WriteBytes(folder_ / "stereo/patch-match.cfg",
+                           names_[0] + "\n" + names_[1] + ", " + names_[2] + "\n" + names_[1] + "\n" + names_[0] + "\n");
+  std::mutex mutex;
+  std::map<std::string, std::vector<std::shared_ptr<const phi::ViewChoice>>> own, told;
+  calls_.on_infer = [&](const phi::InferenceInput& input) {
+    std::lock_guard<std::mutex> lock(mutex);
+    own[input.reference.view->name] = {input.choice};
+    told[input.reference.view->name] = input.source_choices;
+  };
+  EXPECT_TRUE(Run().failures.empty());
+  ASSERT_EQ(told[names_[0]].size(), 2u);
+  EXPECT_NE(told[names_[0]][0], nullptr);
+  EXPECT_EQ(told[names_[0]][1], nullptr);
+  EXPECT_EQ(told[names_[0]][0], own[names_[1]][0]) << "found once for both";
+  EXPECT_EQ(told[names_[1]], own[names_[0]]);
+  options_.inference.method.rules.Set(phi::Rule::kSecondChoice, 0);
+  EXPECT_TRUE(Run().failures.empty());
+  EXPECT_EQ(own[names_[0]][0], nullptr);
+  EXPECT_TRUE(told[names_[0]].empty());
+}
+
 // Before its own map is filtered.
 TEST_F(StereoPipelineTest, SharesHypothesesBeforeTheFilter) {
   std::map<std::string, std::vector<std::string>> calls;
@@ -358,12 +381,17 @@ TEST_F(StereoPipelineTest, CacheKeepsItsBudget) {
   // Above the budget only what waits to be written: two writers, as many jobs queued, and the one just made.
   EXPECT_LE(summary.peak_cache_bytes, (3 + 5) * map_bytes);
   // Without a bound: of the four stages' maps those of the stage at work and of the one before it, the latter's depths, the
-  // states of these three, images, and the images' regions with their creases. And the last filter's first result: what was measured
-  // stays until its image's is there.
+  // states of these three, images, and the images' regions with their creases, what these tell and choose (next to nothing). And the
+  // last filter's first result: what was measured stays until its image's is there.
   options_.cache_gigabytes = 1;
   options_.stereo.seed = 1;
   const std::int64_t all = kNumImages * (2 * map_bytes + 2 * (map_bytes / 4) + 5 * map_bytes / 16), one = map_bytes + map_bytes / 16;
-  EXPECT_EQ(Run().peak_cache_bytes, all + one);
+  phi::ViewRegions told;
+  const phi::SpotGrid grid(24, 16);
+  told.label = phi::Array2D<std::int32_t>(grid.columns, grid.rows);
+  phi::ViewChoice choice;
+  choice.exposures.resize(4);
+  EXPECT_EQ(Run().peak_cache_bytes, all + one + kNumImages * static_cast<std::int64_t>(told.bytes() + choice.bytes()));
 }
 
 TEST_F(StereoPipelineTest, SecondRunMakesNothing) {

@@ -13,6 +13,7 @@
 #include "phi/inference/region_planes.h"
 #include "tests/support/centered_view.h"
 #include "tests/support/lens_falloff.h"
+#include "tests/support/region_hypotheses.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
@@ -141,7 +142,7 @@ TEST(LightSources, TakeNeitherPlaneNorLine) {
     evidence.views.emplace(room.input, room.exposures);
     evidence.states = std::as_const(measured.states).view();
     const GrayImage& image = *room.input.reference.image;
-    const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
+    const Hypotheses hypotheses = RegionHypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
     const auto& maps = hypotheses.state().maps.inverse_depth;
     return std::vector{maps[kHorizontal](130, 60), maps[kDescending](130, 60)};
   };

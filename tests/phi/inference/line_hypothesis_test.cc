@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "phi/inference/hypotheses.h"
+#include "tests/support/region_hypotheses.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
@@ -155,7 +156,7 @@ TEST(LineHypothesis, WhereTheImageIsEvenALineGoesBetweenTwoSidesOnly) {
   const PlaneMap map = MakeMap([](int x, int y) {
     return (y == 45 && (x == 40 || x == 60)) || (y == 20 && x == 70) || (y == 70 && x == 81) ? 0.5f : 0.0f;
   });
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
   const auto horizontal = [&](int x, int y) { return hypotheses.state().maps.inverse_depth[kHorizontal](x, y); };
   EXPECT_FLOAT_EQ(horizontal(50, 45), 0.5f) << "between two sides";
   EXPECT_EQ(horizontal(39, 45), 0) << "one side, even";
@@ -163,7 +164,7 @@ TEST(LineHypothesis, WhereTheImageIsEvenALineGoesBetweenTwoSidesOnly) {
   EXPECT_EQ(horizontal(71, 20), 0);
   Rules rules;
   rules.Set(Rule::kEvenLines, 0);
-  const Hypotheses without(AllMeasured(map), rules, image, SharedRegions(image));
+  const Hypotheses without = RegionHypotheses(AllMeasured(map), rules, image, SharedRegions(image));
   EXPECT_FLOAT_EQ(without.state().maps.inverse_depth[kHorizontal](39, 45), 0.5f);
 }
 
@@ -173,7 +174,7 @@ TEST(LineHypothesis, BesideTextureALineOfOneSideGoesOn) {
     for (int x = 0; x < kWidth; ++x) image(x, y) = static_cast<float>((x / 4 * 3 + y / 4 * 5) % 7 * 30);
   }
   const PlaneMap map = MakeMap([](int x, int y) { return y == 45 && x == 60 ? 0.5f : 0.0f; });
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
   EXPECT_FLOAT_EQ(hypotheses.state().maps.inverse_depth[kHorizontal](59, 45), 0.5f);
 }
 

@@ -14,6 +14,7 @@
 #include "phi/inference/region_pixels.h"
 #include "phi/inference/region_planes.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/region_hypotheses.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
@@ -200,7 +201,7 @@ TEST(Mirror, NoLineRestsOnWhatItShows) {
   const Measured measured;
   const auto vertical_at = [&](float factor, int x, int y) {
     const Rules rules = Measured::With(factor);
-    return Hypotheses(measured.map, rules, measured.image(), SharedRegions(measured.image(), rules), 1, measured.Evidence())
+    return RegionHypotheses(measured.map, rules, measured.image(), SharedRegions(measured.image(), rules), 1, measured.Evidence())
         .state().maps.inverse_depth[kVertical](x, y);
   };
   EXPECT_NEAR(vertical_at(1, 80, 30), 0.5, 1e-6);

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "phi/inference/region_planes.h"
+#include "phi/inference/view_choice.h"
 #include "tests/phi/inference/above_a_roof.h"
 #include "tests/support/centered_view.h"
 #include "tests/support/shared_regions.h"
@@ -225,6 +226,79 @@ TEST(PlaneChoice, PlanesAlongADirectionGoThroughTheCellsOfAllViews) {
   const std::vector<AnchorCell> cells = CellsOn({0.3015, 0, 0}, 0, 50, 100, 120);
   const RegionPlane chosen = ChoosePlanes({cells, scene.spots, nullptr, scene.sources, &directions}, Planes{}, {}, limits).planes[0];
   for (const auto& [x, y] : {std::pair(0, 0), {159, 0}, {0, 119}, {159, 119}}) EXPECT_NEAR(chosen.InverseDepth(x, y), 0.3, 1e-6);
+}
+
+// What the one region of a source view that is the reference again chose; that view measured nothing.
+std::vector<SourceRegions> ChosenBySource(const Planes& chosen) {
+  const SceneView view = test_support::CenteredView(1, 160, 120, 150);
+  const SpotGrid grid(160, 120);
+  ViewRegions told;
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, 0);
+  told.regions.resize(1);
+  told.regions[0].image_region = 0;
+  told.regions[0].box.AddCell(0, 0, grid.step);
+  told.regions[0].box.AddCell(grid.columns - 1, grid.rows - 1, grid.step);
+  auto choice = std::make_shared<ViewChoice>();
+  choice->fitted.index = {0};
+  choice->fitted.regions.resize(1);
+  choice->fitted.regions[0].planes = chosen;
+  return {{std::make_shared<const ViewRegions>(std::move(told)), view.camera, view.camera, std::move(choice)}};
+}
+
+PlaneChoiceLimits AgreementLimits(double weight) {
+  PlaneChoiceLimits limits = kLimits;
+  limits.source_weight = 1;
+  limits.agreement_weight = weight;
+  return limits;
+}
+
+std::vector<Spot> ManySpots() {
+  std::vector<Spot> spots;
+  for (int x = 3; x < 150; x += 6) spots.push_back({x, 90});
+  return spots;
+}
+
+// 22 cells on frames a hundredth before a wall that 18 show. Where the other view chose the wall, all agrees with it and three quarters
+// with the frames: 18/40 + w against 22/40 + 3/4 w.
+TEST(PlaneChoice, ChosenAgainAPlaneCountsByWhatOtherViewsChose) {
+  const ImagePlane wall{0.3, 0, 0}, frames{0.303, 0, 0};
+  const auto cells = Both(CellsOn(wall, 0, 60, 0, 30), CellsOn(frames, 0, 110, 50, 70));
+  const std::vector<Spot> spots = ManySpots();
+  const auto choose = [&](double weight, const ImagePlane& by_source, const Planes& own) {
+    const PlaneChoiceLimits limits = AgreementLimits(weight);
+    const std::vector<SourceRegions> sources = ChosenBySource({Own(by_source)});
+    const RegionEvidence region = {cells, spots, nullptr, sources};
+    const ChosenPlanes before = ChoosePlanes(region, own, {}, limits);
+    EXPECT_NEAR(before.planes[0].a, frames.a, 1e-6) << "what others chose is not asked yet";
+    return ChoosePlanesAgain(region, before, limits);
+  };
+  const auto expect_wall = [&](const std::optional<ChosenPlanes>& chosen) {
+    ASSERT_TRUE(chosen);
+    EXPECT_NEAR(chosen->planes[0].InverseDepth(80, 90), 0.3, 1e-6);
+    EXPECT_TRUE(chosen->planes[0].IsThere());
+  };
+  expect_wall(choose(0.42, wall, {Own(frames), Own(wall)}));
+  EXPECT_FALSE(choose(0.38, wall, {Own(frames), Own(wall)})) << "it keeps what it took";
+  expect_wall(choose(0.42, wall, {Own(frames)}));  // the other view's plane is offered
+  EXPECT_FALSE(choose(0.42, frames, {Own(frames), Own(wall)}));
+}
+
+// A wall by two planes 0.1 % apart, and two others that meet it: eight cells of the region lie on the one, seven on the other. The other
+// view chose the wall's second plane and the other.
+TEST(PlaneChoice, ChosenAgainASecondPlaneCountsByCellsAlone) {
+  const ImagePlane wall{0.2, 0, 0}, again{0.2002, 0, 0}, eight{0.216, -0.0002, 0}, seven{0.11, 0, 0.001};
+  const auto meeting = Both(CellsOn(eight, 0, 80, 0, 10), Both(CellsOn(seven, 110, 130, 92, 122), CellsOn(seven, 130, 140, 92, 102)));
+  const auto cells = Both(CellsOn(wall, 0, 100, 50, 70), meeting);
+  const std::vector<Spot> spots = ManySpots();
+  const PlaneChoiceLimits limits = AgreementLimits(100);
+  const std::vector<SourceRegions> sources = ChosenBySource({Own(again), Own(seven)});
+  const RegionEvidence region = {cells, spots, nullptr, sources};
+  const ChosenPlanes before = ChoosePlanes(region, {}, std::array{wall, eight, seven}, limits);
+  EXPECT_NEAR(before.planes[0].a, wall.a, 1e-6);
+  const std::optional<ChosenPlanes> chosen = ChoosePlanesAgain(region, before, limits);
+  ASSERT_TRUE(chosen);
+  EXPECT_NEAR(chosen->planes[0].InverseDepth(80, 90), 0.2, 1e-3);
+  EXPECT_NEAR(chosen->planes[1].a, eight.a, 1e-6);
 }
 
 TEST(PlaneChoice, WhatIsKnownToBeNoSkyIsNotAsked) {

@@ -11,6 +11,7 @@
 #include "phi/inference/hypotheses.h"
 #include "phi/inference/infer.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/region_hypotheses.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
@@ -75,7 +76,7 @@ TEST(RegionPlanes, AnchorsMayErrByWhatMatchingCanTell) {
 
 TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(LeftWall)), Rules(), plain, SharedRegions(plain));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(RimOf(LeftWall)), Rules(), plain, SharedRegions(plain));
   for (int y = 8; y < kHeight - 8; ++y) {
     for (int x = 8; x < kWidth - 8; ++x) {
       EXPECT_NEAR(hypotheses.state().maps.inverse_depth[kDescending](x, y), LeftWall(x, y), 1e-5f);
@@ -85,7 +86,7 @@ TEST(RegionPlanes, ARegionWithOneSurfaceGetsItsPlane) {
 
 TEST(RegionPlanes, ARegionWithTwoSurfacesGetsBoth) {
   const GrayImage plain(kWidth, kHeight, 120);
-  const Hypotheses hypotheses(AllMeasured(RimOf(Walls)), Rules(), plain, SharedRegions(plain));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(RimOf(Walls)), Rules(), plain, SharedRegions(plain));
   for (int y = 20; y < kHeight - 20; y += 5) {
     for (const int x : {20, 40, 60, 100, 120, 140}) {
       EXPECT_LT(BestError(hypotheses, x, y, Walls(x, y)), 0.003f) << x << ", " << y;
@@ -128,7 +129,7 @@ TEST(RegionPlanes, AnImageEdgeEndsARegion) {
       map(x, y).depth = 0;
     }
   }
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(map), Rules(), image, SharedRegions(image));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](60, 60), 0);
   for (int x = 84; x < kWidth; ++x) {  // a region reaches three pixels beyond its inside
     for (int k = 0; k < kNumDirections; ++k)
@@ -144,7 +145,7 @@ TEST(RegionPlanes, PlanesStayNearWhatCarriesThem) {
   }
   // Uniform over 40 pixels, standard deviation 40 / sqrt(12) = 11.5 in both directions: the plane reaches 58 pixels from
   // the middle, (19.5, 19.5).
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), plain, SharedRegions(plain));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(map), Rules(), plain, SharedRegions(plain));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](58, 58), 0);
   for (int k = 0; k < kNumDirections; ++k) EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](63, 63), 0);
 }
@@ -157,7 +158,7 @@ TEST(RegionPlanes, ARimDoesNotCarryAPlaneFarAcrossItself) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) map(x, y).depth = y >= kHeight - 16 ? 1 / LeftWall(x, y) : 0;
   }
-  const Hypotheses hypotheses(AllMeasured(map), Rules(), sky, SharedRegions(sky));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(map), Rules(), sky, SharedRegions(sky));
   EXPECT_GT(hypotheses.state().maps.inverse_depth[kDescending](80, kHeight - 16 - 8), 0);
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](80, kHeight - 16 - 20), 0);
@@ -196,14 +197,14 @@ TEST(RegionPlanes, OverexposedHolesStayHoles) {
   for (int y = 50; y < 70; ++y) {
     for (int x = 50; x < 70; ++x) image(x, y) = 255;
   }
-  const Hypotheses hypotheses(AllMeasured(RimOf(flat)), Rules(), image, SharedRegions(image));
+  const Hypotheses hypotheses = RegionHypotheses(AllMeasured(RimOf(flat)), Rules(), image, SharedRegions(image));
   for (int k = 0; k < kNumDirections; ++k) {
     EXPECT_EQ(hypotheses.state().maps.inverse_depth[k](60, 60), 0);
     EXPECT_GT(hypotheses.state().maps.inverse_depth[k](40, 60), 0);
   }
   Rules rules;
   rules.Set(Rule::kOverexposed, 0);
-  const Hypotheses filled(AllMeasured(RimOf(flat)), rules, image, SharedRegions(image));
+  const Hypotheses filled = RegionHypotheses(AllMeasured(RimOf(flat)), rules, image, SharedRegions(image));
   EXPECT_GT(filled.state().maps.inverse_depth[kHorizontal](60, 60), 0);
 }
 

@@ -14,6 +14,7 @@
 #include "phi/inference/region_planes.h"
 #include "tests/phi/inference/above_a_roof.h"
 #include "tests/support/centered_view.h"
+#include "tests/support/region_hypotheses.h"
 #include "tests/support/shared_regions.h"
 
 namespace phi {
@@ -235,7 +236,7 @@ TEST(RegionPlanes, WhereItMayBeSkyCluesCarryNoLines) {
     evidence.views.emplace(scene.input, std::vector<RelativeExposure>(2));
     evidence.states = std::as_const(measured.states).view();
     const GrayImage& image = *scene.input.reference.image;
-    const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
+    const Hypotheses hypotheses = RegionHypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
     return std::array{hypotheses.state().maps.inverse_depth[kHorizontal](x, y), hypotheses.state().maps.inverse_depth[kDescending](x, y)};
   };
   EXPECT_NEAR(offered(0, 80, 100)[0], w, 1e-4f) << "from measured pixels to clues";
@@ -285,7 +286,7 @@ TEST(RegionPlanes, WhereViewsShowTheSkyNoLineCrossesIt) {
     evidence.states = std::as_const(measured.states).view();
     Rules rules;
     const GrayImage& image = *scene.input.reference.image;
-    const Hypotheses hypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
+    const Hypotheses hypotheses = RegionHypotheses(measured, rules, image, SharedRegions(image, rules), 1, evidence);
     return hypotheses.state().maps.inverse_depth[kHorizontal](50, 60);
   };
   EXPECT_EQ(horizontal_at_50(0), 0);

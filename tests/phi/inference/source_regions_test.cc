@@ -1,10 +1,13 @@
 #include "phi/inference/source_regions.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "phi/inference/view_choice.h"
 #include "tests/support/centered_view.h"
 
 namespace phi {
@@ -18,7 +21,9 @@ struct TwoViews {
 
   TwoViews() { source.camera.pose.translation = {-0.5, 0, 0}; }
 
-  SourceRegions Regions(ViewRegions regions = {}) const { return {std::make_shared<const ViewRegions>(std::move(regions)), source.camera, reference.camera}; }
+  SourceRegions Regions(ViewRegions regions = {}, std::shared_ptr<const ViewChoice> choice = nullptr) const {
+    return {std::make_shared<const ViewRegions>(std::move(regions)), source.camera, reference.camera, std::move(choice)};
+  }
 };
 
 void ExpectNear(const ImagePlane& plane, const ImagePlane& expected) {
@@ -111,6 +116,33 @@ TEST(SourceRegions, ARegionThatFewSpotsFallInDoesNotCount) {
   spots.push_back({75, 45});
   spots.push_back({75, 45});
   EXPECT_EQ(regions.OverlapsUnder(wall, spots).size(), 2u);
+}
+
+// As TheRegionThatASpotFallsIn: of the spots (75, 45), (73, 45), (76, 45) and (72, 45) the first two fall in the region. It chose a
+// plane that is a wall at 3 m at the middle of its place, (99, 93), and nowhere else.
+TEST(SourceRegions, AgreesAsFarAsTheRegionsThatSpotsFallInChoseThePlane) {
+  const SpotGrid grid(320, 240);
+  ViewRegions told;
+  told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
+  told.label(101 / 6, 91 / 6) = 1;
+  told.regions.resize(2);
+  told.regions[1].image_region = 3;
+  const auto agreement = [&](double off, double ellipse, const PlanesOfRegion& first = {}) {
+    auto choice = std::make_shared<ViewChoice>();
+    choice->fitted.index = {-1, -1, -1, 1};
+    choice->fitted.regions.resize(2);
+    const double w = (1 + off) / 3, b = 0.001, c = 0.002;
+    choice->fitted.regions[1].planes = {first[0], RegionPlane{{w - 99 * b - 93 * c, b, c}, 99, 93, ellipse, 0, ellipse}};
+    return TwoViews().Regions(told, std::move(choice)).Agreement({1 / 3.0, 0, 0}, std::vector<Spot>{{75, 45}, {73, 45}, {76, 45}, {72, 45}}, 0.02);
+  };
+  constexpr double kEverywhere = 1e-9;
+  EXPECT_NEAR(agreement(0, kEverywhere), 0.5, 1e-6);
+  EXPECT_NEAR(agreement(0.01, kEverywhere), 0.5 * 0.75, 1e-6);
+  EXPECT_NEAR(agreement(-0.01, kEverywhere), 0.5 * 0.75, 1e-6);
+  EXPECT_EQ(agreement(0.03, kEverywhere), 0) << "another plane is no reason against it";
+  EXPECT_NEAR(agreement(0.03, kEverywhere, {RegionPlane{{1 / 3.0, 0, 0}, 0, 0, kEverywhere, 0, kEverywhere}}), 0.5, 1e-6) << "either of two";
+  EXPECT_EQ(agreement(0, -1), 0) << "it chose none";
+  EXPECT_EQ(TwoViews().Regions(told).Agreement({1 / 3.0, 0, 0}, std::vector<Spot>{{75, 45}}, 0.02), 0) << "what it chose is not known";
 }
 
 // Boxes only spare the count: whatever the planes, the same regions overlap.
