@@ -148,6 +148,8 @@ class Backend {
   virtual MeasurementMap Filter(const FilterInput& input, const FilterOptions& options) = 0;
   virtual InferenceResult Infer(const InferenceInput& input, const StereoOptions& stereo,
                                 const InferenceOptions& options) = 0;
+  // Runs what the host does for a call beside it, in the call's threads.
+  virtual void RunOnHost(const std::function<void()>& work) { work(); }
   // Gives up what it keeps for calls to come, which then make it anew. Not while calls are under way.
   virtual void FreeMemory() {}
   // The most device memory that was in use at once, for the summary of a run; 0: host memory only, or not known.

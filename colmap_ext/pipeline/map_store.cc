@@ -22,8 +22,11 @@ namespace fs = std::filesystem;
 // Results that are written and wait for the disk, their maps still in memory, take one part in so many of the budget. Beyond
 // that writers wait too, and soon whoever computes.
 constexpr std::int64_t kWaitingParts = 8;
-// What regions tell and choose takes one part at most: about a megabyte an image, whatever its size.
-constexpr std::int64_t kToldParts = 16;
+// What regions tell and choose takes about a megabyte an image, whatever its size, and an image asks for that of a hundred others.
+std::int64_t ToldBytes(std::int64_t budget) {
+  constexpr std::int64_t kEnough = std::int64_t{256} << 20;
+  return std::max(budget / 16, std::min(budget / 4, kEnough));
+}
 
 constexpr char kRegions[] = "regions", kToldRegions[] = "told regions", kChoice[] = "choice";
 
@@ -70,8 +73,8 @@ MapStore::MapStore(const Workspace& workspace, std::int64_t budget_bytes, int nu
     : workspace_(workspace),
       max_waiting_bytes_(budget_bytes / kWaitingParts),
       confidence_(workspace),
-      cache_(budget_bytes - budget_bytes / kToldParts),
-      told_(budget_bytes / kToldParts),
+      cache_(budget_bytes - ToldBytes(budget_bytes)),
+      told_(ToldBytes(budget_bytes)),
       writers_(num_writers) {}
 
 std::shared_ptr<const phi::GrayImage> MapStore::Gray(int image) {

@@ -1,6 +1,8 @@
 #include "colmap_ext/pipeline/stage_plan.h"
 
-#include <set>
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -20,19 +22,27 @@ std::span<const int> SourcesRead(const Stage& stage, const ImageJob& job) {
   return ReadsWitnesses(stage) ? all : all.first(job.NumMatched());
 }
 
+// Inference asks no more of them.
+std::span<const int> Asked(std::span<const int> sources) {
+  return sources.first(std::min<std::size_t>(sources.size(), phi::kMaxSourceViews));
+}
+
 // Beside the job's own: whose maps of the stage before this one reads, of its sources first; -1 where no job makes one.
 std::vector<int> OtherJobsRead(const Stage& stage, const std::vector<ImageJob>& jobs, int job) {
   const std::span<const int> sources = SourcesRead(stage, jobs[job]);
   std::vector<int> read(sources.begin(), sources.end());
   if (!stage.reads_maps_around_sources) return read;
-  std::set<int> around;
-  for (const int source : sources) {
+  std::vector<int> around;
+  for (const int source : Asked(sources)) {
     if (source < 0) continue;
-    for (const int other : SourcesRead(stage, jobs[source])) around.insert(other);
+    for (const int other : Asked(SourcesRead(stage, jobs[source]))) around.push_back(other);
   }
-  around.erase(job), around.erase(-1);
-  for (const int source : sources) around.erase(source);
-  read.insert(read.end(), around.begin(), around.end());
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  std::vector<int> known = read;
+  known.insert(known.end(), {job, -1});
+  std::sort(known.begin(), known.end());
+  std::set_difference(around.begin(), around.end(), known.begin(), known.end(), std::back_inserter(read));
   return read;
 }
 

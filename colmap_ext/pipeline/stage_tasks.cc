@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "colmap_ext/compact_codes.h"
+#include "phi/base/cancellation.h"
 #include "phi/base/error.h"
 #include "phi/base/image_noise.h"
 #include "phi/base/whole_array.h"
@@ -222,7 +223,8 @@ phi::InferenceInput StageTasks::InferenceInputOf(const StageTask& task, std::vec
 
 StageResult StageTasks::Infer(const StageTask& task, phi::Backend& backend, std::vector<phi::Message>* unread) const {
   // First what other images are read for, so that no more of them is in memory at once.
-  const Choices choices = ChoicesAround(task);
+  Choices choices;
+  backend.RunOnHost([&] { choices = ChoicesAround(task); });
   std::vector<int> used;
   phi::InferenceInput input = InferenceInputOf(task, &used, unread);
   input.choice = choices.own;
@@ -322,13 +324,18 @@ StageTasks::Choices StageTasks::ChoicesAround(const StageTask& task) const {
     // Images whose turn it is at once have many of them in common, and should not wait for each other's.
     const std::size_t i = (static_cast<std::size_t>(task.job.image) + k) % num_asked;
     if (!task.HasSourceMap(i)) continue;
-    choices.of_sources[i] = Choice({task.stage, task.previous, task.input_keys, jobs_[task.job.source_jobs[i]]});
+    try {
+      choices.of_sources[i] = Choice({task.stage, task.previous, task.input_keys, jobs_[task.job.source_jobs[i]]});
+    } catch (const phi::InputError&) {
+      // its own inference tells, and this image goes without
+    }
   }
   return choices;
 }
 
 std::shared_ptr<const phi::ViewChoice> StageTasks::Choice(const StageTask& task) const {
   return store_.Choice(task.job.image, [&] {
+    phi::ThrowIfCancelled();
     std::vector<int> used;
     std::vector<phi::Message> unread;  // the image's own inference tells
     return phi::ChooseRegionPlanes(InferenceInputOf(task, &used, &unread), options_.inference.method.rules);

@@ -46,7 +46,7 @@ enum class RuleSettings : std::uint8_t { kOff, kScale, kOffAndScale };
   X(kPhotoTones, "photo_tones", kInference, kOffAndScale)           \
   X(kScenePlanes, "scene_planes", kInference, kOffAndScale)         \
   X(kSourceRegions, "source_regions", kInference, kOffAndScale)     \
-  X(kSecondChoice, "second_choice", kInference, kOffAndScale)              \
+  X(kSecondChoice, "second_choice", kInference, kOffAndScale)       \
   X(kRightAngles, "right_angles", kInference, kOffAndScale)         \
   X(kContinuedRegions, "continued_regions", kInference, kOffAndScale) \
   X(kCreases, "creases", kInference, kOffAndScale)                  \

@@ -2,6 +2,7 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -54,6 +55,8 @@ class CpuBackend : public Backend {
                         const InferenceOptions& options) override {
     return arena_.execute([&] { return InferPlanes(input, stereo, options); });
   }
+
+  void RunOnHost(const std::function<void()>& work) override { arena_.execute(work); }
 
  private:
   int num_threads_;

@@ -81,7 +81,8 @@ ViewRegions RegionPlanes::Tell() const {
   told.label = Array2D<std::int32_t>(grid.columns, grid.rows, -1);
   for (const FittedRegion& region : fitted_.regions) told.regions.push_back({{}, region.cells, region.continued, region.planes});
   for (std::size_t i = 0; i < fitted_.index.size(); ++i) {
-    if (const std::int32_t k = fitted_.index[i]; k >= 0) told.regions[static_cast<std::size_t>(k)].image_region = static_cast<std::int32_t>(i);
+    const std::int32_t k = fitted_.index[i];
+    if (k >= 0) told.regions[static_cast<std::size_t>(k)].image_region = static_cast<std::int32_t>(i);
   }
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column) {
@@ -102,6 +103,10 @@ RegionPlanes FindRegionPlanes(const InferenceInput& input, std::shared_ptr<const
   }
   if (std::ssize(input.choice->fitted.index) != regions->num_regions) {
     throw UsageError("plane inference of image " + AboutImage(input.reference.view->name) + ": its first choice is of other regions");
+  }
+  if (input.choice->exposures.size() != input.sources.size()) {
+    throw InputError("plane inference of image " + AboutImage(input.reference.view->name) +
+                     ": a source image could be read at one time and not at another; run patch_match_stereo again");
   }
   const PlaneEvidence evidence = EvidenceForChoosingAgain(input, *input.choice, rules);
   FittedRegions fitted = FitAgain(*regions, anchors, input.choice->fitted, evidence, rules);

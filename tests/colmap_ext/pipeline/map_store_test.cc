@@ -86,20 +86,20 @@ TEST_F(MapStoreTest, WhatRegionsTellAndChooseIsFoundOnceForAllThatAsk) {
   EXPECT_EQ(num_found, 2);
 }
 
-// A megabyte in all, of which they have a sixteenth.
+// A megabyte in all, of which they have a quarter.
 TEST_F(MapStoreTest, WhatRegionsTellTakesAPartOfTheBudget) {
   const auto find = [&](int image, std::size_t n) {
     return store_->ToldRegions(image, [n] {
       phi::ViewRegions told;
-      told.label = phi::Array2D<std::int32_t>(1000, 10);
+      told.label = phi::Array2D<std::int32_t>(1000, 50);
       told.regions.resize(n);
       return told;
     })->regions.size();
   };
   EXPECT_EQ(find(0, 1), 1u);
-  EXPECT_EQ(find(0, 2), 1u) << "40 kB are kept";
+  EXPECT_EQ(find(0, 2), 1u) << "200 kB are kept";
   EXPECT_EQ(find(1, 3), 3u);
-  EXPECT_EQ(find(0, 4), 4u) << "80 kB are not";
+  EXPECT_EQ(find(0, 4), 4u) << "400 kB are not";
   EXPECT_LE(store_->peak_bytes(), 1 << 20);
 }
 

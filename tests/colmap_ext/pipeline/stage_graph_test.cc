@@ -172,6 +172,19 @@ TEST(StageGraphTest, InferenceReadsTheMapsAroundItsSources) {
   }
 }
 
+// Who asks whether an intermediate map is still wanted knows direct readers alone.
+TEST(StageGraphTest, WhatIsReadAroundSourcesIsAnOutput) {
+  int num_reading = 0;
+  for (const std::vector<Stage>& stages : {BuildStages(PipelineOptions()), BuildFillingStages(PipelineOptions())}) {
+    for (std::size_t s = 0; s < stages.size(); ++s) {
+      if (!stages[s].reads_maps_around_sources) continue;
+      ++num_reading;
+      EXPECT_TRUE(s == 0 || stages[s - 1].is_output) << stages[s].result;
+    }
+  }
+  EXPECT_EQ(num_reading, 2);
+}
+
 // Images beside it in the row have their geometric maps already, and so need its inferred one no more.
 TEST(StageGraphTest, AnIntermediateMapIsWantedByItsReadersOfOtherShards) {
   const std::vector<Stage> stages = BuildStages(PipelineOptions());

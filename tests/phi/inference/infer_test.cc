@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 #include <tbb/global_control.h>
 
 #include "phi/base/error.h"
@@ -315,6 +316,12 @@ TEST(Infer, GivesTheSameBytesForAnyNumberOfThreads) {
       ASSERT_TRUE(SameBits(results[i].map.planes.data()[p], results[0].map.planes.data()[p]));
     }
   }
+}
+
+TEST(Infer, WhatTheHostDoesBesideItHasItsThreads) {
+  int num_threads = 0;
+  MakeCpuBackend(1)->RunOnHost([&] { num_threads = tbb::this_task_arena::max_concurrency(); });
+  EXPECT_EQ(num_threads, 1);
 }
 
 }  // namespace

@@ -120,6 +120,10 @@ TEST(ViewChoice, MustBeOfTheImagesRegions) {
   choice.fitted.index.push_back(-1);
   input.choice = std::make_shared<const ViewChoice>(choice);
   EXPECT_THROW(scene.InverseDepthAgain(input), UsageError);
+  choice.fitted.index.pop_back();
+  choice.exposures.clear();  // the source could not be read then
+  input.choice = std::make_shared<const ViewChoice>(choice);
+  EXPECT_THROW(scene.InverseDepthAgain(input), InputError);
 }
 
 }  // namespace
