@@ -74,6 +74,16 @@ void AddContinuedCells(std::span<const AnchorCell> others, float weight, std::ve
   }
 }
 
+// What is known of a region. cells_of(k): of the own anchors of region k of those fitted.
+template <typename CellsOf>
+RegionEvidence KnownOf(const FittedRegion& region, std::span<const Spot> spots, const PlaneEvidence& evidence, float continued_weight,
+                       const CellsOf& cells_of) {
+  std::vector<AnchorCell> cells = region.cells;
+  for (const std::int32_t other : region.continued) AddContinuedCells(cells_of(other), continued_weight, &cells);
+  return {std::move(cells), spots, evidence.views ? &*evidence.views : nullptr, evidence.sources,
+          evidence.directions ? &*evidence.directions : nullptr, region.is_open};
+}
+
 void AddPlanes(std::span<const RegionPlane> planes, std::vector<ImagePlane>* candidates) {
   for (const RegionPlane& plane : planes) {
     if (plane.IsThere()) candidates->push_back(plane);
@@ -179,12 +189,8 @@ class RegionFit {
     fitted.continued = Continued(k);
     fitted.is_open = anchors_.IsOpen(k);
     if (!Chooses()) return fitted;
-    std::vector<AnchorCell> cells = fitted.cells;
-    for (const std::int32_t other : fitted.continued) {
-      AddContinuedCells(OwnOf(other).cells, choice_.continued_weight, &cells);
-    }
-    const SceneDirections* directions = evidence_.directions ? &*evidence_.directions : nullptr;
-    RegionEvidence known = {std::move(cells), spots_[k], Views(), evidence_.sources, directions, fitted.is_open};
+    RegionEvidence known = KnownOf(fitted, spots_[k], evidence_, choice_.continued_weight,
+                                   [&](std::int32_t other) -> const std::vector<AnchorCell>& { return OwnOf(other).cells; });
     static_cast<ChosenPlanes&>(fitted) = ChoosePlanes(std::move(known), own_[k].planes, Candidates(k, fitted.continued), choice_);
     return fitted;
   }
@@ -247,18 +253,13 @@ FittedRegions FitRegions(const ImageRegions& regions, ArrayView2D<const float> a
 FittedRegions FitAgain(const ImageRegions& regions, ArrayView2D<const float> anchors, FittedRegions first,
                        const PlaneEvidence& evidence, const Rules& rules) {
   const PlaneChoiceLimits limits = ChoiceLimits(RegionFitLimits(rules), CellSide(anchors.width), rules);
-  const SpotViews* views = evidence.views ? &*evidence.views : nullptr;
-  const SceneDirections* directions = evidence.directions ? &*evidence.directions : nullptr;
+  const auto cells_of = [&](std::int32_t k) -> const std::vector<AnchorCell>& { return first.regions[static_cast<std::size_t>(k)].cells; };
   const std::vector<std::vector<Spot>> spots = SpotsWithoutAnchor(regions, first.index, first.regions.size(), anchors);
   tbb::parallel_for(std::size_t{0}, first.regions.size(), [&](std::size_t k) {
     FittedRegion& region = first.regions[k];
     // A single view that takes a plane through the sky would otherwise give it to all.
     if (region.is_settled || region.sky != Sky::kNot) return;
-    std::vector<AnchorCell> cells = region.cells;
-    for (const std::int32_t other : region.continued) {
-      AddContinuedCells(first.regions[static_cast<std::size_t>(other)].cells, limits.continued_weight, &cells);
-    }
-    RegionEvidence known = {std::move(cells), spots[k], views, evidence.sources, directions, region.is_open};
+    RegionEvidence known = KnownOf(region, spots[k], evidence, limits.continued_weight, cells_of);
     std::optional<ChosenPlanes> chosen = ChoosePlanesAgain(std::move(known), region, limits);
     if (chosen) static_cast<ChosenPlanes&>(region) = *std::move(chosen);
   });
